@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import document, run
 from palpate import benchmark, rivals
-from palpate.cli import main
 from palpate.simulation import scenarios
 from project import need_package
 
@@ -53,14 +52,12 @@ def test_the_front_has_no_row_that_another_beats() -> None:
 
 def test_palpate_bench_draws_the_picture(tmp_path: Path) -> None:
     picture = tmp_path / "front.png"
-    command = ["bench", "--seeds", "1", "--scenario", "step-up", "--plot", str(picture), "--json"]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
-    rows = {row["estimator"]: row for row in json.loads(done.output)["rows"]}
+    command = ["bench", "--seeds", "1", "--scenario", "step-up", "--plot", str(picture)]
+    rows = {row["estimator"]: row for row in document(*command)["rows"]}
     assert rows["handheld scene"]["rmse"] < rows["fixed 0.9 +A"]["rmse"] < rows["fixed 0.995 +A"]["rmse"]
     assert picture.stat().st_size > 10_000
-    assert CliRunner().invoke(main, command).exit_code == 4  # it exists
-    assert CliRunner().invoke(main, [*command[:-2], "front.gif"]).exit_code == 2
+    assert run(*command).exit_code == 4  # it exists
+    assert run(*command[:-1], "front.gif").exit_code == 2
 
 
 def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> None:

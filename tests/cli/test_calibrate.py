@@ -7,9 +7,7 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import document, run
-from project import ROOT
-
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+from project import FOUR
 
 
 @pytest.fixture(scope="module")

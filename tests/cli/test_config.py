@@ -8,9 +8,7 @@ import pytest
 from command_lines import commands, document, run
 from palpate.cli import COMMANDS, config
 from palpate.cli.config import keys
-from project import ROOT
-
-FOUR = str(ROOT / "tests" / "data" / "four-specimens.csv")
+from project import FOUR
 
 
 @pytest.fixture(autouse=True)
@@ -118,7 +116,7 @@ def test_what_the_shell_offers() -> None:
         return run(**environment, COMP_CWORD=str(len(words))).stdout.split("\n")[1::3]
 
     assert offered("re") == ["record", "replay", "report"]
-    assert offered("replay", FOUR, "--scene", "p") == ["paper"]
+    assert offered("replay", str(FOUR), "--scene", "p") == ["paper"]
     assert offered("record", "s") == ["sim:", "serial:"]
     assert offered("record", "sim:step") == ["sim:step-up", "sim:step-down"]
     assert "_PALPATE_COMPLETE" in run(_PALPATE_COMPLETE="bash_source").stdout

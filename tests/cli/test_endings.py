@@ -10,9 +10,7 @@ import pytest
 from command_lines import document, run
 from palpate import SourceTimeout, check
 from palpate.cli import COMMANDS
-from project import ROOT
-
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+from project import FOUR, ROOT
 
 
 def process(*words: str, before: str = "", **environment: str) -> "subprocess.CompletedProcess[str]":

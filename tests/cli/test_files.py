@@ -9,9 +9,8 @@ import click
 import pytest
 from command_lines import commands, run
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, Recordings, require_free, require_free_in
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 OURS = (InputFile, Recordings, type(OUTPUT))
 WRITTEN = {names for names, command in commands() if any(p.type in (OUTPUT, OUTPUT_FOLDER) for p in command.params)}
 FORCED = {names for names, command in commands() if any("--force" in p.opts for p in command.params)}

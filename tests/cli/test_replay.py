@@ -9,10 +9,9 @@ import pytest
 from command_lines import document, run
 from palpate import digits
 from palpate.simulation import scenarios
-from project import ROOT
+from project import FOUR
 
 replay = importlib.import_module("palpate.cli.replay")
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
 
 

@@ -11,9 +11,8 @@ from command_lines import document, run
 from palpate.calibration.specimen_files import read_moduli
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan, Specimen
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 MODULI = {"30 OO": 0.143, "70 OO": 0.52, "40 A": 1.56, "70 A": 8.68}
 WHOLE = Plan(specimens=tuple(Specimen(name, modulus) for name, modulus in MODULI.items()))
 

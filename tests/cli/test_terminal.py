@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 from command_lines import run
 from palpate import check
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 PATIENCE_S = 60
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
 SOURCE = "sim:four-specimens?speed=1"

@@ -11,9 +11,8 @@ import palpate
 import pytest
 from palpate import Tracker
 from palpate.simulation import scenarios
-from project import ROOT
+from project import FOUR, ROOT
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 MAKER = ROOT / "tests" / "data" / "make_four_specimens.py"
 
 

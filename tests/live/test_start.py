@@ -7,10 +7,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from live_bench import HOST
 from live_server import PATIENCE_S, Live
-from palpate.cli import main
 from palpate.cli.live import library_logs
 from palpate.live.server import listen
 
@@ -18,10 +17,10 @@ from palpate.live.server import listen
 def test_what_is_refused_before_anything_is_measured() -> None:
     with listen(HOST, 0) as taken:
         port = str(taken.getsockname()[1])
-        result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--port", port])
+        result = run("live", "sim:four-specimens", "--no-open", "--port", port)
     assert result.exit_code == 2
     assert "not free" in result.stderr or "in use" in result.stderr
-    result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--host", "0.0.0.0", "--no-token"])
+    result = run("live", "sim:four-specimens", "--no-open", "--host", "0.0.0.0", "--no-token")
     assert result.exit_code == 2
     assert "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine" in result.stderr
 

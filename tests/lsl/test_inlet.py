@@ -14,10 +14,9 @@ from unittest.mock import Mock
 import palpate
 import pylsl
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from lsl_sender import PERIOD_S, Sender
 from palpate import DeviceNotFound, Gap, MissingExtra, ProtocolError, Sample, Source
-from palpate.cli import main
 from palpate.sources import lsl as lsl_source
 from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library
 from palpate.testing import check_source
@@ -214,8 +213,8 @@ def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_devices_without_pylsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pylsl", None)
     line = "not searched: pylsl is not installed; type: pip install 'palpate[lsl]'"
-    assert line in CliRunner().invoke(main, ["devices", "--lsl"]).stderr
-    assert "pylsl" not in CliRunner().invoke(main, ["devices"]).stderr
+    assert line in run("devices", "--lsl").stderr
+    assert "pylsl" not in run("devices").stderr
 
 
 def test_without_liblsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,9 @@ import numpy as np
 import palpate
 import pylsl
 import pytest
-from click.testing import CliRunner
+from command_lines import document, run
 from lsl_sender import Listener, Sender, take_all
 from palpate import Gap, Stream
-from palpate.cli import main
 from palpate.lsl import Outlets
 from palpate.samples import block_of, feed
 from palpate.stream import Batch
@@ -177,7 +176,7 @@ def test_names_that_are_refused(given: list[str], tmp_path: Path) -> None:
 
 
 def assert_refused(folder: Path, *given: str, words: str) -> None:
-    done = CliRunner().invoke(main, ["record", *given, "-o", str(folder / "a.csv")])
+    done = run("record", *given, "-o", folder / "a.csv")
     assert (done.exit_code, words in done.stderr, list(folder.iterdir())) == (2, True, [])
 
 
@@ -221,10 +220,9 @@ def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     evil = Sender(f"{name}\x1b[2J", ("a", "b"))
     stream = Stream("sim:stiff-steady?speed=1")
     with Outlets(stream, name):
-        done = CliRunner().invoke(main, ["devices", "--lsl", "--json"])
+        found = {device["uri"]: device["what"] for device in document("devices", "--lsl")["devices"]}
     stream.close()
     evil.close()
-    found = {device["uri"]: device["what"] for device in json.loads(done.stdout)["devices"]}
     assert "6 channels" in found[f"lsl:{name}"]
     assert f"lsl:{name}-marks" not in found
     assert f"lsl:'{name}\\x1b[2J'" in found

@@ -17,11 +17,10 @@ import pytest
 from live_browser import Browser
 from palpate import notebook
 from palpate.live.access import FRAMED_HEADERS, HEADERS
-from project import ROOT
+from project import FOUR
 
 PATIENCE_S = 90
 SOURCE = "sim:four-specimens?seed=1&idle=60"
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
 @pytest.fixture

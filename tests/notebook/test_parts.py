@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate.recording.recording import Mark, Recording
 from palpate.recording.sidecar import marks_of
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 WHOLE = palpate.read(FOUR)
 
 

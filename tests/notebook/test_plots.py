@@ -13,9 +13,7 @@ from command_lines import run
 from matplotlib import pyplot
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
-from project import ROOT
-
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+from project import FOUR
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,6 @@ from project import ROOT
 from recording_bench import Scripted, sample
 
 PAGE = (ROOT / "docs" / "threads.md").read_text(encoding="utf-8")
-DATA = ROOT / "tests" / "data" / "four-specimens.csv"
 SIZE = 400_000
 TIMES = np.arange(SIZE) * 26_000_000
 ONES = np.ones(SIZE)

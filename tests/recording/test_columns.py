@@ -14,11 +14,11 @@ from palpate.recording.columns import convert
 from palpate.recording.own_file import Recorded
 from palpate.samples import Status
 from palpate.simulation import scenarios
+from project import FOUR
 from pyarrow import feather, parquet
 from recording_bench import record, sample
 
 SUFFIXES = ("parquet", "arrow", "feather")
-DATA = Path("tests/data/four-specimens.csv")
 SAID = ("settings", "tares", "gap_marks", "zero_utc_ns", "host_stamps", "full_scale_pF", "notes", "doubts", "survey")
 
 
@@ -65,7 +65,7 @@ def test_there_and_back_is_the_same_recording(own: Path, tmp_path: Path, suffix:
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_row_that_another_program_changed_is_noticed(tmp_path: Path, suffix: str) -> None:
     there = tmp_path / f"run.{suffix}"
-    convert(recorded(DATA), there)
+    convert(recorded(FOUR), there)
     table = (parquet if suffix == "parquet" else feather).read_table(there)
     write = parquet.write_table if suffix == "parquet" else feather.write_feather
     write(table, there)
@@ -83,7 +83,7 @@ def test_a_row_that_another_program_changed_is_noticed(tmp_path: Path, suffix: s
 
 def test_what_is_no_row_is_refused(tmp_path: Path) -> None:
     there = tmp_path / "run.parquet"
-    convert(recorded(DATA), there)
+    convert(recorded(FOUR), there)
     table = parquet.read_table(there)
     for name, values, reason in (
         ("seq", pa.array([-1] * len(table)), "run.parquet, line 2: '-1' is not a valid value for column seq"),

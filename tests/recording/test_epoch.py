@@ -13,9 +13,8 @@ from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.recording import sidecar
 from palpate.samples import epoch_at
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 SLOPE_PF_PER_S = 0.2  # 5 ms are 1 fF, 25 times the noise
 BEGIN_PF, DAC_STEP_PF = 5.0, 0.17
 

@@ -12,9 +12,7 @@ from palpate import Calibration, CalibrationError, ProtocolError, RecordingError
 from palpate.ad7746.evalkit.firmware import read_hex
 from palpate.calibration.specimen_files import read_moduli
 from palpate.files import parse_toml, replacing
-from project import ROOT
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 NODES = ["pipe", "folder"]
 
 

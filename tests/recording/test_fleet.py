@@ -10,9 +10,8 @@ from typing import Any
 import palpate
 import pytest
 from palpate.simulation import scenarios
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 NAMES = ("tremor", "stiff-steady", "not-level", "step-up")
 
 

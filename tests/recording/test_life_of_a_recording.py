@@ -16,14 +16,13 @@ from unittest import mock
 
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from damage import DAMAGES, damaged, rows_of, survivors
 from effort import draws
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 from palpate import RecordingError, check, read, recorded
-from palpate.cli import main
 from palpate.recording import sidecar, writer
 from palpate.recording.lock import unlock
 from palpate.samples import block_of
@@ -213,7 +212,7 @@ class Life(RuleBasedStateMachine):
     @rule()
     def convert(self) -> None:
         target = self.path.with_name("converted.csv")
-        done = CliRunner().invoke(main, ["convert", str(self.path), "-o", str(target), "--force"])
+        done = run("convert", self.path, "-o", target, "--force")
         assert done.exit_code in (0, 2, 4, 5), done
         if done.exit_code in (0, 5):
             again, source = read(target), read(self.path)

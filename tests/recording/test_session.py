@@ -10,9 +10,8 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.session import PERIOD_S, Entry, Note, Plan, Specimen, plan_of
 from palpate.touch import Touches
-from project import ROOT
+from project import FOUR
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 WHOLE = Plan(
     title="Monday",
     operator="N. N.",

@@ -16,10 +16,8 @@ from command_lines import run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.report.writing import _render
-from project import ROOT, made_once
+from project import FOUR, made_once
 from report_session import HOSTILE, change, recorded, specimens, with_session
-
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
 class Page:

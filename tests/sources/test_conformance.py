@@ -17,10 +17,9 @@ from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.sources import Codes
 from palpate.testing import check_source
-from project import ROOT
+from project import FOUR
 
 PATIENCE = 10.0
-FOUR = str(ROOT / "tests" / "data" / "four-specimens.csv")
 PERIOD_NS = 2_000_000
 
 
@@ -118,8 +117,8 @@ def test_a_wrong_source_is_found(name: str) -> None:
         ("sim:dropouts?seed=2", {}),
         ("sim:soft-steady?speed=2", {}),
         ("sim:soft-steady?fault=unplug:0.5@1", {}),
-        (FOUR, {}),
-        (FOUR, {"speed": 20}),
+        (str(FOUR), {}),
+        (str(FOUR), {"speed": 20}),
     ],
 )
 def test_our_own(name: str, options: dict[str, Any]) -> None:

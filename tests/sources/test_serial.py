@@ -8,9 +8,8 @@ from pathlib import Path
 
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from palpate import DeviceNotFound, DeviceRefused, Stream
-from palpate.cli import main
 from palpate.recording.foreign import recorded
 
 pytest.importorskip("pty")
@@ -142,6 +141,5 @@ def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: py
 
 def test_record_ends_by_the_clock_without_a_sample(port: Port, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("palpate.cli.record._GRACE_S", 0.1)
-    command = ["record", f"serial:{port.link}", "-o", str(tmp_path / "run.csv"), "--seconds", "0.2"]
-    done = CliRunner().invoke(main, command)
+    done = run("record", f"serial:{port.link}", "-o", tmp_path / "run.csv", "--seconds", "0.2")
     assert (done.exit_code, "0 rows" in done.stderr) == (5, True)

@@ -14,9 +14,7 @@ import pytest
 from palpate import DeviceNotFound, RecordingError
 from palpate.ad7746 import datasheet
 from palpate.sources.files import FileSource
-from project import ROOT
-
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+from project import FOUR
 
 
 @pytest.mark.parametrize(

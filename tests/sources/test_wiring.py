@@ -6,13 +6,12 @@ from typing import Any
 
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from effort import NIGHTLY
 from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.ad7746.wiring import Look, Wiring
-from palpate.cli import main
 from palpate.samples import Sample, Status
 from palpate.simulation.board import known
 from palpate.sources.board import configuration_of
@@ -118,9 +117,10 @@ def test_the_registers_of_the_options() -> None:
 
 def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
     """It ends if a wire is wrong, and goes on, with a sentence beside the touch, if the inputs are swapped."""
-    sources = {name: f"sim:stiff-steady?wiring={name}&seed=1" for name in ("exca", "swapped")}
-    commands = [["record", source, "-o", str(tmp_path / f"{name}.csv")] for name, source in sources.items()]
-    refused, swapped = (CliRunner().invoke(main, command) for command in commands)
+    refused, swapped = (
+        run("record", f"sim:stiff-steady?wiring={name}&seed=1", "-o", tmp_path / f"{name}.csv")
+        for name in ("exca", "swapped")
+    )
     assert (refused.exit_code, all(part in refused.stderr for part in REFUSED["exca"])) == (3, True)
     assert (swapped.exit_code, swapped.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
     assert [path.name for path in tmp_path.glob("*.csv")] == ["swapped.csv"]

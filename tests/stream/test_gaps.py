@@ -1,7 +1,6 @@
 """Where the baseline before does not hold: the tracker measures it again, the recording says it, no touch after it is trusted."""
 
 import dataclasses
-import json
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -10,11 +9,10 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import document, run
 from palpate import Stream, Tracker, check
 from palpate.ad7746.datasheet import CODES_PER_PF, capacitance_pF
 from palpate.ad7746.twin.kit import Fault
-from palpate.cli import main
 from palpate.recording.foreign import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
@@ -124,10 +122,8 @@ def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
         list(stream.batches())
     told = "gap after sample 499: the board was unplugged for 1.0 s: the baseline was measured again"
     assert told in check(path).findings
-    replayed = CliRunner().invoke(main, ["replay", str(path), "--json"])
-    assert told in json.loads(replayed.stdout)["notes"]
-    converted = CliRunner().invoke(main, ["convert", str(path), "-o", str(tmp_path / "copy.csv")])
-    assert told in converted.stderr
+    assert told in document("replay", path)["notes"]
+    assert told in run("convert", path, "-o", tmp_path / "copy.csv").stderr
     assert recorded(tmp_path / "copy.csv").gap_marks == recorded(path).gap_marks
     assert plain(palpate.touches(recorded(tmp_path / "copy.csv"))) == plain(stream.touches)
 

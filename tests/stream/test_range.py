@@ -5,9 +5,8 @@ from typing import Any
 
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from palpate import Stream
-from palpate.cli import main
 from palpate.recording.foreign import recorded
 from palpate.stream import stream as stream_module
 from recording_bench import Scripted, four, sample
@@ -39,7 +38,7 @@ def test_the_range_is_set_again_on_request(tmp_path: Path) -> None:
     """`record --recentre` does it by itself; without, the signal is outside to the end, and a message says so."""
     path = tmp_path / "run.csv"
     fault = "sim:four-specimens?seed=1&fault=overload:5@9.5"
-    result = CliRunner().invoke(main, ["record", fault, "-o", str(path), "--recentre"])
+    result = run("record", fault, "-o", path, "--recentre")
     assert result.exit_code == 0
     assert "outside the range of the converter for 2 s" in result.stderr
     [(_, text)] = recorded(path).gap_marks
@@ -47,7 +46,7 @@ def test_the_range_is_set_again_on_request(tmp_path: Path) -> None:
     assert text.endswith(", before (41, 27)")
     found = palpate.touches(recorded(path))
     assert [round(touch.start_s) for touch in found][-2:] == [20, 29]
-    left = CliRunner().invoke(main, ["record", fault, "-o", str(tmp_path / "left.csv")])
+    left = run("record", fault, "-o", tmp_path / "left.csv")
     assert "record --recentre" in left.stderr
     unset = palpate.touches(recorded(tmp_path / "left.csv"))
     assert [round(touch.start_s) for touch in unset if touch.samples] == [2]

@@ -15,16 +15,14 @@ import openpyxl
 import palpate
 import pyarrow as pa
 import pytest
-from click.testing import CliRunner
+from command_lines import run
 from palpate import RecordingError
-from palpate.cli import main
 from palpate.recording.verification import check
 from palpate.tables import packed
-from project import ROOT
+from project import FOUR, ROOT
 from pyarrow import feather, parquet
 from xdf import Stream, written
 
-OWN = ROOT / "tests" / "data" / "four-specimens.csv"
 T = np.arange(50) / 40
 TABLE = b"time (s),hard (pF),soft (pF)\n" + b"".join(b"%.3f,6.%03d,4.%03d\n" % (n / 40, n, n) for n in range(50))
 BEGUN = datetime(2026, 3, 9, 12)
@@ -178,22 +176,22 @@ def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
         "import sys; sys.modules.update(dict.fromkeys(['pandas', 'pyarrow', 'openpyxl', 'pyxdf', 'polars']))\n"
         f"import palpate, numpy; found = palpate.read({str(tmp_path / 'clean.csv')!r})\n"
         "assert found.hard.tolist() == [6 + n / 1000 for n in range(50)] and found.t_soft_s[1] == 0.025\n"
-        f"assert len(palpate.touches({str(OWN)!r})) == 4\n"
+        f"assert len(palpate.touches({str(FOUR)!r})) == 4\n"
         "assert len(palpate.read({'t_s': numpy.arange(9.), 'C1': numpy.arange(9.), 'C2': numpy.arange(9.)}, unit='pF')) == 9\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
     loaded = "import sys, palpate; palpate.read({!r}); print([m for m in ('pandas', 'pyarrow', 'palpate.tables.formats') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", loaded.format(str(OWN))], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", loaded.format(str(FOUR))], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
 def test_a_recording_of_palpate_in_gz_is_verified_and_not_repaired(tmp_path: Path) -> None:
     own = tmp_path / "run.csv.gz"
-    own.write_bytes(gzip.compress(OWN.read_bytes()))
-    (tmp_path / "run.json").write_bytes(OWN.with_suffix(".json").read_bytes())
+    own.write_bytes(gzip.compress(FOUR.read_bytes()))
+    (tmp_path / "run.json").write_bytes(FOUR.with_suffix(".json").read_bytes())
     report = check(own)
     assert (report.clean, report.faults, report.verified) == (True, (), report.survey.rows)
-    torn = OWN.read_bytes()[:-30]
+    torn = FOUR.read_bytes()[:-30]
     own.write_bytes(gzip.compress(torn + b"\n1,2\n" + torn[-2000:]))
     before = own.read_bytes()
     faults = check(own, repair=True, remove_damage=True).faults
@@ -201,18 +199,15 @@ def test_a_recording_of_palpate_in_gz_is_verified_and_not_repaired(tmp_path: Pat
     assert own.read_bytes() == before
 
 
-def run(data: bytes, *arguments: str) -> str:
-    return CliRunner().invoke(main, arguments, input=data).stdout
-
-
 def test_every_command_reads_standard_input(tmp_path: Path) -> None:
     data, new = gzip.compress(TABLE), tmp_path / "new.csv"
-    assert "-: readable" in run(data, "check", "-")
-    assert f"{new}: 50 rows" in run(data, "convert", "-", "-o", str(new))
-    assert "50 rows" in run(data, "import", "-")
-    output = run(data, "record", "-", "-o", str(tmp_path / "recorded.csv"))
+    assert "-: readable" in run("check", "-", text=data).stdout
+    assert f"{new}: 50 rows" in run("convert", "-", "-o", new, text=data).stdout
+    assert "50 rows" in run("import", "-", text=data).stdout
+    output = run("record", "-", "-o", tmp_path / "recorded.csv", text=data).stdout
     assert palpate.read(tmp_path / "recorded.csv").hard.size > 30, output
-    touches = [json.loads(run(OWN.read_bytes(), "replay", name, "--json"))["touches"] for name in ("-", str(OWN))]
+    given = FOUR.read_bytes()
+    touches = [json.loads(run("replay", name, "--json", text=given).stdout)["touches"] for name in ("-", FOUR)]
     assert touches[0] == touches[1] != []
 
 

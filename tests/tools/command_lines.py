@@ -18,7 +18,7 @@ from palpate.cli.paths import InputFile, Recordings
 _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
 
 
-def run(*arguments: str | Path, text: str | None = None, **environment: str) -> Result:
+def run(*arguments: str | Path, text: str | bytes | None = None, **environment: str) -> Result:
     """Run a command of palpate in this process; `text` is its input."""
     return CliRunner(env=environment).invoke(main, [str(each) for each in arguments], input=text)
 

@@ -13,6 +13,7 @@ from typing import NoReturn
 import pytest
 
 ROOT = Path(__file__).parents[2]
+FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
 def need(tool: str) -> str:

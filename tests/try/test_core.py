@@ -10,19 +10,17 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from click.testing import CliRunner
+from command_lines import document
 from effort import draws, random_of
 from freeze import recordings
 from palpate import sentences
-from palpate.cli import main
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
 from palpate.several import objections
 from palpate.simulation import scenarios
-from project import ROOT
+from project import FOUR
 
-OWN = ROOT / "tests" / "data" / "four-specimens.csv"
-SIDECAR = json.loads(OWN.with_suffix(".json").read_text())
+SIDECAR = json.loads(FOUR.with_suffix(".json").read_text())
 
 
 def opened(node: Any, **files: bytes) -> Any:
@@ -37,8 +35,7 @@ def of_path(node: Any, path: Path) -> Any:
 def require_same_touches(found: Any, path: Path) -> None:
     """Check all touches against `palpate replay`, to the last bit."""
     assert "refused" not in found, found
-    result = CliRunner().invoke(main, ["replay", str(path), "--json"])
-    touches = json.loads(result.stdout)["touches"]
+    touches = document("replay", path)["touches"]
     assert len(found["touches"]) == len(touches)
     for row, touch in zip(found["touches"], touches, strict=True):
         names = sorted(row.keys() & touch.keys() - {"advice"})
@@ -52,9 +49,9 @@ def require_same_touches(found: Any, path: Path) -> None:
 
 
 def test_a_recording_has_the_bits_of_a_replay(node: Any) -> None:
-    found = of_path(node, OWN)
-    require_same_touches(found, OWN)
-    recording = palpate.read(OWN)
+    found = of_path(node, FOUR)
+    require_same_touches(found, FOUR)
+    recording = palpate.read(FOUR)
     tracker = palpate.Tracker(full_scale=SIDECAR["device"]["full_scale_pF"])
     rows = tracker.process(recording.t_hard_s, recording.t_soft_s, recording.hard, recording.soft)
     measured = rows["touch"] > 0
@@ -99,7 +96,7 @@ def test_marks_and_settings_are_those_of_a_replay(node: Any, tmp_path: Path, see
 
 
 def test_what_is_no_whole_recording_is_refused(node: Any) -> None:
-    own, sidecar = OWN.read_bytes(), OWN.with_suffix(".json").read_bytes()
+    own, sidecar = FOUR.read_bytes(), FOUR.with_suffix(".json").read_bytes()
     assert "allowed: run.csv together with run.json" in opened(node, run_csv=own)["refused"]
     assert "got a.xlsx, allowed: one recording" in opened(node, a_xlsx=b"PK")["refused"]
     edited = sidecar.replace(b'"notes"', b'"notes" ', 1)

@@ -10,9 +10,8 @@ import palpate
 import pytest
 from live_browser import Browser
 from palpate import digits
-from project import ROOT, need
+from project import FOUR, need
 
-FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 FILES = {path.name: path.read_bytes() for path in (FOUR, FOUR.with_suffix(".json"))}
 LONG_MS = 26.0
 """From line to line, as the recording has it."""
