@@ -42,7 +42,7 @@ def imported(*words: str) -> set[str]:
     ("words", "heavy"),
     [
         (["--help"], "numpy usb serial smbus2 asyncio jinja2 pandas palpate.sources palpate.stream"),
-        (["record", "--help"], "numpy usb serial smbus2 asyncio jinja2 pandas palpate.sources palpate.stream"),
+        (["record", "--help"], "numpy usb serial smbus2 pylsl asyncio jinja2 pandas palpate.sources palpate.stream"),
         (["replay", str(FOUR)], "importlib.metadata email tempfile pandas palpate.afterwards palpate.sources"),
     ],
 )
@@ -127,18 +127,21 @@ def test_a_pipe_that_is_closed(tmp_path: Path) -> None:
     os.close(writer)
 
 
-MISSING = {
-    "convert": ("pyarrow", ["convert", str(FOUR), "-o", "run.parquet"]),
-    "calibrate": ("scipy", ["calibrate", str(FOUR), "--moduli", "moduli.csv", "-o", "p.toml"]),
-    "live": ("uvicorn", ["live", "sim:", "--record", "run.csv"]),
-    "record --lsl": ("pylsl", ["record", "sim:step-up", "-o", "run.csv", "--lsl", "lab"]),
-    "kit accept": ("usb", ["kit", "accept", "usb:", "-o", "report.json"]),
-}
+MISSING = [
+    ("tables", "pyarrow", ["convert", str(FOUR), "-o", "run.parquet"]),
+    ("science", "scipy", ["calibrate", str(FOUR), "--moduli", "moduli.csv", "-o", "p.toml"]),
+    ("live", "uvicorn", ["live", "sim:", "--record", "run.csv"]),
+    ("lsl", "pylsl", ["record", "sim:step-up", "-o", "run.csv", "--lsl", "lab"]),
+    ("lsl", "pylsl", ["record", "lsl:x", "-o", "run.csv"]),
+    ("i2c", "smbus2", ["record", "i2c:/dev/i2c-1", "-o", "run.csv"]),
+    ("usb", "usb", ["record", "sim:", "-o", "run.csv"]),
+    ("usb", "usb", ["kit", "accept", "usb:", "-o", "report.json"]),
+]
 
 
-@pytest.mark.parametrize(("package", "words"), MISSING.values(), ids=MISSING)
+@pytest.mark.parametrize(("extra", "package", "words"), MISSING)
 def test_a_missing_extra_leaves_nothing(
-    package: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    extra: str, package: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "probe.toml").write_bytes((ROOT / "tests/fuzz/corpus/calibration/probe.toml").read_bytes())
@@ -146,5 +149,5 @@ def test_a_missing_extra_leaves_nothing(
     before = set(tmp_path.rglob("*"))
     done = process(*words, before=raising(f"ModuleNotFoundError(name={package!r})", package))
     assert (done.returncode, done.stdout) == (6, ""), done
-    assert "pip install 'palpate[" in done.stderr.splitlines()[-1]
+    assert f"pip install 'palpate[{extra}]'" in done.stderr.splitlines()[-1]
     assert set(tmp_path.rglob("*")) == before

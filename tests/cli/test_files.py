@@ -9,7 +9,7 @@ import click
 import pytest
 from command_lines import commands, run
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, Recordings, require_free, require_free_in
-from project import FOUR
+from project import copied
 
 OURS = (InputFile, Recordings, type(OUTPUT))
 WRITTEN = {names for names, command in commands() if any(p.type in (OUTPUT, OUTPUT_FOLDER) for p in command.params)}
@@ -20,8 +20,7 @@ FORCED = {names for names, command in commands() if any("--force" in p.opts for 
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the working folder: a recording, and an object of each kind that is in the way."""
     monkeypatch.chdir(tmp_path)
-    for suffix in (".csv", ".json"):
-        (tmp_path / f"run{suffix}").write_bytes(FOUR.with_suffix(suffix).read_bytes())
+    copied(tmp_path / "run.csv")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "moduli.csv").write_text("precious")
     (tmp_path / "taken.csv").write_text("precious")

@@ -9,7 +9,7 @@ import pytest
 from command_lines import document, run
 from palpate import digits
 from palpate.simulation import scenarios
-from project import FOUR
+from project import FOUR, copied
 
 replay = importlib.import_module("palpate.cli.replay")
 MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
@@ -17,14 +17,6 @@ MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
 
 def replayed(*arguments: str | Path) -> Any:
     return document("replay", *arguments)
-
-
-def own(path: Path) -> Path:
-    """Copy a recording of palpate, with its sidecar."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for source, copy in {FOUR: path, FOUR.with_suffix(".json"): path.with_suffix(".json")}.items():
-        copy.write_bytes(source.read_bytes())
-    return path
 
 
 def table(folder: Path, name: str, unit: str = "pF", *, from_s: float = 0.0) -> Path:
@@ -125,10 +117,10 @@ def week(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Make recordings in two folders below another one, with all that is not a recording beside them."""
     monkeypatch.chdir(tmp_path)
     for name in ("b.csv", "a.csv", "tuesday/c.CSV"):
-        own(Path("week") / name)
+        copied(Path("week") / name)
     for name in ("b.torn", "b.csv.unrepaired", "b.json.unrepaired", ".d.csv", "moduli.csv", "notes.md"):
         (Path("week") / name).write_text("no recording")
-    own(Path("week/.ipynb_checkpoints/a-checkpoint.csv"))
+    copied(Path("week/.ipynb_checkpoints/a-checkpoint.csv"))
     Path("week/a-folder.csv").mkdir()
     return Path("week")
 

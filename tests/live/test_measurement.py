@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,9 +18,10 @@ from palpate.live.commands import Workbench
 from palpate.live.feed import HEADER, Kind, RefusedCommand
 from palpate.live.measurement import RecordedMeasurement, open_file
 from palpate.live.touch_rows import TouchTable
-from palpate.recording import sidecar
 from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
+from project import copied
+from report_session import change
 
 
 def fast() -> Source:
@@ -169,19 +169,6 @@ def opened(
     found.close()
 
 
-def copied(folder: Path, **changed: Any) -> Path:
-    """Return a copy of the recording, with these changes of its sidecar."""
-    for name in (OWN_FILE, OWN_FILE.with_suffix(".json")):
-        shutil.copy(name, folder)
-    path = folder / OWN_FILE.name
-    sidecar.save(sidecar.sidecar_path(path), {**(sidecar.load(path) or {}), **changed})
-    return path
-
-
-def same(one: list[palpate.Touch], other: list[palpate.Touch]) -> bool:
-    return [repr(touch.__getstate__()) for touch in one] == [repr(touch.__getstate__()) for touch in other]  # nan too
-
-
 def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> None:
     recording = palpate.read(OWN_FILE)
     table = tmp_path / "table.csv"
@@ -192,12 +179,12 @@ def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> Non
         with opened(path, **asked) as (found, _):
             replayed = palpate.touches(recorded(path, **asked))
             assert len(replayed) == 4
-            assert same(found.touches, replayed)
+            assert found.touches == replayed
             view = found.levels.view(-1, 1e9, 4096)
             assert view["t_s"] == pytest.approx(recording.t_hard_s, rel=1e-15)
     with opened(OWN_FILE, {"scene": "sliding", "samples": 100, "seconds": None}) as (found, _):
         assert found.tracker.scene == "sliding"
-        assert same(found.touches, palpate.touches(recorded(OWN_FILE), scene="sliding", samples=100, seconds=None))
+        assert found.touches == palpate.touches(recorded(OWN_FILE), scene="sliding", samples=100, seconds=None)
 
 
 def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
@@ -207,7 +194,8 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
                 (Entry(touches[0].start_s, "soft"), Entry(touches[1].start_s, "soft", "slipped")))  # fmt: skip
     marks = [{"seq": 200, "t_s": 5.2, "text": "tare", "tare": True}, {"seq": 300, "t_s": 7.8, "text": "here"},
              {"seq": 1400, "t_s": 36.4, "text": "plugged in again", "tare": True, "gap": True}]  # fmt: skip
-    path = copied(tmp_path, session=plan.as_dict(), marks=marks)
+    path = copied(tmp_path / OWN_FILE.name)
+    change(path, {"session": plan.as_dict(), "marks": marks})
     with opened(path) as (found, bench):
         hello = bench.documents["hello"]()
         assert (hello["kind"], hello["file"]["rows"], hello["file"]["end"]) == ("file", 1411, "complete, clean end")
@@ -224,14 +212,14 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
         [gap] = events["gaps"]
         assert (gap["from_s"], gap["to_s"]) == pytest.approx((times[1400], times[1401]), rel=1e-15)
         assert (gap["lost"], gap["text"]) == (0, "plugged in again")
-        assert same(found.touches, palpate.touches(recorded(path)))
+        assert found.touches == palpate.touches(recorded(path))
         for do in ("tare", "record", "again", "mark"):
             with pytest.raises(RefusedCommand, match=f"{do}: this is a recording, nothing is measured"):
                 bench.do(do)
 
 
 def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -> None:
-    path = copied(tmp_path)
+    path = copied(tmp_path / OWN_FILE.name)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join([*lines[:700], b"\0" * 40 + b"\n", *lines[701:]]))
     said: list[str] = []
@@ -255,7 +243,7 @@ def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, mon
     monkeypatch.setattr(levels, "WHOLE", 500)
     with opened(OWN_FILE, said=said) as (found, _):
         assert not found.levels.has_all
-        assert same(found.touches, palpate.touches(recorded(OWN_FILE)))
+        assert found.touches == palpate.touches(recorded(OWN_FILE))
     for words in ("still being recorded", "too long to show every sample"):
         assert any(words in line for line in said)
 

@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate.simulation import scenarios
-from project import FOUR
+from project import FOUR, copied
 
 NAMES = ("tremor", "stiff-steady", "not-level", "step-up")
 
@@ -58,9 +57,9 @@ def test_one_that_fails_loses_no_other(tmp_path: Path) -> None:
     assert isinstance(failed.results[1], palpate.RecordingError)
     assert failed.results[1].__notes__ == [f"file: {letter}"]
     assert isinstance(failed.results[3], TypeError)
-    for copied in (pickle.loads(pickle.dumps(failed)), copy.copy(failed)):
-        assert str(copied) == str(failed)
-        assert same([copied.results[0]], [good])
+    for again in (pickle.loads(pickle.dumps(failed)), copy.copy(failed)):
+        assert str(again) == str(failed)
+        assert same([again.results[0]], [good])
 
 
 def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
@@ -75,9 +74,7 @@ def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
 
 
 def test_touches_keep_what_was_said_of_the_recording(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    for suffix in (".csv", ".json"):
-        shutil.copy(f"tests/data/four-specimens{suffix}", path.with_suffix(suffix))
+    path = copied(tmp_path / "run.csv")
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join([*lines[:50], *lines[51:]]))
     with pytest.warns(UserWarning, match=r"run.csv: results may be wrong: "):

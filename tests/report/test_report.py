@@ -16,7 +16,7 @@ from command_lines import run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.report.writing import _render
-from project import FOUR, made_once
+from project import FOUR, copied, made_once
 from report_session import HOSTILE, change, recorded, specimens, with_session
 
 
@@ -139,8 +139,8 @@ def test_sources_settings_and_commands(folder: Path, ten: Page) -> None:
 
 
 def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
-    for name in ("session.csv", "session.json", "probe.toml"):
-        shutil.copy(folder / name, tmp_path)
+    copied(tmp_path / "session.csv", folder / "session.csv")
+    shutil.copy(folder / "probe.toml", tmp_path)
     words = ["report", "session.csv", "--calibration", "probe.toml"]
     subprocess.run([sys.executable, "-m", "palpate", *words], cwd=tmp_path, check=True, capture_output=True)
     page = Page(tmp_path / "session-report.html")
@@ -197,13 +197,6 @@ def test_a_name_that_the_template_lacks() -> None:
         _render({})
 
 
-def copied(source: Path, path: Path) -> Path:
-    path.parent.mkdir(exist_ok=True)
-    for suffix in (".csv", ".json"):
-        shutil.copy(source.with_suffix(suffix), path.with_suffix(suffix))
-    return path
-
-
 def test_exit_codes(folder: Path, tmp_path: Path) -> None:
     one, out = specimens(folder)[0], tmp_path / "r.html"
     cases: list[tuple[list[str | Path], int, str]] = [
@@ -213,7 +206,7 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
         ([folder / "session.csv", tmp_path / "other.csv"], 4, "30 OO has 0.2 MPa, but 0.143 MPa"),
     ]
     (tmp_path / "table.csv").write_text("a,b,c\n" + "1,2,3\n" * 20)
-    other = copied(folder / "session.csv", tmp_path / "other.csv")
+    other = copied(tmp_path / "other.csv", folder / "session.csv")
     change(other, {"session": {"specimens": [{"name": "30 OO", "modulus_MPa": 0.2}]}})
     for words, code, said in cases:
         result = run("report", *words, "-o", out)
@@ -223,7 +216,7 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
     none = run("report", idle, "-o", out)
     assert (none.exit_code, "no touch was found" in none.stderr) == (5, True)
     assert "No touch was found." in out.read_text(encoding="utf-8")
-    changed = copied(one, tmp_path / "changed.csv")
+    changed = copied(tmp_path / "changed.csv", one)
     changed.write_bytes(changed.read_bytes().replace(b",0\n", b",1\n", 1))
     doubtful = run("report", changed, "-o", out, "--force")
     assert (doubtful.exit_code, "the rows were changed" in doubtful.stderr) == (5, True)
@@ -232,7 +225,7 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
 
 def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) -> None:
     """Of two recordings of the same name, which are told apart."""
-    paths = [copied(folder / "gel" / "gel.csv", tmp_path / day / "gel.csv") for day in ("monday", "tuesday")]
+    paths = [copied(tmp_path / day / "gel.csv", folder / "gel" / "gel.csv") for day in ("monday", "tuesday")]
     report.write(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text

@@ -1,8 +1,6 @@
 """Names of sources, their options, and what each gives."""
 
 import re
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -113,21 +111,3 @@ def test_no_board() -> None:
         palpate.open("usb:", backend=SimpleNamespace(enumerate_devices=list))
     with pytest.raises(DeviceNotFound, match="/dev/i2c-99"):
         palpate.open("i2c:/dev/i2c-99")
-
-
-@pytest.mark.parametrize(
-    ("uri", "module", "extra"),
-    [("sim:", "usb", "usb"), ("i2c:/dev/i2c-1", "smbus2", "i2c"), ("lsl:x", "pylsl", "lsl")],
-)
-def test_a_missing_extra_is_named_with_its_pip_line(uri: str, module: str, extra: str, tmp_path: Path) -> None:
-    code = f"""
-import sys
-sys.modules[{module!r}] = None
-sys.argv = ["palpate", "record", {uri!r}, "-o", {str(tmp_path / "run.csv")!r}]
-import palpate.__main__
-palpate.__main__.main()
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.returncode, list(tmp_path.iterdir())) == (6, []), done.stderr
-    assert f"pip install 'palpate[{extra}]'" in done.stderr
-    assert "Traceback" not in done.stderr

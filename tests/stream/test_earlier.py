@@ -72,7 +72,7 @@ def test_with_all_that_was_measured_a_replay_is_the_measurement(at: int, tmp_pat
     stream = begun(source, tmp_path / "run.csv", {at}, {300}, keep=KEEP)
     path = tmp_path / "run-1.csv"
     assert [mark["text"] for mark in document(path)["marks"]] == ["tare", "unplugged"]
-    assert [t.as_dict() for t in palpate.touches(recorded(path))] == [t.as_dict() for t in stream.touches]
+    assert palpate.touches(recorded(path)) == stream.touches
     found, counters = check(path), document(path)["end"]["counters"]
     assert (found.clean, found.faults) == (True, ())
     assert counters["read"] == counters["recorded"] == counters["delivered"] == found.survey.rows == len(touched())

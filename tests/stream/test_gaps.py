@@ -33,10 +33,6 @@ def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
     return samples
 
 
-def plain(touches: list[palpate.Touch]) -> list[dict[str, Any]]:
-    return [touch.as_dict() for touch in touches]
-
-
 def replug(shift_pF: float, at_s: float, seed: int = 1) -> Any:
     """Return a simulated board that is unplugged for a second, and has another idle level then."""
     source: Any = palpate.open(f"sim:four-specimens?seed={seed}")
@@ -66,10 +62,10 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
     recording = recorded(path)
     assert recording.gap_marks == [(mark["seq"], text)]
     for again in (recording, palpate.read(path)):
-        assert plain(palpate.touches(again)) == plain(stream.touches)
+        assert palpate.touches(again) == stream.touches
     with Stream(str(path)) as repeated:
         list(repeated.batches())
-    assert plain(repeated.touches) == plain(stream.touches)
+    assert repeated.touches == stream.touches
 
 
 @pytest.mark.parametrize("scene", ["handheld", "sliding", "paper", "fixed"])
@@ -90,7 +86,7 @@ def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Pat
     tracker.finish()
     live, fed = ([(t.start, t.samples, t.ratio.hex(), t.flags) for t in x.touches] for x in (stream, tracker))
     assert live == fed
-    assert plain(palpate.touches(recorded(path), scene=scene)) == plain(stream.touches)
+    assert palpate.touches(recorded(path), scene=scene) == stream.touches
 
 
 def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,7 +121,7 @@ def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
     assert told in document("replay", path)["notes"]
     assert told in run("convert", path, "-o", tmp_path / "copy.csv").stderr
     assert recorded(tmp_path / "copy.csv").gap_marks == recorded(path).gap_marks
-    assert plain(palpate.touches(recorded(tmp_path / "copy.csv"))) == plain(stream.touches)
+    assert palpate.touches(recorded(tmp_path / "copy.csv")) == stream.touches
 
 
 def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
@@ -136,7 +132,7 @@ def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
     assert RETAKEN in messages
     found = [(round(touch.start_s), "gap" in touch.flags) for touch in stream.touches]
     assert found == [(2, True), (11, False), (20, False), (29, False)]
-    assert plain(palpate.touches(recorded(tmp_path / "run.csv"))) == plain(stream.touches)
+    assert palpate.touches(recorded(tmp_path / "run.csv")) == stream.touches
 
 
 def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: Path) -> None:
@@ -165,7 +161,7 @@ def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
             list(stream.batches())
         assert sum(told in finding for finding in check(path).findings) == notes
         recording = recorded(path)
-        assert plain(palpate.touches(recording)) == plain(stream.touches)
+        assert palpate.touches(recording) == stream.touches
         assert sum(told in note for note in recording.notes) == notes
     table = recorded(tmp_path / "1.csv", columns={"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"})
     palpate.touches(table)

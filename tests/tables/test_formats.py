@@ -164,12 +164,6 @@ def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: 
         palpate.read(tmp_path / "run.csv")
 
 
-def test_a_missing_package_is_named_with_its_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pyxdf", None)
-    with pytest.raises(palpate.MissingExtra, match=r"pyxdf is not installed; type: pip install 'palpate\[tables\]'"):
-        palpate.read(save(tmp_path, PROBE))
-
-
 def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
     (tmp_path / "clean.csv").write_bytes(TABLE)
     code = (

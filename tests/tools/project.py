@@ -16,6 +16,14 @@ ROOT = Path(__file__).parents[2]
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
+def copied(path: Path, source: Path = FOUR) -> Path:
+    """Copy a recording of palpate, with its sidecar."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for copy, kept in ((path, source), (path.with_suffix(".json"), source.with_suffix(".json"))):
+        copy.write_bytes(kept.read_bytes())
+    return path
+
+
 def need(tool: str) -> str:
     """Return the path of a program. If it is missing, the test is skipped, or fails if no test may be skipped."""
     path = shutil.which(tool)
