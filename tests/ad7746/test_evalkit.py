@@ -26,6 +26,7 @@ from palpate.ad7746.twin.kit import Fault, Reply
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
+from recording_bench import soon
 from tally import Tally
 
 FOREVER = math.inf
@@ -247,16 +248,6 @@ def test_the_led_blinks_and_nothing_else_changes(bench: Bench, monkeypatch: pyte
     assert kit._in(PORTS, 0, 0, 6) == before
 
 
-LIMIT_S = 30.0  # of a loaded machine; the notice itself takes POLL_S
-
-
-def wait_for(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + LIMIT_S
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-
-
 @contextmanager
 def watched(bench: Bench, replug_s: float) -> Iterator[tuple[EvalKit, WatchedKit, list[str]]]:
     """Begin to measure and to watch; a real carrier has a system to look at."""
@@ -273,17 +264,17 @@ def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
         measuring, samples = kit.board, iter(source)
         next(samples)
         other = bench.another()
-        wait_for(lambda: notes)
+        soon(lambda: notes)
         [second] = [b for b in boards(bench.carrier.backend()) if b != measuring]
         next(samples)
         bench.carrier.unplug(other)
-        wait_for(lambda: len(notes) == 2)
+        soon(lambda: len(notes) == 2)
         assert notes == [f"usb:{second} was plugged in.", f"usb:{second} was unplugged."]
         assert not other.chip.conversions
         if not bench.carrier.real:  # in real time a busy machine may lose a pair itself
             assert (source.counters["lost"], source.counters["errors"]) == (0, 0)
             assert bench.carrier.backend().opened == 1
-    wait_for(lambda: "palpate-hotplug" not in [thread.name for thread in threading.enumerate()])
+    soon(lambda: "palpate-hotplug" not in [thread.name for thread in threading.enumerate()])
 
 
 def test_the_board_that_measures(bench: Bench) -> None:
@@ -294,14 +285,14 @@ def test_the_board_that_measures(bench: Bench) -> None:
         bench.carrier.unplug(bench.kit)
         reading = threading.Thread(target=lambda: next(samples))
         reading.start()
-        wait_for(lambda: notes)
+        soon(lambda: notes)
         time.sleep(1.5 * find.POLL_S)
         [gone] = notes
         assert gone.startswith(f"usb:{first}, ")
         assert "was unplugged" in gone
         bench.carrier.plug(bench.kit)
-        reading.join(LIMIT_S)
-        wait_for(lambda: len(notes) == 3)
+        reading.join(30)
+        soon(lambda: len(notes) == 3)
         assert kit.board != first
         assert f"usb:{kit.board} was plugged in." in notes
         assert sum("is back after" in note for note in notes) == 1

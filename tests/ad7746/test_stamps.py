@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from random import Random
+from types import SimpleNamespace
 from typing import Any
 
 import palpate
@@ -67,18 +68,12 @@ class StalledClock(VirtualClock):
             self.advance(self._random.uniform(0.0, LONGEST_S))
 
 
-class _Steady:
-    """The board's own view of the clock: nothing stops it."""
-
-    def __init__(self, clock: StalledClock) -> None:
-        self.now_ns, self.sleep = clock.now_ns, clock.advance
-
-
 class StalledBackend(TwinBackend):
     """USB of a computer that stalls: the board goes on by itself."""
 
     def __init__(self, clock: StalledClock, share: float) -> None:
-        super().__init__(_Steady(clock))
+        steady: Any = SimpleNamespace(now_ns=clock.now_ns, sleep=clock.advance)  # nothing stops the board
+        super().__init__(steady)
         self._stalled, self._share = clock, share
 
     def ctrl_transfer(self, *request: Any) -> int:

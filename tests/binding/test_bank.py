@@ -141,12 +141,3 @@ def test_what_a_block_refuses() -> None:
 def test_what_the_constructor_refuses(arguments: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         palpate.Bank(*arguments)
-
-
-def test_a_subclass_keeps_what_is_its_own() -> None:
-    class Named(palpate.Bank):
-        name = ""
-
-    bank = Named(palpate.Rls(), 2)
-    bank.name = "left"
-    assert (copy.deepcopy(bank).name, copy.copy(bank)) == ("left", bank)

@@ -7,24 +7,14 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import document, run
-from project import FOUR
+from project import FOUR, made_once
+from report_session import recorded, specimens
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Ten specimens by four touches, an eleventh object, and the calibration."""
-    base = tmp_path_factory.mktemp("session")
-    assert run("simulate", "-o", base / "ten").exit_code == 0
-    assert run("simulate", "-o", base / "gel", "--object", "gel=1.1", "--seed", "7").exit_code == 0
-    written = ("-o", base / "probe.toml", "--plot", base / "probe.png")
-    result = run("calibrate", *files(base), "--moduli", base / "ten" / "moduli.csv", *written)
-    assert result.exit_code == 0, result.output
-    (base / "printed.txt").write_text(result.stdout, encoding="utf-8")
-    return base
-
-
-def files(base: Path) -> list[Path]:
-    return sorted((base / "ten").glob("*[AO].csv"))
+    return made_once(tmp_path_factory, "report", recorded)
 
 
 def values(printed: str) -> int:
@@ -33,8 +23,10 @@ def values(printed: str) -> int:
     return int(found)
 
 
-def test_the_session(folder: Path) -> None:
-    lines = (folder / "printed.txt").read_text(encoding="utf-8").splitlines()
+def test_the_session(folder: Path, tmp_path: Path) -> None:
+    written = ("-o", tmp_path / "probe.toml", "--plot", tmp_path / "probe.png")
+    result = run("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *written)
+    lines = result.stdout.splitlines()
     assert lines[0].split()[:3] == ["specimen", "MPa", "touches"]
     assert [line.split()[:3] for line in lines[1:3]] == [["30", "OO", "0.143"], ["40", "OO", "0.186"]]
     assert lines[11].split() == ["rises", "yes", "yes", "yes", "yes"]
@@ -43,7 +35,7 @@ def test_the_session(folder: Path) -> None:
     for name, true in {"rigid_ratio": 10.0, "half_modulus": 2.0}.items():
         [(low, high)] = re.findall(rf"^{name} .*?([\d.]+) to ([\d.]+)", "\n".join(lines), re.MULTILINE)
         assert float(low) < true < float(high)
-    assert (folder / "probe.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "probe.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_replay_adds_the_modulus(folder: Path) -> None:
@@ -77,10 +69,12 @@ def test_doubts_of_a_calibration_are_told(folder: Path, tmp_path: Path) -> None:
     other = run("replay", gel, "--scene", "paper", "--calibration", folder / "probe.toml")
     assert (other.exit_code, "with scene handheld, but this is scene paper" in other.stderr) == (0, True)
     shutil.copytree(folder / "ten", tmp_path / "ten")
-    changed = files(tmp_path)[0]
+    changed = specimens(tmp_path)[0]
     changed.write_bytes(changed.read_bytes().replace(b",0\n", b",1\n", 1))
     probe = tmp_path / "probe.toml"
-    assert run("calibrate", *files(tmp_path), "--moduli", tmp_path / "ten" / "moduli.csv", "-o", probe).exit_code == 5
+    assert (
+        run("calibrate", *specimens(tmp_path), "--moduli", tmp_path / "ten" / "moduli.csv", "-o", probe).exit_code == 5
+    )
     result = run("replay", gel, "--calibration", probe)
     assert "was made from recordings that were not as written, so the moduli may be wrong" in result.stderr
     assert f"{changed.name}: the rows were changed" in result.stderr
@@ -88,7 +82,7 @@ def test_doubts_of_a_calibration_are_told(folder: Path, tmp_path: Path) -> None:
 
 def test_calibrate_as_json(folder: Path, tmp_path: Path) -> None:
     how = ("--by", "covariance", "--scene", "paper", "-o", tmp_path / "p.toml")
-    found = document("calibrate", *files(folder), "--moduli", folder / "ten" / "moduli.csv", *how)
+    found = document("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *how)
     assert (found["sound"], found["about"]) == (True, {"scene": "paper", "fitted on": "covariance"})
     assert [len(each) for each in (found["specimens"], found["data"]["ratios"])] == [10, 10]
     assert found["specimens"][0]["smallest error"] is None  # the scene has no standard error
@@ -97,23 +91,23 @@ def test_calibrate_as_json(folder: Path, tmp_path: Path) -> None:
 def test_a_calibration_that_is_not_to_be_relied_on(folder: Path, tmp_path: Path) -> None:
     moduli = tmp_path / "moduli.csv"
     moduli.write_text((folder / "ten" / "moduli.csv").read_text().replace("30 A,0.87", "30 A,5.0"))
-    result = run("calibrate", *files(folder), "--moduli", moduli, "-o", tmp_path / "p.toml")
+    result = run("calibrate", *specimens(folder), "--moduli", moduli, "-o", tmp_path / "p.toml")
     assert (result.exit_code, "not reliable" in result.stdout, (tmp_path / "p.toml").exists()) == (5, True, True)
 
 
 def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp_path: Path) -> None:
     table, probe = folder / "ten" / "moduli.csv", tmp_path / "p.toml"
-    few = run("calibrate", *files(folder)[:7], "--moduli", table, "-o", probe)
+    few = run("calibrate", *specimens(folder)[:7], "--moduli", table, "-o", probe)
     assert few.stderr.count("the specimen is left out") == 3
     assert "7 specimens, " in few.stdout
     assert values(few.stdout) == 28 - few.stderr.count(" is left out: ") >= 25
     short = ["--samples", "400", "--scene", "paper", "--force"]
-    flagged = run("calibrate", *files(folder), "--moduli", table, "-o", probe, *short)
+    flagged = run("calibrate", *specimens(folder), "--moduli", table, "-o", probe, *short)
     reason = "short, below 16 samples or without a standard error"
     assert (flagged.exit_code, "got 0 specimens" in flagged.stderr) == (4, True)
     assert f"30 OO: touch 4 of 30OO.csv is left out: {reason}\n" in flagged.stderr
     short += ["--accept", "short", "--accept", "gap"]
-    accepted = run("calibrate", *files(folder), "--moduli", table, "-o", probe, *short)
+    accepted = run("calibrate", *specimens(folder), "--moduli", table, "-o", probe, *short)
     assert (accepted.exit_code, accepted.stderr) == (0, "--accept gap: no touch has this flag; those found: short\n")
     assert palpate.Calibration.load(probe).about["accepted flags"] == "short gap"
 
@@ -148,7 +142,7 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
 )
 def test_errors(folder: Path, tmp_path: Path, arguments: list[str], code: int, message: str) -> None:
     table = folder / "ten" / "moduli.csv"
-    result = run("calibrate", *files(folder)[:3], "--moduli", table, "-o", tmp_path / "p.toml", *arguments)
+    result = run("calibrate", *specimens(folder)[:3], "--moduli", table, "-o", tmp_path / "p.toml", *arguments)
     assert result.exit_code == code
     assert message in result.stderr
     assert not (tmp_path / "p.toml").exists()

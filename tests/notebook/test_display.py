@@ -18,6 +18,7 @@ from palpate.display.text import ratio
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
 from project import ROOT
+from recording_bench import measured
 
 CALIBRATION = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(1)>\"'&"
@@ -31,8 +32,7 @@ def recording(**more: Any) -> Recording:
 def shown() -> dict[str, Any]:
     """Return one object of each kind."""
     found = recording().touches()
-    with palpate.Stream("sim:stiff-steady?seed=1") as stream:
-        list(stream)
+    stream = measured("sim:stiff-steady?seed=1")
     estimator = palpate.HandoverRls()
     estimator.process(np.linspace(0.02, 0.6, 300), np.linspace(0.01, 0.3, 300))
     return {

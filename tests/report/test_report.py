@@ -1,7 +1,6 @@
 """The report of real runs: what is in it, that it stands alone, and that it is the same each time."""
 
 import hashlib
-import json
 import re
 import shutil
 import subprocess
@@ -12,7 +11,7 @@ import jinja2
 import palpate
 import pytest
 from bs4 import BeautifulSoup
-from command_lines import run
+from command_lines import document, run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.report.writing import _render
@@ -65,9 +64,7 @@ def ten(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Page:
 
 
 def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
-    replayed = json.loads(
-        run("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml", "--json").stdout
-    )
+    replayed = document("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
     value, _, interval = replayed["modulus_of_mean"]["text"].partition(" (")
     row = ten.row("Results", "gel")
     assert row[:3] == ["gel", "4", NONE]
@@ -94,9 +91,7 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
 
 def test_repeatability_of_the_session(folder: Path, ten: Page, tmp_path: Path) -> None:
     """The simulated hand scatters by 3 %: with 30 degrees of freedom by 2.2 to 3.8 %, with a probability of 95 %."""
-    found = json.loads(run("report", folder / "session.csv", "-o", tmp_path / "x.html", "--json").stdout)[
-        "repeatability"
-    ]
+    found = document("report", folder / "session.csv", "-o", tmp_path / "x.html")["repeatability"]
     assert found["icc"] is None  # a touch each
     percent = float(ten.row("Repeatability", "From touch to touch (CV)")[1].partition(" %")[0])
     assert 2.2 < percent < 3.8

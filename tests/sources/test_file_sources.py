@@ -7,6 +7,7 @@ import palpate
 import pytest
 from damage import finished, killed
 from palpate import RecordingError, Status, Stream, check
+from recording_bench import measured
 
 CHANGED = "were changed after they were written"
 
@@ -26,8 +27,7 @@ def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
 def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
     """What cannot be verified is reported; it is no error."""
     path, copy, said = killed(tmp_path / "run.csv", 300, 200), tmp_path / "copy.csv", list[str]()
-    with Stream(str(path), record=copy, notify=said.append) as stream:
-        list(stream)
+    measured(str(path), record=copy, notify=said.append)
     assert [text for text in said if "the first 200 of 300 rows are verified" in text]
     assert check(copy).clean
 
@@ -40,8 +40,7 @@ def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None)
         next(iter(stream))
     assert said == [f"{path}: not read to its end: its rows are not verified"]
     assert stream.counters.read == stream.counters.delivered < 5000
-    with Stream(str(path), notify=said.append) as stream:
-        list(stream.batches())
+    stream = measured(str(path), notify=said.append)
     assert (len(said), stream.counters.read) == (1, 5000)
 
 

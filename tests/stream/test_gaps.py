@@ -10,7 +10,7 @@ import numpy as np
 import palpate
 import pytest
 from command_lines import document, run
-from palpate import Stream, Tracker, check
+from palpate import Tracker, check
 from palpate.ad7746.datasheet import CODES_PER_PF, capacitance_pF
 from palpate.ad7746.twin.kit import Fault
 from palpate.recording.foreign import recorded
@@ -19,7 +19,7 @@ from palpate.recording.sidecar import load
 from palpate.samples import RETAKEN, block_of
 from palpate.sources.base import Gap
 from palpate.sources.sim import Incident
-from recording_bench import Scripted, four, sample
+from recording_bench import Scripted, four, measured, sample
 
 
 def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
@@ -51,8 +51,7 @@ def replug(shift_pF: float, at_s: float, seed: int = 1) -> Any:
 def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Path) -> None:
     """Without the gap it was one: 250 samples, and the next press ran on in it."""
     path, messages = tmp_path / "run.csv", list[str]()
-    with Stream(replug(shift_pF, 9.3), record=path, notify=messages.append) as stream:
-        list(stream.batches())
+    stream = measured(replug(shift_pF, 9.3), record=path, notify=messages.append)
     assert [round(touch.start_s) for touch in stream.touches] == [2, 11, 20, 29]
     assert all("gap" not in touch.flags for touch in stream.touches)  # confirmed by the release
     assert any("the baseline is measured again: touch nothing" in message for message in messages)
@@ -63,8 +62,7 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
     assert recording.gap_marks == [(mark["seq"], text)]
     for again in (recording, palpate.read(path)):
         assert palpate.touches(again) == stream.touches
-    with Stream(str(path)) as repeated:
-        list(repeated.batches())
+    repeated = measured(str(path))
     assert repeated.touches == stream.touches
 
 
@@ -74,8 +72,7 @@ def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Pat
     path, block = tmp_path / "run.csv", block_of(shifted(at))
     source = Scripted(shifted(at), gaps=[Gap(at, "moved")])
     source.live = True  # so that it comes in large batches
-    with Stream(source, record=path, scene=scene) as stream:
-        list(stream.batches())
+    stream = measured(source, record=path, scene=scene)
     tracker = Tracker(scene, **stream.tracker.settings)
     for name in ("hard", "soft"):
         block[name][block["status"] != 0] = np.nan
@@ -114,8 +111,7 @@ def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(tmp_path: Path, monke
 
 def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    with Stream(Scripted(shifted(500), gaps=[Gap(500, "the board was unplugged for 1.0 s")]), record=path) as stream:
-        list(stream.batches())
+    stream = measured(Scripted(shifted(500), gaps=[Gap(500, "the board was unplugged for 1.0 s")]), record=path)
     told = "gap after sample 499: the board was unplugged for 1.0 s: the baseline was measured again"
     assert told in check(path).findings
     assert told in document("replay", path)["notes"]
@@ -127,8 +123,7 @@ def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
 def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
     """Unplugged while it is pressed: the baseline is wrong, measured in contact, until the release."""
     messages: list[str] = []
-    with Stream(replug(0.0, 4.0), record=tmp_path / "run.csv", notify=messages.append) as stream:
-        list(stream.batches())
+    stream = measured(replug(0.0, 4.0), record=tmp_path / "run.csv", notify=messages.append)
     assert RETAKEN in messages
     found = [(round(touch.start_s), "gap" in touch.flags) for touch in stream.touches]
     assert found == [(2, True), (11, False), (20, False), (29, False)]
@@ -140,8 +135,7 @@ def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: 
     found = {}
     for shift_pF in (0.0, 0.0004):
         path = tmp_path / f"{shift_pF}.csv"
-        with Stream(Scripted(shifted(395, shift_pF), gaps=[Gap(395, "moved")]), record=path) as stream:
-            list(stream.batches())
+        measured(Scripted(shifted(395, shift_pF), gaps=[Gap(395, "moved")]), record=path)
         marked = palpate.read(path)
         for name, rows in (("gap", marked.gap_rows), ("none", ())):
             known = palpate.offline(dataclasses.replace(marked, gap_rows=rows))
@@ -157,8 +151,7 @@ def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
     told = "no sample for 2.1 s after sample 399, and no mark says why"
     for gaps, notes in (([], 1), ([Gap(480, "moved")], 0)):
         path = tmp_path / f"{len(gaps)}.csv"
-        with Stream(Scripted(list(given), gaps=gaps), record=path) as stream:
-            list(stream.batches())
+        stream = measured(Scripted(list(given), gaps=gaps), record=path)
         assert sum(told in finding for finding in check(path).findings) == notes
         recording = recorded(path)
         assert palpate.touches(recording) == stream.touches

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import palpate
 import pytest
 from effort import SEED, draws
-from palpate import Sample, Stream, Touch
+from palpate import Sample, Touch
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.chip import FACTORY, ChipTwin
@@ -21,6 +21,7 @@ from palpate.ad7746.twin.kit import Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
+from recording_bench import measured
 from tally import Tally
 
 IDLE_PF = (6.92, 4.69)
@@ -133,8 +134,7 @@ WORKERS = 6
 def test_a_touch_after_a_gap_is_right_or_has_a_flag(worker: int, tmp_path: Path, tally: Tally) -> None:
     for number in range(worker, COUNT, WORKERS):
         play, path = Play(SEED + number), tmp_path / f"{number}.csv"
-        with Stream(play, record=path, seconds=TOUCH_S) as stream:
-            list(stream.batches())
+        stream = measured(play, record=path, seconds=TOUCH_S)
         assert play.now_s < play.end_s + 60, f"schedule {number}: it hangs"
         counters, driver = stream.counters, play.driver.counters
         assert counters.read == counters.delivered == counters.recorded

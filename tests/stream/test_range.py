@@ -9,7 +9,7 @@ from command_lines import run
 from palpate import Stream
 from palpate.recording.foreign import recorded
 from palpate.stream import stream as stream_module
-from recording_bench import Scripted, four, sample
+from recording_bench import Scripted, four, measured, sample
 
 
 def jumped(jump_pF: float, at: int = 400) -> list[Any]:
@@ -29,8 +29,7 @@ def test_a_channel_that_leaves_the_range_without_a_touch_is_told_once(monkeypatc
     assert outside[0] == ()
     assert outside[-1] == ("hard",)
     assert [message[:50] for message in messages] == ["hard: outside the range of the converter for 2 s, "]
-    with Stream(Scripted(jumped(6.0, at=750), full_scale_pF=4.0), notify=messages.append) as stream:
-        list(stream.batches())
+    stream = measured(Scripted(jumped(6.0, at=750), full_scale_pF=4.0), notify=messages.append)
     assert (stream.out_of_range, len(messages)) == ((), 1)  # 1.3 s
 
 

@@ -16,7 +16,7 @@ from palpate.simulation import scenarios
 from palpate.sources.files import FileSource
 from palpate.stream.estimate import Estimate
 from palpate.touch import tracked
-from recording_bench import Scripted, four
+from recording_bench import Scripted, four, measured
 
 
 def bits(touches: list[palpate.Touch]) -> list[bytes]:
@@ -73,11 +73,9 @@ def test_a_touch_that_still_runs_ends_with_the_stream() -> None:
 
 def test_saturated_samples_that_a_tracker_would_not_see_are_refused() -> None:
     given = [s._replace(status=Status.SOFT_SATURATED) if 100 <= s.seq < 150 else s for s in four()]
-    with Stream(Scripted(given)) as stream:
-        list(stream)
+    stream = measured(Scripted(given))
     assert stream.touches[0].refused >= 40
-    with Stream(Scripted(given, full_scale_pF=0.1)) as stream:
-        list(stream)
+    stream = measured(Scripted(given, full_scale_pF=0.1))
     assert stream.counters.saturated >= 50
 
 
@@ -103,8 +101,7 @@ def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path)
     path, messages = tmp_path / "run.csv", list[str]()
     run = scenarios.run("four-specimens", seed=1)
     pressed = [row for row in samples_of(run.block()) if row.t_hard_ns > 4e9]
-    with Stream(Scripted(list(pressed)), record=path, notify=messages.append) as stream:
-        list(stream)
+    stream = measured(Scripted(list(pressed)), record=path, notify=messages.append)
     touches, retaken, _ = tracked(recorded(path))
     assert (messages, stream.counters.retaken, retaken) == ([RETAKEN], 1, 1)
     assert bits(touches) == bits(stream.touches)
@@ -116,14 +113,12 @@ def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay
     block = run.block()
     alone = np.isfinite(block["hard"]) != np.isfinite(block["soft"])
     assert (alone.sum() > 50, set(block["status"][alone])) == (True, {Status.LOST})
-    with Stream(Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path) as stream:
-        list(stream)
+    stream = measured(Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path)
     assert bits(stream.touches) == bits(palpate.touches(recorded(path))) == bits(palpate.touches(palpate.read(path)))
     masked = block.copy()
     for name in ("hard", "soft"):
         masked[name][alone], masked[f"{name}_raw"][alone] = np.nan, -1
-    with Stream(Scripted(list(samples_of(masked)), full_scale_pF=run.full_scale_pF)) as without:
-        list(without)
+    without = measured(Scripted(list(samples_of(masked)), full_scale_pF=run.full_scale_pF))
     assert bits(without.touches) != bits(stream.touches)
 
 
@@ -132,8 +127,7 @@ def test_a_source_says_whose_its_stamps_are(tmp_path: Path, stamps: str | None, 
     path = tmp_path / "run.csv"
     described: dict[str, Any] = {"stamps": stamps} if stamps else {}
     run = scenarios.run("host-stamps", seed=1)
-    with Stream(Scripted(list(samples_of(run.block())), **described), record=path) as stream:
-        list(stream)
+    stream = measured(Scripted(list(samples_of(run.block())), **described), record=path)
     assert stream.tracker.settings["host_stamps"] is smoothed
     recording = recorded(path)
     assert (recording.host_stamps, palpate.read(path).host_stamps) == (smoothed, smoothed)

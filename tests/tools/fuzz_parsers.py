@@ -32,12 +32,13 @@ if __name__ == "__main__":
 with imports:
     import click
     import palpate
-    from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
+    from palpate import CalibrationError, PalpateError, ProtocolError, RecordingError, SourceError
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import assign, read_moduli
     from palpate.cli import COMMANDS, config
+    from palpate.kit import step as kit_step
     from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
     from palpate.recording.foreign import recorded
@@ -111,6 +112,7 @@ def calibration(data: bytes) -> None:
     with suppress(CalibrationError):
         found = palpate.Calibration.load(path)
         modulus = found.modulus(2.5, 0.01)
+        assert not modulus.low > modulus.high
         assert math.isnan(modulus.value) or modulus.low <= modulus.value <= modulus.high
 
 
@@ -126,6 +128,12 @@ def moduli(data: bytes) -> None:
         found = read_moduli(_file("moduli.csv", data))
         assert all(0 < value < math.inf for value in found.values())
         assign([Path("70A-1.csv")], found)
+
+
+def kit_report(data: bytes) -> None:
+    """Parse a report of `palpate kit accept`; an accepted one has nothing that acts on a terminal."""
+    with suppress(PalpateError):
+        assert all(map(str.isprintable, kit_step.load(_file("report.json", data)).lines()))
 
 
 def firmware(data: bytes) -> None:
@@ -203,7 +211,10 @@ def _passed(scope: dict[str, Any], token: str | None) -> bool:
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    **{each.__name__: each for each in (own_file, table, calibration, moduli, firmware, lines, uri, request)},
+    **{
+        each.__name__: each
+        for each in (own_file, table, calibration, moduli, kit_report, firmware, lines, uri, request)
+    },
     "sidecar": sidecar_of,
     "config": config_file,
 }

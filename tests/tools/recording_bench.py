@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Self
 
-from palpate import Sample, Source, Status
+from palpate import Sample, Source, Status, Stream
 from palpate.ad7746 import datasheet
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
@@ -129,6 +129,13 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
             document["checkpoint"] = {"rows": rows - 1, "bytes": len(synced), "crc32": zlib.crc32(synced)}
         sidecar.save(sidecar.sidecar_path(path), document)
     return path
+
+
+def measured(source: Source | str, **how: Any) -> Stream:
+    """Measure to the end; return the stream."""
+    with Stream(source, **how) as stream:
+        list(stream.batches())
+    return stream
 
 
 def soon(is_so: Callable[[], object]) -> None:
