@@ -166,11 +166,8 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
     loaded = Calibration.load(path)
     for ratio in (1.5, 5.0, 9.9):
         assert list(loaded.modulus(ratio, 0.01)) == list(calibration.modulus(ratio, 0.01))
-    assert (loaded.verdict, loaded.about, loaded.version) == (
-        calibration.verdict,
-        {"scene": "handheld"},
-        palpate.__version__,
-    )
+    assert (loaded.verdict, loaded.about) == (calibration.verdict, {"scene": "handheld"})
+    assert loaded.version == palpate.__version__
     again = Calibration.fit(
         loaded.ratios, loaded.moduli, standard_errors=loaded.standard_errors, touches=loaded.touches
     )
@@ -333,20 +330,15 @@ class Scatter:
         scattered = true * own * (1 + self.oblique * random.standard_normal(shape))
         return np.asarray(scattered + true * self.error * random.standard_normal(shape))
 
-    def calibrated(self, random: np.random.Generator) -> palpate.Calibration:
-        """Return a calibration on the ten specimens."""
-        ratios = self.ratios(MODULI, self.touches, random)
-        return palpate.Calibration.fit(
-            ratios.ravel(), np.repeat(MODULI, self.touches), standard_errors=self.error * ratios.ravel()
-        )
-
 
 def coverage(scatter: Scatter) -> dict[float, tuple[float, float]]:
     """Return for each share of the rigid ratio: how often the interval holds the truth, and how often it is one-sided."""
     random = np.random.default_rng(2026)
     held, open_ended = dict.fromkeys(SHARES, 0), dict.fromkeys(SHARES, 0)
     for _ in range(PROBES):
-        calibration = scatter.calibrated(random)
+        ratios = scatter.ratios(MODULI, scatter.touches, random).ravel()
+        moduli = np.repeat(MODULI, scatter.touches)
+        calibration = Calibration.fit(ratios, moduli, standard_errors=scatter.error * ratios)
         for share in SHARES:
             modulus = PROBE.modulus(share * PROBE.rigid_ratio)
             ratio = float(scatter.ratios(np.array([modulus]), scatter.probing, random).mean())

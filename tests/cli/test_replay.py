@@ -15,10 +15,6 @@ replay = importlib.import_module("palpate.cli.replay")
 MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
 
 
-def replayed(*arguments: str | Path) -> Any:
-    return document("replay", *arguments)
-
-
 def table(folder: Path, name: str, unit: str = "pF", *, from_s: float = 0.0) -> Path:
     """Write a table of a simulated scenario, as another logger would."""
     simulated, path = scenarios.run(name, seed=1), folder / f"{name}.csv"
@@ -39,7 +35,7 @@ def test_one_row_a_touch_or_one_document() -> None:
     for line, touch in zip(lines, touches, strict=True):
         ratio = digits.number(touch.ratio, touch.standard_error)
         assert line.split()[1:4] == [f"{touch.start_s:.3f}", str(touch.samples), ratio]
-    found = replayed(FOUR, "--scene", "paper")
+    found = document("replay", FOUR, "--scene", "paper")
     touches = palpate.touches(palpate.read(FOUR), scene="paper")
     assert (found["scene"], found["rows"]) == ("paper", 1411)
     assert found["touches"] == [touch.as_dict() | {"flags": [], "advice": []} for touch in touches]
@@ -54,14 +50,14 @@ def test_offline_shows_its_method_and_the_live_result_beside(tmp_path: Path) -> 
         live = touch.live
         assert line.split()[3] == digits.number(touch.ratio, touch.standard_error)
         assert line.split()[5] == digits.number(live.ratio, live.standard_error)
-    whole = replayed(FOUR, "--offline")
+    whole = document("replay", FOUR, "--offline")
     assert [record.pop("offline") for record in whole["touches"]] == [touch.as_dict() for touch in found]
-    assert whole == replayed(FOUR)
+    assert whole == document("replay", FOUR)
 
 
 def test_a_length_in_seconds_or_in_samples(tmp_path: Path) -> None:
     def samples(*options: str | Path) -> list[int]:
-        return [touch["samples"] for touch in replayed(*options)["touches"]]
+        return [touch["samples"] for touch in document("replay", *options)["touches"]]
 
     assert all(abs(n - 2 / 0.026) < 3 for n in samples(FOUR, "--touch-seconds", "2"))
     assert samples(FOUR, "--samples", "70") == samples(FOUR, "--set", "samples=70") == [70] * 4
@@ -126,7 +122,7 @@ def week(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def files(*arguments: str | Path) -> list[str]:
-    return [Path(each["file"]).as_posix() for each in replayed(*arguments)]
+    return [Path(each["file"]).as_posix() for each in document("replay", *arguments)]
 
 
 def test_folders_and_patterns_stand_for_the_recordings_in_them(week: Path) -> None:
@@ -141,7 +137,7 @@ def test_folders_and_patterns_stand_for_the_recordings_in_them(week: Path) -> No
     assert none.exit_code == 4
     assert "nothing*.csv: no recording there, allowed: a folder or pattern" in none.stderr
     (week / "a.csv").rename("run[1].csv")
-    assert replayed("run[1].csv")["file"] == "run[1].csv"
+    assert document("replay", "run[1].csv")["file"] == "run[1].csv"
 
 
 @pytest.mark.parametrize("jobs", ["1", "3"])
@@ -153,8 +149,8 @@ def test_the_rows_and_documents_are_those_of_each_file(week: Path, jobs: str) ->
     expected = [f"{Path(name)!s:18}  {row}" for name in names for row in rows]
     assert result.stdout.splitlines() == [f"{'file':18}  {head}", *expected]
     options = ("--scene", "paper", "--set", "threshold=0.1")
-    one = replayed("week/a.csv", *options)
-    assert replayed(week, *options, "--jobs", jobs)[:2] == [one, one | {"file": str(Path("week/b.csv"))}]
+    one = document("replay", "week/a.csv", *options)
+    assert document("replay", week, *options, "--jobs", jobs)[:2] == [one, one | {"file": str(Path("week/b.csv"))}]
 
 
 def test_sentences_stand_below_with_the_file_and_how_tables_are_read_once(tmp_path: Path) -> None:
@@ -174,7 +170,7 @@ def test_a_bad_file_does_not_stop_the_others(week: Path) -> None:
     assert result.exit_code == 4
     said = [f"Error: {week / 'aa.csv'}, line 1: not a recording", f"{week / 'idle.csv'}: no touch found: ", "none.csv"]
     assert all(text in result.stderr for text in said), result.stderr
-    assert ["error" in each for each in replayed(week, week / "none.csv")].count(True) == 2
+    assert ["error" in each for each in document("replay", week, week / "none.csv")].count(True) == 2
     assert run("replay", week / "a.csv", week / "idle.csv").exit_code == 5
     wrong = run("replay", week / "a.csv", week / "b.csv", "--set", "treshold=6")
     assert (wrong.exit_code, wrong.stdout, wrong.stderr.count("did you mean 'threshold'?")) == (4, "", 2)

@@ -1,6 +1,5 @@
 """The device on the page: what it says, and that nothing changes a measurement without a mark in the recording."""
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import pytest
 from live_bench import SOURCE, Bench, Fed, Played, begun, noisy, until
 from palpate.live.device import Device
 from palpate.live.feed import RefusedCommand
+from palpate.recording.sidecar import load
 
 IDLE = f"{SOURCE}&idle=60"
 
@@ -20,10 +20,6 @@ def device(bench: Bench) -> dict[str, Any]:
 
 def values(document: dict[str, Any]) -> dict[str, str]:
     return {fact["name"]: fact["value"] for fact in document["facts"]}
-
-
-def sidecar(path: Path) -> dict[str, Any]:
-    return dict(json.loads(path.with_suffix(".json").read_text()))
 
 
 def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Path) -> None:
@@ -52,7 +48,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     bench.measurement.close()
     for name, capf in (("run.csv", 1), ("run-2.csv", 2)):
         assert palpate.check(tmp_path / name).clean
-        told = sidecar(tmp_path / name)
+        told = load(tmp_path / name) or {}
         assert "the converter was set again: capf 2, before 1" in told["notes"]
         assert told["device"]["configuration"]["capf"] == capf
     with pytest.raises(RefusedCommand, match="the measurement has ended"):

@@ -45,20 +45,11 @@ def test_descriptions(name: str) -> None:
     with Outlets(stream, name) as outlets, listening(name) as found:
         assert outlets
     stream.close()
-    told = {
-        key: (info.type(), info.nominal_srate(), info.channel_format(), info.source_id())
-        for key, info in ((key, listener.info) for key, listener in found.items())
-    }
-    kinds = {"": "Capacitance", "-estimates": "Estimate", "-marks": "Markers"}
-    assert told == {
-        key: (
-            kind,
-            0.0,
-            pylsl.cf_string if key == "-marks" else pylsl.cf_double64,
-            f"palpate {name}{key} {socket.gethostname()}",
-        )
-        for key, kind in kinds.items()
-    }
+    forms = {"Capacitance": pylsl.cf_double64, "Estimate": pylsl.cf_double64, "Markers": pylsl.cf_string}
+    for (key, listener), (kind, form) in zip(found.items(), forms.items(), strict=True):
+        told = (listener.info.type(), listener.info.nominal_srate(), listener.info.channel_format())
+        assert told == (kind, 0.0, form)
+        assert listener.info.source_id() == f"palpate {name}{key} {socket.gethostname()}"
     samples = found[""].info
     assert samples.get_channel_labels() == ["hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps"]
     assert samples.get_channel_units() == ["pF", "pF", "s", "none", "none", "none"]
@@ -99,12 +90,16 @@ def sent_from(stream: Stream, outlets: Outlets) -> tuple[list[Any], list[Any]]:
     return samples, rows
 
 
-def test_each_sample_is_sent_once_with_its_stamp(name: str) -> None:
+def test_each_sample_is_sent_once_with_its_stamp_and_each_mark_at_its_sample(name: str) -> None:
+    """A touch is sent with all digits, and again when it is revised."""
     source = Lab()
     stream = Stream(source, capacity=4096)
     with Outlets(stream, name) as outlets, listening(name) as found:
         outlets.mark("note", "specimen 70 OO")
         sent, rows = sent_from(stream, outlets)
+        outlets.mark("tare")
+        nothing = block_of([])
+        outlets.send(Batch(nothing, feed(stream.tracker, nothing), [], 5, [(1, stream.touches[0])]))
     samples, estimates = found[""], found["-estimates"]
     assert len(sent) == len(source.script)
     # A double has 2**-30 s at a time of 10**7 s since the start of the computer.
@@ -114,18 +109,6 @@ def test_each_sample_is_sent_once_with_its_stamp(name: str) -> None:
     assert estimates.stamps == samples.stamps
     shown = [[*(row[:2] if row[4] > 0 else [math.nan] * 2), row[3], row[4], row[2]] for row in rows]
     np.testing.assert_array_equal(estimates.rows, np.array(shown, float))
-
-
-def test_marks(name: str) -> None:
-    """Each at the sample that it belongs to; a touch with all digits, and again when it is revised."""
-    source = Lab()
-    stream = Stream(source, capacity=4096)
-    with Outlets(stream, name) as outlets, listening(name) as found:
-        outlets.mark("note", "specimen 70 OO")
-        sent, rows = sent_from(stream, outlets)
-        outlets.mark("tare")
-        nothing = block_of([])
-        outlets.send(Batch(nothing, feed(stream.tracker, nothing), [], 5, [(1, stream.touches[0])]))
     stamp_s = [(source.zero_ns + s[1]) / 1e9 for s in sent]
     told = list(zip(found["-marks"].stamps, marks(found["-marks"]), strict=True))
     assert (stamp_s[0], ("note", "specimen 70 OO")) in told

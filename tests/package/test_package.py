@@ -103,9 +103,8 @@ def test_import_loads_neither_numpy_nor_anything_optional() -> None:
     assert loaded - {"pybind11_builtins"} == {"palpate"}
 
 
-def test_public_names() -> None:
+def test_a_name_that_is_not_there() -> None:
     assert set(palpate.__all__) <= set(dir(palpate))
-    assert all(getattr(palpate, name) is not None for name in palpate.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = palpate.nothing
 

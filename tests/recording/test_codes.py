@@ -72,11 +72,8 @@ def test_without_a_sidecar_codes_of_another_converter_are_left_out(tmp_path: Pat
     sidecar.sidecar_path(path).unlink()
     read = Recorded(path)
     [block] = read.blocks()
-    assert (read.codes, block["hard_raw"].max(), block["hard"].tolist()) == (
-        None,
-        -1,
-        [s.hard for s in samples_of(WIDE, [7, 2**30])],
-    )
+    assert (read.codes, block["hard_raw"].max()) == (None, -1)
+    assert block["hard"].tolist() == [s.hard for s in samples_of(WIDE, [7, 2**30])]
     assert any(note.startswith("the codes are not those of an AD7746") for note in read.notes)
     own = record(tmp_path / "own.csv", [sample(i) for i in range(9)])
     sidecar.sidecar_path(own).unlink()

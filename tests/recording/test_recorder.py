@@ -7,7 +7,6 @@ import time
 import zlib
 from pathlib import Path
 from threading import Event, Timer
-from typing import Any
 from unittest.mock import Mock
 
 import pytest
@@ -20,15 +19,10 @@ from palpate.recording.lock import is_locked, lock, unlock
 from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
-from palpate.recording.sidecar import load
 from palpate.stream import stream as stream_module
-from recording_bench import sample, soon
+from recording_bench import document, sample, soon
 
 PLAN = Plan("Monday", "N. N.", (Specimen("30 OO", 0.143, 4),), (Entry(0.5, "30 OO"),), (Note(1.0, "warm"),))
-
-
-def document(path: Path) -> dict[str, Any]:
-    return load(path) or {}
 
 
 def test_what_the_pages_promise() -> None:

@@ -36,6 +36,12 @@ def has_deviation(values: NDArray[np.float64], expected: float) -> None:
     assert abs(np.mean(values)) < 5 * expected / np.sqrt(values.size)
 
 
+def powers(values: np.ndarray, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, Hz, and power; the sum of the power is the variance."""
+    power = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
+    return np.fft.rfftfreq(values.size, step_s), power / power.sum() * values.var()
+
+
 @examples(20)
 @given(seeds, st.floats(1e-5, 1e-2) | st.integers(0, 7), st.floats(-3.5, 3.5), st.floats(-3.5, 3.5))
 def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: float, soft: float) -> None:
@@ -65,8 +71,7 @@ def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Pea
     for _ in range(40):
         values = spectrum.course(random)(t)
         squares.append(np.mean(values**2))
-        power = np.abs(np.fft.rfft(values * np.hanning(t.size))) ** 2
-        frequency = np.fft.rfftfreq(t.size, step_s)
+        frequency, power = powers(values, step_s)
         assert power[(frequency > 2.97) & (frequency < 12.03)].sum() > 0.999 * power.sum()
     assert np.mean(squares) == pytest.approx(1.0, abs=0.08)
 
@@ -193,17 +198,11 @@ def test_a_hand_scatters_presses_and_ratios(
     assert abs(np.median(shares)) < 1.26 * 5 * spread / np.sqrt(MANY)
 
 
-def spectrum(values: np.ndarray, step_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies, Hz, and power; the sum of the power is the variance."""
-    power = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
-    return np.fft.rfftfreq(values.size, step_s), power / power.sum() * values.var()
-
-
 def test_lines_and_sway_have_their_bands() -> None:
     t = np.arange(0, 400, 0.02)
     for seed in range(5):
         values = Lines((4.0, 9.0), width_Hz=0.4, sway=0.5).course(np.random.default_rng(seed))(t)
-        frequency, power = spectrum(values - values.mean(), 0.02)
+        frequency, power = powers(values - values.mean(), 0.02)
         tremor = power[(frequency > 2.98) & (frequency < 12.02)].sum()
         sway = power[(frequency > 0.08) & (frequency < 1.02)].sum()
         # The window weights 400 s unevenly, and two of 12 sines may be closer than 1 / 400 s.
@@ -216,7 +215,7 @@ def test_a_line_has_its_width() -> None:
     t, second, middle = np.arange(0, 100, 0.02), [], 7.0
     for seed in range(60):
         values = Lines((middle,), width_Hz=0.4, sway=0.0).course(np.random.default_rng(seed))(t)
-        frequency, power = spectrum(values, 0.02)
+        frequency, power = powers(values, 0.02)
         second.append((power * (frequency - middle) ** 2).sum() / power.sum())
     # 60 x 12 sines of unequal power count as 360: an s.d. is known to 1 / sqrt(720) = 3.7 %; 4 of it.
     assert np.sqrt(np.mean(second)) == pytest.approx(0.4, rel=0.15)

@@ -13,7 +13,7 @@ CHANGED = "were changed after they were written"
 
 
 def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
-    """All rows are in the copy, and its sidecar says what is wrong with them."""
+    """All rows are in the copy, and its sidecar says what is wrong with them; read as a table they are not verified."""
     path, copy = finished(tmp_path / "run.csv", 300), tmp_path / "copy.csv"
     path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
     stream = Stream(str(path), record=copy)
@@ -22,6 +22,8 @@ def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
     report = check(copy)
     assert (report.survey.rows, report.faults) == (300, ())
     assert report.findings[0].startswith(f"the source ended with an error: {path}: the rows {CHANGED}")
+    notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
+    assert notes[0].startswith("a recording of palpate, read as a table of another program: its rows are not verified")
 
 
 def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
@@ -42,13 +44,6 @@ def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None)
     assert stream.counters.read == stream.counters.delivered < 5000
     stream = measured(str(path), notify=said.append)
     assert (len(said), stream.counters.read) == (1, 5000)
-
-
-def test_a_recording_read_as_a_table_says_that_it_is_not_verified(tmp_path: Path) -> None:
-    path = finished(tmp_path / "run.csv", 300)
-    path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
-    notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
-    assert notes[0].startswith("a recording of palpate, read as a table of another program: its rows are not verified")
 
 
 @pytest.mark.parametrize("cell", ["", "nan", "inf"])

@@ -10,11 +10,11 @@ import palpate
 import pytest
 from palpate import Sample, Stream, check
 from palpate.recording.foreign import recorded
-from palpate.recording.sidecar import BEGUN, load
+from palpate.recording.sidecar import BEGUN
 from palpate.simulation import scenarios
 from palpate.sources.base import Gap
 from palpate.stream.memory import BEGIN, MAY_DIFFER, WITHIN
-from recording_bench import Scripted, sample
+from recording_bench import Scripted, document, sample
 
 PERIOD_NS = 26_000_000
 KEEP = 65536
@@ -56,13 +56,9 @@ def begun(source: Paced, path: Path, at: Collection[int], tares: Collection[int]
     return stream
 
 
-def document(path: Path) -> dict[str, Any]:
-    return load(path) or {}
-
-
-def plain(touches: list[palpate.Touch], since_s: float = -1.0) -> list[dict[str, Any]]:
-    """Return touches from a time on, but for the number of their first reading, which counts from the begin."""
-    return [{**touch.as_dict(), "start": None} for touch in touches if touch.start_s >= since_s]
+def plain(touches: list[palpate.Touch]) -> list[dict[str, Any]]:
+    """Return touches but for the number of their first reading, which counts from the begin."""
+    return [{**touch.as_dict(), "start": None} for touch in touches]
 
 
 @pytest.mark.parametrize("at", [1, 150, 1000, 1385])

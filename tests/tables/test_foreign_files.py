@@ -67,12 +67,9 @@ def test_a_table_of_any_dialect_is_never_wrong(tmp_path: Path) -> None:
             found = read(path, columns={"hard": 2, "soft": 3, "time": 1} if random.random() < 0.4 else None)
         except (RecordingError, ValueError):
             continue
-        ratios = [touch.ratio for touch in touches(found)]
-        assert ratios == pytest.approx(RATIOS, rel=5e-3), (seed, found.understood)
+        ratios, told = [touch.ratio for touch in touches(found)], (seed, found.understood)
+        assert ratios == pytest.approx(RATIOS, rel=5e-3), told
         steps = np.diff(found.t_hard_s)
-        assert "rate unknown" in found.understood or abs(float(steps.mean()) * RATE - 1) < 1e-2, (
-            seed,
-            found.understood,
-        )
+        assert "rate unknown" in found.understood or abs(float(steps.mean()) * RATE - 1) < 1e-2, told
         right += 1
     assert right > count / 8

@@ -22,11 +22,10 @@ import palpate
 from command_lines import commands, run
 from foreign_files import CASES, ending
 from palpate.live.feed import HEADER, Kind
+from project import FOUR, ROOT
 from websockets.asyncio.client import connect
 
-ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests" / "golden"
-OWN = ROOT / "tests" / "data" / "four-specimens.csv"
 SIMULATED = ("stiff-steady", "step-up", "dropouts", "saturating", "not-level", "drift-both")
 FIRST = {"schema": "palpate-recording-1", "end": {"rows": 1411, "dropped": 0, "clean": True}}
 EPHEMERAL = r'"(started|started_utc_ns|sidecar_crc32|python|system|version|palpate)": ("[^"]*"|\d+)'
@@ -54,10 +53,10 @@ DAMAGES: dict[str, Callable[[str], str]] = {
 
 def recordings(folder: Path) -> Iterator[Path]:
     """Write the fixed recordings: whole and damaged, with a sidecar, without one, without an end, of the first schema."""
-    sidecar = json.loads(OWN.with_suffix(".json").read_text())
+    sidecar = json.loads(FOUR.with_suffix(".json").read_text())
     bare = {key: value for key, value in sidecar.items() if key != "sidecar_crc32"}
     sidecars = {
-        "described": OWN.with_suffix(".json").read_text(),
+        "described": FOUR.with_suffix(".json").read_text(),
         "bare": None,
         "unclean": json.dumps({key: value for key, value in bare.items() if key != "end"}),
         "first": json.dumps(bare | FIRST),
@@ -66,7 +65,7 @@ def recordings(folder: Path) -> Iterator[Path]:
         for kind, description in sidecars.items():
             if kind in ("described", "bare") or damage in ("whole", "torn"):
                 path = folder / f"{damage}-{kind}.csv"
-                path.write_bytes(change(OWN.read_text()).encode())
+                path.write_bytes(change(FOUR.read_text()).encode())
                 if description is not None:
                     path.with_suffix(".json").write_text(description)
                 yield path
@@ -188,7 +187,7 @@ async def _messages(address: str, enough: Callable[[dict[str, Any]], bool]) -> t
 def _page(source: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
     command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json", "--port", "0"]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=OWN.parent
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=FOUR.parent
     ) as process:
         assert process.stdout
         try:
@@ -211,10 +210,10 @@ def _keys(value: Any, path: str = "") -> Iterator[str]:
 
 def page(_: Path) -> str:
     """Return the messages of a page that shows a recording, and the form and the touches of those of a measurement."""
-    shown, frames = _page(OWN.name, lambda last: last["state"]["state"] == "ended" and "view4" in last)
+    shown, frames = _page(FOUR.name, lambda last: last["state"]["state"] == "ended" and "view4" in last)
     parts = [json.dumps(shown[name]) for name in sorted(shown)]
     parts.append(f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}")
-    played, _frames = _page(f"{OWN.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "view4" in last)
+    played, _frames = _page(f"{FOUR.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "view4" in last)
     for name in sorted(played):
         parts += [name, *sorted(set(_keys(played[name])))]
     parts.append(json.dumps(played["touches"]))

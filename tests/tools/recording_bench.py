@@ -138,6 +138,11 @@ def measured(source: Source | str, **how: Any) -> Stream:
     return stream
 
 
+def document(path: Path) -> dict[str, Any]:
+    """Return the sidecar of a recording."""
+    return sidecar.load(path) or {}
+
+
 def soon(is_so: Callable[[], object]) -> None:
     """Wait until something is so."""
     until = time.monotonic() + 60
