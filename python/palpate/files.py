@@ -120,6 +120,12 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         sync(each)
 
 
+def write(path: Path, data: bytes) -> None:
+    """Write a file as a whole; errors as of `replacing`."""
+    with replacing(path) as file:
+        file.write(data)
+
+
 def _mode_of(path: Path) -> int | None:
     """Return the permissions of a file that is replaced; None: there is none, or it is a link."""
     with suppress(FileNotFoundError):

@@ -37,7 +37,7 @@ def test_each_command_is_parsed_and_obeyed_by_a_method_with_its_values() -> None
         ('{"do": "note", "text": "' + "x" * 201 + '"}', "1 to 200 printable characters"),
         ('{"do": "note", "text": "a\\u0000"}', "1 to 200 printable characters"),
         ('{"do": "plan", "wanted": 100, "text": ""}', "a whole number from 1 to 99"),
-        ('{"do": "view", "id": 1, "from_s": 1e13, "to_s": 1, "rows": 16}', "a time, s"),
+        ('{"do": "view", "id": 1, "from_s": 1e13, "to_s": 1, "rows": 16}', "from_s: got 10000000000000.0"),
         ('{"do": "view", "id": 1, "from_s": 1, "to_s": 1, "rows": 15}', "from 16 to 8192"),
         ('{"do": "tare", "do2": 1}', "no further names for tare"),
     ],

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.calibration.curve_fit import Fit
 from palpate.errors import CalibrationError, quoted, shortened
 from palpate.extras import need
-from palpate.files import parse_toml, read_toml, replacing
+from palpate.files import parse_toml, read_toml, write
 
 SCHEMA = 1
 UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "relative to the ratio squared"}
@@ -32,8 +32,7 @@ def save(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
     parse_toml(text)
-    with replacing(path) as file:
-        file.write(text.encode())
+    write(path, text.encode())
 
 
 def load(path: Path) -> dict[str, Any]:

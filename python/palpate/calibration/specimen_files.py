@@ -8,7 +8,7 @@ from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import CalibrationError, listed, nearest, quoted
-from palpate.files import read_bytes, replacing
+from palpate.files import read_bytes, write
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
@@ -106,11 +106,9 @@ def write_session(
         if progress:
             progress(number, len(paths))
         data = HEADER.encode() + format_rows(block)
-        with replacing(path) as file:
-            file.write(data)
+        write(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
         sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(block), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
-    with replacing(table) as file:
-        file.write(f"specimen,modulus_MPa\n{rows}".encode())
+    write(table, f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths, table]

@@ -18,7 +18,7 @@ from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free
 from palpate.cli.terminal import aligned
 from palpate.errors import CalibrationError, shortened
 from palpate.extras import need
-from palpate.files import replacing
+from palpate.files import write
 from palpate.report.findings import Run, run_of
 from palpate.sentences import FLAGS
 from palpate.several import FEWEST, objections
@@ -100,8 +100,7 @@ def _write_pictures(found: Calibration, specimens: list[Specimen], plot: Path | 
     if report:
         from palpate.report import calibration_page
 
-        with replacing(report) as file:
-            file.write(calibration_page(found, specimens).encode())
+        write(report, calibration_page(found, specimens).encode())
 
 
 def _fit_table(found: Calibration, specimens: list[Specimen]) -> str:

@@ -15,7 +15,7 @@ from palpate.calibration.calibration import band
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.fit_tables import parameter_rows
 from palpate.errors import CalibrationError, MissingExtra, PalpateError, listed
-from palpate.files import replacing
+from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.files import RunFiles
 from palpate.report import calibration_page
@@ -114,8 +114,7 @@ class GuidedCalibration:
         with suppress(MissingExtra):
             text = calibration_page(found, specimens)
             beside = self._files.free(f"{path.stem}-calibration.html")
-            with replacing(beside) as file:
-                file.write(text.encode())
+            write(beside, text.encode())
             self._files.made(beside, "report")
 
     def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[Specimen], Calibration]:

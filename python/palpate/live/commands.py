@@ -18,14 +18,13 @@ from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.several import TOUCH_SCATTER
+from palpate.sources.options import Check, number, yes_no
 
 LONGEST = 32768  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark, a name, a note
 LONGEST_PLAN = 4000  # characters of a list of specimens
 FEWEST_ROWS = 16  # of a view
 LARGEST_S = 1e12
-
-Check = Callable[[str, Any], Any]
 
 
 class Order(NamedTuple):
@@ -59,7 +58,10 @@ def parse(message: str) -> tuple[str, Document]:
     for name, check in COMMANDS[do].values.items():
         bare = name.rstrip("?")
         if bare in given or bare == name:
-            checked[bare] = check(bare, given.pop(bare, None))
+            try:
+                checked[bare] = check(bare, given.pop(bare, None))
+            except ValueError as error:
+                raise RefusedCommand(str(error)) from error
     if given:
         _refuse("message", min(given), f"no further names for {do}")
     return do, checked
@@ -141,25 +143,15 @@ def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
     return check
 
 
-def _number(least: float, most: float, allowed: str, *kinds: type) -> Check:
-    def check(name: str, value: Any) -> Any:
-        if type(value) not in kinds or not least <= value <= most:
-            _refuse(name, value, allowed)
-        return value
-
-    return check
-
-
 def _whole(least: int, most: int) -> Check:
-    return _number(least, most, f"a whole number from {least} to {most}", int)
+    return number(least, most, whole=True)
 
 
 def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
     raise RefusedCommand(f"{name}: got {value!a:.60}, allowed: {allowed}")
 
 
-_ID, _FLAG = _whole(0, 2**32 - 1), _number(0, 1, "true or false", bool)
-_SECONDS = _number(-LARGEST_S, LARGEST_S, "a time, s", int, float)
+_ID, _SECONDS = _whole(0, 2**32 - 1), number(-LARGEST_S, LARGEST_S)
 _NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
 _LIST = _text(LONGEST_PLAN, 0, lines=True)
 _PLAN = {"text": _LIST, "wanted": _whole(1, 99), "title?": _MAYBE, "operator?": _MAYBE}
@@ -182,10 +174,10 @@ COMMANDS: dict[str, Order] = {
     "discard": Order("plan.discard", {"touch": _ID}),
     "keep": Order("plan.keep", {"touch": _ID}),
     "more": Order("plan.more"),
-    "calibrating": Order("calibration.switch", {"on": _FLAG}),
+    "calibrating": Order("calibration.switch", {"on": yes_no}),
     "save calibration": Order("calibration.save", {"name?": _NAME}),
     "report": Order("bench.report"),
-    "noise": Order("page.listen", {"on": _FLAG}),
+    "noise": Order("page.listen", {"on": yes_no}),
     "view": Order("page.look", _VIEW),
 }
 """`page`: the page that sends the command; the other ones are parts of the workbench."""

@@ -157,11 +157,7 @@ class SteadyLine:
     def __init__(self) -> None:
         self._line: StatusLine | None = None
         self._began_s = self._caused_s = 0.0
-        self._heard = self._pending = (
-            "",
-            "",
-            "",
-        )  # what a screen reader has to know: the word, the line, the last result
+        self._heard = self._pending = ("", "", "")  # of a screen reader: the word, the line, the last result
         self._since_s = -math.inf
         self._announce = ""
 
@@ -174,12 +170,10 @@ class SteadyLine:
 
     def _steady(self, line: StatusLine, at_s: float) -> StatusLine:
         """Return this line, or the one before if its cause comes and goes and nothing else is wrong."""
-        held = self._line
+        held, calm = self._line, line.level in ("quiet", "note")
         if held and held.what == line.what:
             self._caused_s = at_s
-        elif (
-            held and held.what in _COMES_AND_GOES and line.level in ("quiet", "note") and at_s - self._caused_s < HOLD_S
-        ):
+        elif held and held.what in _COMES_AND_GOES and calm and at_s - self._caused_s < HOLD_S:
             return held
         else:
             self._began_s = self._caused_s = at_s

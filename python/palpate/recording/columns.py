@@ -17,6 +17,7 @@ from palpate.recording.lock import is_locked
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import DTYPE, Block, Status
+from palpate.tables.packed import file_errors
 
 if TYPE_CHECKING:
     from palpate.recording.foreign import AnyRecording
@@ -110,15 +111,12 @@ def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> 
     rows["status"][~(np.isfinite(rows["hard"]) & np.isfinite(rows["soft"]))] = int(Status.LOST)
     text = HEADER.encode() + format_rows(rows)
     document = _document(recording, {"rows": len(rows), "bytes": len(text), "crc32": zlib.crc32(text)})
-    try:
-        with replacing(target) as file:
-            if beside:
-                file.write(text)
-                sidecar.save(beside, document)
-            else:
-                _write_columns(file, target.suffix, rows, document)
-    except OSError as error:
-        raise RecordingError(target, f"cannot be written: {error.strerror or error}") from error
+    with file_errors(target, "cannot be written"), replacing(target) as file:
+        if beside:
+            file.write(text)
+            sidecar.save(beside, document)
+        else:
+            _write_columns(file, target.suffix, rows, document)
     return len(rows)
 
 

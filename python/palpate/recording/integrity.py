@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.lock import is_locked
-from palpate.tables.packed import STANDARD_INPUT, unpacked_name
+from palpate.tables.packed import STANDARD_INPUT, file_errors, unpacked_name
 
 SOURCE_FAILED = "the source ended with an error"
 """First words of the remark on a recording that ended so."""
@@ -96,13 +96,12 @@ class Bytes:
 
 def known_of(path: Path) -> Known:
     """Return what is known of a recording, from its sidecar and its lock."""
-    try:
+    with file_errors(path, "cannot be read"):
         running = is_locked(path)  # before the sidecar is read: a recording that ends in between has its end there
-        loaded = sidecar.load_checked(path)
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error
-    except RecordingError as error:
-        return Known(problem=str(error), running=running)
+        try:
+            loaded = sidecar.load_checked(path)
+        except RecordingError as error:
+            return Known(problem=str(error), running=running)
     if loaded is None:
         missing = Path(unpacked_name(path)).with_suffix(".json").name
         problem = "standard input has none" if path == STANDARD_INPUT else f"{missing} is missing"

@@ -20,7 +20,7 @@ from palpate.recording.rows import COLUMNS, HEADERS, Codes, codes_of, columns_of
 from palpate.recording.session import plan_of
 from palpate.recording.survey import Survey
 from palpate.samples import DTYPE, Block, usable
-from palpate.tables.packed import opened
+from palpate.tables.packed import file_errors, opened
 
 _OWN = OwnRows()
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
@@ -256,21 +256,21 @@ class Recorded:
 
     def _parsed(self, reading: _Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
         rows, self.headed = 0, False
-        try:
-            with io.BytesIO(self.data) if self.data is not None else opened(self.path) as file:
-                for lines in reading.pieces(file, chunk):
-                    rest = self._without_header(reading, lines, damage) if reading.line == 1 else lines
-                    block = self._block(reading, rest, rows, damage)
-                    rows += len(block)
-                    if len(block):
-                        yield block
-        except OSError as error:
-            raise RecordingError(self.path, f"cannot be read: {error.strerror or error}") from error
+        with file_errors(self.path, "cannot be read"), self._opened() as file:
+            for lines in reading.pieces(file, chunk):
+                rest = self._without_header(reading, lines, damage) if reading.line == 1 else lines
+                block = self._block(reading, rest, rows, damage)
+                rows += len(block)
+                if len(block):
+                    yield block
         last, reading.seen.torn = self._last(reading, rows, damage)
         reading.seen.rows = rows + len(last)
         self.seen = reading.seen
         if len(last):
             yield last
+
+    def _opened(self) -> BinaryIO:
+        return opened(self.path) if self.data is None else io.BytesIO(self.data)
 
     def _without_header(self, reading: _Pass, lines: bytes, damage: list[Damage] | None) -> bytes:
         first, _, rest = lines.partition(b"\n")
@@ -311,10 +311,8 @@ class Recorded:
             self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
         left = len(reading.tail) - len(row)
         if len(reading.tail.rstrip(b"\0")) - len(row) > _LONGEST_ROW:
-            place = Damage(
-                reading.line, 1, begin + len(row), left, rows + bool(row), f"{left} bytes without a line end"
-            )
-            self._add(place, damage)
+            reason = f"{left} bytes without a line end"
+            self._add(Damage(reading.line, 1, begin + len(row), left, rows + bool(row), reason), damage)
             left = 0
         return parse_rows(row, self.columns, self.codes), left
 
@@ -330,11 +328,8 @@ class Recorded:
 
 def is_own(path: Path) -> bool:
     """Return whether a file is a recording made by palpate: by its header, or by its sidecar and rows, or no row yet."""
-    try:
-        with opened(path) as file:
-            begin = file.read(_BEGIN)
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error
+    with file_errors(path, "cannot be read"), opened(path) as file:
+        begin = file.read(_BEGIN)
     first, *others = begin.split(b"\n")
     if first.removesuffix(b"\r") in HEADERS:
         return True

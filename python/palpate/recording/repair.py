@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.files import open_regular, replacing
+from palpate.files import open_regular, write
 from palpate.recording import sidecar
 from palpate.recording.integrity import judge
 from palpate.recording.own_file import Damage, Recorded
@@ -65,8 +65,7 @@ def repair(recording: Recorded, damage: list[Damage]) -> None:
                 _keep(beside, suffix, undo)
             if after != before:
                 kept = _keep(path, suffix, undo)
-                with replacing(path) as changed:
-                    changed.write(after)
+                write(path, after)
                 undo.callback(kept.replace, path)
             done = _report(recording, damage, path.name + suffix)
             sidecar.save(beside, _document(recording, done, after))

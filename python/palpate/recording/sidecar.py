@@ -14,12 +14,12 @@ from typing import Any
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
-from palpate.files import read_bytes, replacing
+from palpate.files import read_bytes, write
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample
 from palpate.systems import require_file_name
-from palpate.tables.packed import unpacked_name
+from palpate.tables.packed import file_errors, unpacked_name
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
@@ -69,9 +69,7 @@ def made(device: dict[str, Any], rows: int, data: bytes) -> dict[str, Any]:
 
 def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
-    text = text_of(document)
-    with replacing(path) as file:
-        file.write(text.encode())
+    write(path, text_of(document).encode())
 
 
 def text_of(document: dict[str, Any]) -> str:
@@ -100,10 +98,8 @@ def load_checked(path: Path) -> tuple[dict[str, Any], bool | None] | None:
     path = path.with_name(unpacked_name(path))
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
-    try:
+    with file_errors(beside, "cannot be read"):
         return parsed(beside, read_bytes(beside, LARGEST))
-    except OSError as error:
-        raise RecordingError(beside, f"cannot be read: {error.strerror}") from error
 
 
 def parsed(path: Path, data: bytes) -> tuple[dict[str, Any], bool | None]:
@@ -157,10 +153,8 @@ def amend(path: Path, plan: Plan) -> None:
     document = load(path)
     if document is None:
         raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
-    try:
+    with file_errors(path, "cannot be written"):
         save(sidecar_path(path), {**document, "session": plan.as_dict()})
-    except OSError as error:
-        raise RecordingError(path, f"cannot be written: {error.strerror}") from error
 
 
 def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:

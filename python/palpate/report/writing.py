@@ -21,7 +21,7 @@ from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
 from palpate.errors import shortened
 from palpate.extras import need
-from palpate.files import replacing
+from palpate.files import write as write_file
 from palpate.recording import sidecar
 from palpate.report.findings import Findings, Result, Run, findings, run_of
 from palpate.sentences import doubts_of_origin
@@ -115,8 +115,7 @@ def write(
     options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
     options += [("note", note) for note in notes]
     shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file])
-    with replacing(Path(path)) as file:
-        file.write(_render(shown).encode(errors="replace"))  # a name of a file may be no text
+    write_file(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
     results = {
         "touches": len(found.touches),
         "kept": shown["kept"],

@@ -5,6 +5,8 @@ import gzip
 import io
 import sys
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -34,13 +36,19 @@ def opened(path: Path) -> BinaryIO:
         raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
 
 
+@contextmanager
+def file_errors(path: Path, what: str) -> Iterator[None]:
+    """Turn OSError into RecordingError: what cannot be done with a file of a recording, and why."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(path, f"{what}: {error.strerror or error}") from error
+
+
 def contents(path: Path) -> bytes:
     """Return what is in a file, or what comes from standard input; RecordingError if it cannot be read, or is empty."""
-    try:
-        with opened(path) as file:
-            data = _limited(file)
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    with file_errors(path, "cannot be read"), opened(path) as file:
+        data = _limited(file)
     if not data:
         raise RecordingError(path, "is empty")
     return data

@@ -9,7 +9,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from palpate.files import read_bytes, replacing
+from palpate.files import read_bytes, write
 
 # For the user at the screen (uaccess), and for the users in a group (a machine without a screen).
 UDEV_RULE = (
@@ -59,8 +59,7 @@ def install() -> str:
         text = f"has other rules, stays as it is; move it away, or put in: {UDEV_RULE}"
         raise FileExistsError(errno.EEXIST, text, str(file))
     file.parent.mkdir(exist_ok=True)
-    with replacing(file) as out:
-        out.write(f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode())
+    write(file, f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode())
     file.chmod(0o644)
     return f"wrote {file}"
 
