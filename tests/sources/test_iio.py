@@ -108,7 +108,7 @@ def test_a_stall_in_a_read(install: Callable[..., Kernel], stall_ms: int, lost: 
         assert next(samples).status == Status.OK
     (_, hard, _), (_, soft, _) = kernel.conversions[-4:-2]
     wrong_us = abs((during.t_soft_ns - during.t_hard_ns) - (soft - hard)) / 1000
-    assert (during.status == Status.LOST, source.counters) == (lost, {"errors": int(lost)})
+    assert (during.status == Status.LOST, source.counters) == (lost, {"errors": int(lost), "reconnects": 0})
     assert lost or 2_500 < wrong_us <= during.t_uncertainty_us
 
 
@@ -169,7 +169,7 @@ def test_a_device_that_fails(install: Callable[..., Kernel]) -> None:
         assert [next(samples).status for _ in range(2)] == [Status.LOST] * 2
         with pytest.raises(ProtocolError, match="Remote I/O error"):
             next(samples)
-    assert source.counters == {"errors": iio.STREAK}
+    assert source.counters == {"errors": iio.STREAK, "reconnects": 0}
     for number, error in ((errno.ENODEV, DeviceNotFound), (errno.EACCES, DeviceRefused)):
         kernel.failures["in_capacitance1_raw"] = number
         with pytest.raises(error), source:

@@ -34,7 +34,7 @@ class Chunks(SerialSource):
     def _open(self) -> Any:
         return self
 
-    def _wait_for_replug(self, gone: Exception) -> None:
+    def _wait_for_replug(self, *_: object) -> None:
         self.interrupt()
 
     def _read_lines(self) -> Iterator[Line]:

@@ -37,11 +37,6 @@ class Look(NamedTuple):
         """Whether there is one, within the range."""
         return EMPTY_PF <= abs(self.capacitance) < math.inf
 
-    @property
-    def is_unknown(self) -> bool:
-        """Whether it was not measured: the driver was interrupted."""
-        return math.isnan(self.capacitance) and not self.shorted
-
     def __str__(self) -> str:
         """Return the capacitance with the digits that are known."""
         if self.shorted:
@@ -143,7 +138,7 @@ class Wiring:
     def mistakes(self) -> list[Mistake]:
         """Return all mistakes, those that prevent a measurement first."""
         found = [found for bump in self._bumps for found in bump.on.values()]
-        if any(each.is_unknown for each in found):
+        if any(math.isnan(each.capacitance) and not each.shorted for each in found):  # the driver was interrupted
             return []
         if shorts := list(self._shorts()):
             return shorts

@@ -144,7 +144,8 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; if it fails, end with one line and an exit code."""
-        with _one_line_and_code(ctx.meta), signals(_interrupt, signal.SIGTERM):
+        # SIGTERM as Ctrl-C: what the command has begun to write is removed.
+        with _one_line_and_code(ctx.meta), signals(signal.default_int_handler, signal.SIGTERM):
             return super().invoke(ctx)
 
 
@@ -164,11 +165,6 @@ def _one_line_and_code(meta: Mapping[str, Any]) -> Iterator[None]:
         if isinstance(error, OSError) and error.errno == errno.EPIPE:
             raise
         _end(error, debug="palpate.debug" in meta)
-
-
-def _interrupt(*_: object) -> NoReturn:
-    """End a command as Ctrl-C does: what it has begun to write is removed."""
-    raise KeyboardInterrupt
 
 
 def _with_help(error: click.UsageError) -> click.UsageError:

@@ -120,9 +120,8 @@ class Hub:
         for page in self.pages:
             page.tell("state", state)
             if page.listens:
-                page.tell(
-                    "noise", message_of("noise", **noise_of(self._measurement.levels.newest_rows()))
-                )  # takes 1 ms
+                newest = self._measurement.levels.newest_rows()
+                page.tell("noise", message_of("noise", **noise_of(newest)))  # takes 1 ms
 
     def _announce(self, kind: str) -> None:
         """Send a document to every page, if it has changed."""

@@ -20,8 +20,9 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import marked
-from palpate.recording.writer import SidecarFile, Writer, unwritable
+from palpate.recording.writer import SidecarFile, Writer
 from palpate.samples import DTYPE, Block, Sample, block_of, epoch_at, samples_of
+from palpate.tables.packed import file_errors
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
@@ -203,10 +204,8 @@ class Recorder:
     def _change(self, change: Callable[[SidecarFile], Any]) -> Any:
         if self._closing:
             raise ValueError(f"{self.path.name}: got a change of a closed recording, allowed: until it is closed")
-        try:
+        with file_errors(self.path, "cannot be written"):
             return change(self._writer.sidecar)
-        except OSError as error:
-            raise unwritable(self.path, error) from error
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.

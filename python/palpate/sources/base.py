@@ -2,18 +2,21 @@
 
 import json
 import math
+import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from threading import Event
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from palpate.errors import ProtocolError, quoted
+from palpate.errors import DeviceNotFound, ProtocolError, SourceError, quoted
 from palpate.recording.rows import Codes, codes_of
 from palpate.samples import DTYPE, Block, Sample, Status
 
 _FARTHEST_NS = 2**62  # the difference of two such times is exact
+_TURN_S = 0.1  # between two attempts to open a device that is gone
 _NAMES = DTYPE.names or ()
 
 
@@ -160,10 +163,28 @@ class Source(Protocol):
 
 
 class Stoppable(Source):
-    """A source whose iteration looks at `_stopped`."""
+    """A source whose iteration looks at `_stopped`, and which counts errors, and devices that came back."""
+
+    gaps: tuple[Gap, ...] = ()
 
     def __init__(self) -> None:
         self._stopped = Event()
+        self._errors = self._reconnects = 0
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Samples that could not be read, and how often the device came back."""
+        return {"errors": self._errors, "reconnects": self._reconnects}
+
+    def _wait_for_replug(self, attempt: Callable[[], bool], limit_s: float, gone: str) -> None:
+        """Attempt to open the device again until it succeeds or this is stopped; DeviceNotFound after the limit."""
+        begun = time.monotonic()
+        while not self._stopped.wait(_TURN_S):
+            with suppress(SourceError):
+                if attempt():
+                    return
+            if time.monotonic() - begun > limit_s:
+                raise DeviceNotFound(gone)
 
     def interrupt(self) -> None:
         """Stop the iteration."""

@@ -25,8 +25,6 @@ _STOOD_S = 0.25
 class FileSource(Stoppable):
     """The samples of a file, as fast as possible or with the timing of the recording."""
 
-    gaps: tuple[Gap, ...] = ()
-
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
         recording = self.recording = recorded(path, **asked)
         if not recording.timed:

@@ -100,9 +100,8 @@ class KernelDevice:
 
 
 class IioSource(Stoppable):
-    """Pairs of both channels, read from two files one after the other."""
+    """Pairs of both channels, read from two files one after the other. Gaps: the offset of a channel was written."""
 
-    gaps: tuple[Gap, ...] = ()  # the offset of a channel was written
     zero_ns: int | None = None  # begin of the iteration on the clock of the computer
 
     def __init__(
@@ -115,7 +114,6 @@ class IioSource(Stoppable):
         self._to_centre = Event()
         if centre:
             self._to_centre.set()
-        self._errors = 0
         self._period_ns, self._longest_ns = 2.0 * self._device.sleep_ns, math.inf
         self._steps = self._device.steps()
         self._is_unjudged = True  # since the CAPDACs were moved
@@ -144,11 +142,6 @@ class IioSource(Stoppable):
             now = self._clock_ns() - start_ns
             yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
             seq += 1
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Number of pairs that could not be read, as `errors`."""
-        return {"errors": self._errors}
 
     def describe(self) -> dict[str, Any]:
         """Return the folder of the device, its range and speed."""

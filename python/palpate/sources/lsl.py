@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate import errors
-from palpate.errors import DeviceNotFound, ProtocolError, SourceError, listed, quoted
+from palpate.errors import DeviceNotFound, ProtocolError, listed, quoted
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
@@ -158,9 +158,8 @@ def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
 
 
 class LslSource(Stoppable):
-    """Two channels of a stream, as samples."""
+    """Two channels of a stream, as samples. Gaps: the stream was lost, or its sender had a gap or began again."""
 
-    gaps: tuple[Gap, ...] = ()  # where the stream was lost, or its sender had a gap or began again
     zero_ns: int | None = None  # opening of the stream on the clock of the computer
 
     def __init__(self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0) -> None:
@@ -169,7 +168,7 @@ class LslSource(Stoppable):
         super().__init__()
         self.zero_ns = time.monotonic_ns()
         self._to_t_ns = -ahead_ns(self._pylsl) - self.zero_ns
-        self._errors = self._reconnects = self._streak = 0
+        self._streak = 0  # of samples whose stamps go back: they are refused
         self._away = ""  # why the next sample comes after a gap
         self._seq, self._t_ns = -1, -(2**62)  # of the last sample
         self._base = self._sender_gaps = 0  # the sender's number of sample 0; the sender's gaps so far
@@ -213,11 +212,6 @@ class LslSource(Stoppable):
             **{name: value for name, value in numbers.items() if value},
         }
 
-    @property
-    def counters(self) -> dict[str, int]:
-        """Samples that were refused, because their stamps go back (`errors`), and `reconnects`."""
-        return {"errors": self._errors, "reconnects": self._reconnects}
-
     def close(self) -> None:
         """Close the stream."""
         self._stopped.set()
@@ -250,20 +244,22 @@ class LslSource(Stoppable):
     def _reconnect(self) -> None:
         """Look for a stream that was lost, or is silent."""
         info, self._inlet = self._info, None
-        name, begun = told(info), time.monotonic()
+        name = told(info)
         if not self._away:
             self.notify(f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s.")
         wanted = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
         resolver = _resolver({key: value for key, value in wanted.items() if value and '"' not in value})
-        while not self._stopped.wait(_POLL_S):
-            for found in resolver.results()[:1]:
-                with suppress(SourceError):  # it ended again
-                    self._inlet = self._connected(found)
-                    self._patiently(self._inlet.open_stream)
-                    self._away = self._away or f"the stream {name} was lost"
-                    return
-            if time.monotonic() - begun > max(self._replug_s, _LOOK_S):
-                raise DeviceNotFound(f"lsl: the stream {name} was lost: start its sender again")
+
+        def connect() -> bool:
+            if not (found := resolver.results()):
+                return False
+            self._inlet = self._connected(found[0])
+            self._patiently(self._inlet.open_stream)  # SourceError: it ended again
+            self._away = self._away or f"the stream {name} was lost"
+            return True
+
+        gone = f"lsl: the stream {name} was lost: start its sender again"
+        self._wait_for_replug(connect, max(self._replug_s, _LOOK_S), gone)
 
     def _sample(self, row: Sequence[float], stamp_s: float) -> Sample | None:
         """Return a sample; None: its stamp goes back."""

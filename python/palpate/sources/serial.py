@@ -26,7 +26,7 @@ PACE, PACE_S = 3, 10.0  # No clock is that wrong in this time, but a unit is.
 SILENCE_S = 10.0
 PATIENCE_S = 10.0
 SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
-_TURN_S = 0.1  # of a read, and between two attempts to open a port that is gone
+_TURN_S = 0.1  # of a read
 _COMMENTS = 20
 
 
@@ -134,9 +134,7 @@ class Numbering:
 
 
 class SerialSource(Stoppable):
-    """Pairs from lines of text on a serial port, through unplugging."""
-
-    gaps: tuple[Gap, ...] = ()  # where the port was opened again, the board restarted, or its CAPDAC changed
+    """Pairs from lines of text on a serial port. Gaps: the port was opened again, the board restarted, its CAPDAC changed."""
 
     def __init__(
         self, name: str, grammar: Grammar, baud: int = 115200, replug: float = 30.0, reset: bool = True
@@ -150,8 +148,7 @@ class SerialSource(Stoppable):
         self._described: dict[str, Any] = {}
         self._numbering = Numbering()
         self._comments: set[bytes] = set()
-        self._errors = self._reconnects = 0
-        self._away_s = 0.0  # since the last pair
+        self._gone_s = self._away_s = 0.0  # when the port was lost; how long it was away since the last pair
         self._is_read = False  # since a line was read, and shown
         self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
         self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
@@ -168,7 +165,7 @@ class SerialSource(Stoppable):
     @property
     def counters(self) -> dict[str, int]:
         """Lines that are not read (`errors`), `reconnects`, and `lost` pairs."""
-        return {"errors": self._errors, "reconnects": self._reconnects, "lost": self._numbering.lost}
+        return {**super().counters, "lost": self._numbering.lost}
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port and the columns of its lines; waits up to 5 s for the first line."""
@@ -217,9 +214,10 @@ class SerialSource(Stoppable):
         while not self._stopped.is_set():
             try:
                 data = self._port.read(max(self._port.in_waiting, 1))
-            except OSError as error:  # also of pyserial
+            except OSError:  # also of pyserial
                 self.notify(f"{self._name} was unplugged. Waiting for it, up to {self._replug_s:g} s.")
-                self._wait_for_replug(error)
+                self._gone_s = time.monotonic()
+                self._wait_for_replug(self._reopen, self._replug_s, f"{self._name} was unplugged: plug it in again")
                 rest, is_cut = b"", True
                 continue
             arrived_ns = fine_ns() - self._begun_ns
@@ -231,17 +229,12 @@ class SerialSource(Stoppable):
                 is_cut = False
             yield Line(b"", arrived_ns)
 
-    def _wait_for_replug(self, gone: Exception) -> None:
-        begun = time.monotonic()
+    def _reopen(self) -> bool:
         self._port.close()
-        while not self._stopped.wait(_TURN_S):
-            with suppress(SourceError):
-                self._port = self._open()
-                self._away_s += time.monotonic() - begun
-                self._reconnects += 1
-                return
-            if time.monotonic() - begun > self._replug_s:
-                raise DeviceNotFound(f"{self._name} was unplugged: plug it in again") from gone
+        self._port = self._open()
+        self._away_s += time.monotonic() - self._gone_s
+        self._reconnects += 1
+        return True
 
     def _pair(self, line: Line) -> Sample | None:
         """Return the pair of a line; None: it is a comment, which is shown once, or not read."""

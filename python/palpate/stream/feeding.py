@@ -24,9 +24,8 @@ class Feeding:
     """Sends the samples that wait to a tracker, and the results to the listeners."""
 
     def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listeners) -> None:
-        self.lock: RLock = (
-            RLock()
-        )  # held while samples go to the tracker: one thread may iterate while another one closes
+        # Held while samples go to the tracker: one thread may iterate while another one closes.
+        self.lock: RLock = RLock()
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
         self.delivered = self.refused = self.saturated = 0  # as in `StreamCounters`
