@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -143,14 +144,11 @@ def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
     return check
 
 
-def _whole(least: int, most: int) -> Check:
-    return number(least, most, whole=True)
-
-
 def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
     raise RefusedCommand(f"{name}: got {value!a:.60}, allowed: {allowed}")
 
 
+_whole = partial(number, whole=True)
 _ID, _SECONDS = _whole(0, 2**32 - 1), number(-LARGEST_S, LARGEST_S)
 _NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
 _LIST = _text(LONGEST_PLAN, 0, lines=True)

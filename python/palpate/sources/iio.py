@@ -93,8 +93,7 @@ class KernelDevice:
         """Return the number in a file."""
         text = self._text(name)
         with suppress(ValueError):
-            if low <= float(text) <= high:
-                return float(text)
+            return float(number(low, high)(name, text))
         allowed = f"{low:g} to {high:g}; check the kernel's driver"
         raise ProtocolError(f"{self.path}/{name}: got {quoted(text)}, allowed: {allowed}")
 

@@ -295,7 +295,7 @@ class LslSource(Stoppable):
 def _positive(text: str) -> float | None:
     """Return a number above 0; None: it is not one."""
     with suppress(ValueError):
-        return found if 0 < (found := float(text)) < math.inf else None
+        return float(number(0, above=True)("", text))
     return None
 
 
