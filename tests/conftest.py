@@ -9,10 +9,9 @@ from random import Random
 from typing import Any
 
 import pytest
-from effort import SEED, draws
+from effort import SEED, Tally, draws, lines
 from hypothesis import settings
 from project import ROOT, need
-from tally import Tally, lines
 
 # The same examples in every run, unless .ci/nightly gives a seed. No database, which workers would share.
 settings.register_profile("palpate", max_examples=draws(200), deadline=None, derandomize=SEED == 0, database=None)

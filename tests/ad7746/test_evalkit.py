@@ -15,6 +15,7 @@ from typing import Any
 
 import palpate
 import pytest
+from effort import Tally
 from kit_bench import CENTRED, Bench
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Configuration
@@ -27,7 +28,6 @@ from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceE
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
 from recording_bench import soon
-from tally import Tally
 
 FOREVER = math.inf
 PAIRS, ENOUGH = 2, 20  # pairs to read after a fault: if the driver must continue, and at most until it must raise

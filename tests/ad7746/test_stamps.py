@@ -12,7 +12,7 @@ from typing import Any
 
 import palpate
 import pytest
-from effort import NIGHTLY, draws, random_of
+from effort import NIGHTLY, Tally, draws, random_of
 from hypothesis import given
 from hypothesis import strategies as st
 from kit_bench import CENTRED, Bench, ProcessCarrier
@@ -23,7 +23,6 @@ from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.errors import ProtocolError, SourceError
 from palpate.samples import Sample, Status
-from tally import Tally
 
 LONGEST_S = 0.1
 LIMIT_MS = 2.0

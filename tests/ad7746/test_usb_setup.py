@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import usb.core
+from effort import Tally
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.ad7746.bus import NotReady
@@ -17,7 +18,6 @@ from palpate.ad7746.evalkit.find import system_backend, translated
 from palpate.ad7746.evalkit.firmware import CPUCS, RAM_BYTES, parse_hex, read_hex, transfer
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError
 from project import ROOT, need
-from tally import Tally
 
 END = ":00000001FF"
 START = ":03000000020100FA"

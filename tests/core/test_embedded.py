@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from kept import kept_json
-from project import ROOT, need
+from project import ROOT, kept_json, need
 
 EMBEDDED = ROOT / "bench" / "embedded"
 SIMULATED = ("m0", "m3", "m4f", "m7")

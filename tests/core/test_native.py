@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from kept import kept_folder
 from numpy.typing import NDArray
-from project import ROOT, configure, need, run
+from project import ROOT, configure, kept_folder, need, run
 
 
 def fnv(*arrays: NDArray[Any]) -> str:

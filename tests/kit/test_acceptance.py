@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from effort import NIGHTLY, draws, random_of
+from effort import NIGHTLY, Tally, draws, random_of
 from kit_bench import IDLE_PF, Bus
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import VirtualClock
@@ -19,7 +19,6 @@ from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.kit.acceptance import NAMES, Acceptance
 from palpate.kit.bench import Bench, open_bench
 from palpate.kit.step import NOT_DONE, WRONG, AcceptanceReport, ReportError, Step, load, made, now
-from tally import Tally
 
 DEPTH_PF = (0.9, 0.3)
 _PRESS_S = 2.0

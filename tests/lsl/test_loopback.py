@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from effort import NIGHTLY
+from effort import NIGHTLY, Tally
 from numpy.typing import NDArray
 from palpate.samples import Block, feed
 from project import need
-from tally import Tally
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ends its processes with signals")
 

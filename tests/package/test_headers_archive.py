@@ -16,7 +16,7 @@ from release import headers
 from release.headers import in_order, one_header
 
 SOURCE = "https://forge.invalid/palpate"
-STUB = ROOT / "tests" / "tools" / "arduino_stub"
+BOARD = ROOT / "tests" / "tools" / "arduino"  # its Wire.h
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +61,14 @@ def test_a_compiler_without_c17_gets_a_sentence(library: Path) -> None:
 
 def sources(library: Path) -> list[str | Path]:
     sketch = library / "examples" / "palpate_instrument"
-    includes = [f"-I{folder}" for folder in (STUB, library / "src", sketch)]
-    ino: list[str | Path] = ["-x", "c++", "-include", "Wire.h", sketch / "palpate_instrument.ino", "-x", "none"]
+    includes = [f"-I{folder}" for folder in (BOARD, library / "src", sketch)]
+    ino: list[str | Path] = ["-x", "c++", sketch / "palpate_instrument.ino", "-x", "none"]
     return [*includes, *ino, sketch / "loop.cpp"]
 
 
 def test_the_sketch_measures_both_touches(library: Path, tmp_path: Path) -> None:
     """All warnings are errors, as for the headers."""
-    run(need("c++"), *STRICT, *sources(library), STUB / "board.cpp", "-o", tmp_path / "sketch")
+    run(need("c++"), *STRICT, *sources(library), "-o", tmp_path / "sketch")
     lines = run(tmp_path / "sketch").splitlines()
     assert lines[0] == f"# palpate {palpate.__version__}: do not touch the probe"
     assert sum(line.startswith("# AD7746 at 0x48: no answer.") for line in lines) == 2  # 0.2 s

@@ -11,10 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
-from effort import random_of
+from effort import Tally, random_of
 from palpate import check, read
 from palpate.recording.sidecar import load
-from tally import Tally
 
 MOMENTS = int(os.environ.get("PALPATE_MOMENTS", "4"))
 ENDLESS = """

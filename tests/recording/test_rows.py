@@ -6,12 +6,11 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from effort import draws, random_of
+from effort import Tally, draws, random_of
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.recording.rows import COLUMNS, EARLIER, Codes, columns_of, format_rows, is_whole, parse_rows, unreadable
 from palpate.samples import DTYPE, Block, samples_of
-from tally import Tally
 
 SEEDS = st.integers(0, 2**32)
 ODD = [math.nan, 0.0, -0.0, 1e16, math.inf, 5e-324]

@@ -7,12 +7,11 @@ from typing import IO, Any
 
 import numpy as np
 import pytest
-from effort import NIGHTLY, random_of
+from effort import NIGHTLY, Tally, random_of
 from numpy.typing import NDArray
 from palpate.ad7746.datasheet import SATURATED_CODES
 from palpate.samples import Status
 from project import need, need_file
-from tally import Tally
 
 pytest.importorskip("pty")
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from effort import NIGHTLY, draws, random_of
+from effort import NIGHTLY, Tally, draws, random_of
 from palpate import Status, Stream
 from palpate.recording.foreign import recorded
 from palpate.recording.sidecar import load
@@ -18,7 +18,6 @@ from palpate.sources.base import Gap
 from palpate.stream import stream as stream_module
 from palpate.stream.memory import SampleQueue
 from recording_bench import Blocks, Scripted, four, sample
-from tally import Tally
 
 
 def session(dice: random.Random) -> tuple[Block, list[Gap]]:

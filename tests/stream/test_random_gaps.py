@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import palpate
 import pytest
-from effort import SEED, draws
+from effort import SEED, Tally, draws
 from palpate import Sample, Touch
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
@@ -22,7 +22,6 @@ from palpate.ad7746.twin.usb import TwinBackend
 from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
 from recording_bench import measured
-from tally import Tally
 
 IDLE_PF = (6.92, 4.69)
 RISE_S, HOLD_S, TOUCH_S = 0.3, 2.2, 1.5  # times of a press, and the length of a touch in it

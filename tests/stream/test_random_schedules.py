@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from effort import NIGHTLY, draws
+from effort import NIGHTLY, Tally, draws
 from palpate import PalpateError, Sample, Status, Stream, check
 from palpate.recording.sidecar import load
 from palpate.stream import StreamCounters
 from recording_bench import Liar, sample
-from tally import Tally
 
 WORKERS = 4
 COUNT = draws(200, 10_000)

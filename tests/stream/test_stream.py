@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import Tally
 from palpate import DeviceNotFound, RecordingError, Stream, Tracker, check
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
 from palpate.sources.base import Gap
 from palpate.stream import Listener, StreamCounters
 from recording_bench import Liar, Scripted, four, sample
-from tally import Tally
 
 
 def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:

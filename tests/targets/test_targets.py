@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 import targets
-from kept import kept_json
-from project import ROOT, need, run
+from project import ROOT, kept_json, need, run
 from targets import TARGETS, Target
 
 INPUTS = ROOT / "cpp" / "include", ROOT / "tests" / "cpp", ROOT / "bench" / "embedded"

@@ -9,8 +9,7 @@ from typing import Any
 
 import bundle
 import pytest
-from kept import kept_json
-from project import ROOT, need
+from project import ROOT, kept_json, need
 
 Ask = Callable[..., Any]
 

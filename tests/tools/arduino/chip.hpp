@@ -99,7 +99,7 @@ class Chip {
     const double middle = begun_ + conversion / 2;
     const std::uint32_t code = convert(middle);
     if (log_) {
-      std::fprintf(log_, "%.3f,%d,%u\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1, code);
+      std::fprintf(log_, "%.3f,%d,%.0f\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1, static_cast<double>(code));
     }
     for (int i = 0; i < 3; ++i) {
       registers_[cap_data + i] = static_cast<std::uint8_t>(code >> (16 - 8 * i));
