@@ -1,9 +1,9 @@
-"""The sketch of cpp/examples/arduino on a simulated Uno with a simulated AD7746, read by `palpate record`."""
+"""The sketch of cpp/examples/arduino on a simulated Uno with a simulated AD7746, which is recorded."""
 
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,13 +121,8 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
 
 def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
     """While the probe is pressed: the hard channel moves by more than a step."""
-
-    def send(pair: int, end: IO[bytes]) -> None:
-        if pair == UNTOUCHED + 20:
-            end.write(b"c")
-
     with uno.board(built, tmp_path, UNTOUCHED + 60, "await=4.75") as port:  # pressed; waits for the letter
-        pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, send))
+        pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, UNTOUCHED + 20))
     assert_true(pairs, uno.conversions(tmp_path))
     again = [pair["seq"] for pair in pairs].index(0, 1)
     assert all(CAPDAC.items() <= pair.items() for pair in pairs[:again])

@@ -4,23 +4,22 @@ A changed line there is a changed behaviour: the commit says why.
 """
 
 import asyncio
-import importlib
 import inspect
 import json
+import pkgutil
 import re
-import signal
-import subprocess
 import sys
 import tempfile
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import palpate
 from command_lines import commands, run
 from foreign_files import CASES, ending
+from live_server import Live
 from palpate.live.feed import HEADER, Kind
 from project import FOUR, ROOT
 from websockets.asyncio.client import connect
@@ -136,12 +135,7 @@ def names(_: Path) -> str:
     listed = re.findall(r"^   (palpate\.\S+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
     parts = [f"palpate: {' '.join(palpate.__all__)}"]
     for name in sorted(set(listed)):
-        module, _, last = name.rpartition(".")
-        try:
-            found = getattr(importlib.import_module(module), last)
-        except ImportError:
-            owner, _, middle = module.rpartition(".")
-            found = getattr(getattr(importlib.import_module(owner), middle), last)
+        found = pkgutil.resolve_name(name)
         members = sorted(each for each in dir(found) if not each.startswith("_")) if inspect.isclass(found) else []
         parts.append(f"{name}{_signature(found)} {' '.join(members)}".rstrip())
     return "\n".join(parts) + "\n"
@@ -159,13 +153,13 @@ def helps(_: Path) -> str:
     return "\n".join(said(*words, "--help") for words, _ in commands())
 
 
-async def _messages(address: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
+async def _messages(live: Live, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
     """Return the last message of each type that a page gets, and the frames of rows, until a state is enough."""
-    where, token = urlsplit(address), address.partition("?token=")[2]
-    cookie = {"Cookie": f"palpate-{where.port}={token}"}
+    cookie = {"Cookie": f"palpate-{live.port}={live.token}"}
     last: dict[str, Any] = {"state": {"state": "begun"}}
     frames: list[bytes] = []
-    async with connect(f"ws://{where.netloc}/ws", origin=f"http://{where.netloc}", additional_headers=cookie) as socket:  # type: ignore[arg-type]
+    address, origin = f"{live.origin.replace('http', 'ws')}ws", live.origin.rstrip("/")
+    async with connect(address, origin=origin, additional_headers=cookie) as socket:  # type: ignore[arg-type]
         while not enough(last):
             message = await asyncio.wait_for(socket.recv(), 60)
             if isinstance(message, bytes):
@@ -185,15 +179,8 @@ async def _messages(address: str, enough: Callable[[dict[str, Any]], bool]) -> t
 
 
 def _page(source: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
-    command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json", "--port", "0"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=FOUR.parent
-    ) as process:
-        assert process.stdout
-        try:
-            return asyncio.run(_messages(json.loads(process.stdout.readline())["address"], enough))
-        finally:
-            process.send_signal(signal.SIGINT)
+    with chdir(FOUR.parent), Live(source=source) as live:
+        return asyncio.run(_messages(live, enough))
 
 
 def _keys(value: Any, path: str = "") -> Iterator[str]:

@@ -1,12 +1,9 @@
 """Build the sketch of cpp/examples/arduino for an Arduino Uno, and the simulated board that runs it.
 
-    python tests/tools/arduino/build.py FOLDER
-
 Debian: arduino-core-avr gcc-avr avr-libc libsimavr-dev. The options are those of the Arduino IDE (platform.txt).
 """
 
 import subprocess
-import sys
 from itertools import chain
 from pathlib import Path
 
@@ -64,9 +61,3 @@ def bytes_of(program: Path) -> tuple[int, int]:
     done = subprocess.run(["avr-size", program], capture_output=True, text=True, check=True)
     text, data, bss = (int(word) for word in done.stdout.splitlines()[1].split()[:3])
     return text + data, data + bss
-
-
-if __name__ == "__main__":
-    made = Path(sys.argv[1])
-    print(build_sketch(made), "{} bytes of flash, {} of RAM".format(*bytes_of(made / "sketch.elf")))
-    print(build_board(made))
