@@ -10,38 +10,18 @@ import mmap
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from palpate import Sample, Source, Stream
+from palpate import Stream
 
 LENGTHS_S = (0.3, 2.5, 10.0)
-PERIOD_S = 0.004
-
-
-class Paced(Source):
-    """Some hundred samples per second, for a time."""
-
-    live = True
-
-    def __init__(self, length_s: float) -> None:
-        self._length_s = length_s
-
-    def __iter__(self) -> Iterator[Sample]:
-        """Return one sample after the other."""
-        ends = time.monotonic() + self._length_s
-        for seq in itertools.count():
-            if time.monotonic() >= ends:
-                return
-            yield Sample(seq, seq * 26_000_000, seq * 26_000_000 + 13_000_000, -1, -1, seq / 1e6, 0.0)
-            time.sleep(PERIOD_S)
-
-    def describe(self) -> dict[str, Any]:
-        return {"name": "paced"}
+SOURCE = "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
 
 
 def main(folder: Path, device: str, offset: int, seconds: float) -> None:
+    """Record again and again, for a time."""
     disk = os.open(device, os.O_WRONLY | os.O_DIRECT)
     sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[:512]  # O_DIRECT takes whole sectors from an aligned address
 
@@ -63,8 +43,9 @@ def main(folder: Path, device: str, offset: int, seconds: float) -> None:
     until = time.monotonic() + seconds
     for number in itertools.count():
         path = folder / f"{number}.csv"
-        with Stream(Paced(LENGTHS_S[number % len(LENGTHS_S)]), record=path) as stream:
-            for _ in stream.batches():
+        with Stream(SOURCE, record=path) as stream:
+            ends_s = time.monotonic() + LENGTHS_S[number % len(LENGTHS_S)]
+            for _ in itertools.takewhile(lambda _, ends_s=ends_s: time.monotonic() < ends_s, stream.batches()):
                 pass
         say(path, path.stat().st_size, closed=True)
         if time.monotonic() >= until:
