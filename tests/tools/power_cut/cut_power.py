@@ -1,6 +1,6 @@
 """Power cuts: a Linux kernel in QEMU records on ext4 and FAT, and no row that was synced is lost at any of its writes.
 
-The guest (record.py) writes to two disks, and says after each sync how many bytes are on the disk. QEMU logs each write
+The guest (`record`) writes to two disks, and says after each sync how many bytes are on the disk. QEMU logs each write
 and each flush. For each cut the disk is built again as it may be after any prefix of this log: all before the last
 flush, and any of the sectors written after it. Then the system's repair (e2fsck, fsck.fat), `check` and `check --repair` have their
 turn. As a control, cuts of a disk that ignores flushes have to lose rows. The log is that of Linux' dm-log-writes:
@@ -11,23 +11,25 @@ Needs what ../guest/boot needs, and apt-get install e2fsprogs dosfstools mtools.
 """
 
 import json
+import mmap
 import os
 import shutil
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 import zlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import chain, takewhile
+from itertools import chain, count, takewhile
 from pathlib import Path
 from random import Random
 from typing import Any
 
-from palpate import RecordingError, check
+from palpate import RecordingError, Stream, check
 from palpate.recording.sidecar import load
 
 HERE = Path(__file__).resolve().parent
@@ -40,6 +42,8 @@ WHOLE = 4096  # bytes that a disk writes whole, its physical sector
 _MAGIC, _VERSION = 0x6A736677736872, 1
 _SUPER, _ENTRY = struct.Struct("<QQQI"), struct.Struct("<4Q")
 _FLUSH, _FUA = 1, 2
+LENGTHS_S = (0.3, 2.5, 10.0)
+SOURCE = "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
 LOST, NO_SIDECAR = "lost by the cut", "without a sidecar"
 WRONG = (LOST, "lost by the repair", "wrong checkpoints", "faults after it", NO_SIDECAR, "closed, not clean")
 
@@ -64,9 +68,9 @@ class Write:
 def read_log(path: Path) -> list[Write]:
     """Return the requests in their order."""
     log, at, writes = path.read_bytes(), SECTOR, []
-    magic, version, count, sector = _SUPER.unpack_from(log)
+    magic, version, requests, sector = _SUPER.unpack_from(log)
     assert (magic, version, sector) == (_MAGIC, _VERSION, SECTOR), f"{path}: not a log of writes"
-    for _ in range(count):
+    for _ in range(requests):
         begin, sectors, flags, _ = _ENTRY.unpack_from(log, at)
         assert flags & ~(_FLUSH | _FUA) == 0, f"a request with flags {flags}: neither write nor flush"
         data = log[at + SECTOR : at + SECTOR + sectors * SECTOR]
@@ -115,7 +119,7 @@ class Disk:
         arguments = ["-blockdev", json.dumps({"driver": "blklogwrites", "node-name": name, **nodes})]
         arguments += ["-device", f"virtio-blk-pci,drive={name},write-cache=on,discard=off,write-zeroes=off"]
         mount = f"mkdir /run/{name} && mount -t {name} /dev/vd{letter} /run/{name}"
-        run = f"{sys.executable} {HERE / 'record.py'} /run/{name} /dev/vd{letter} {SIZE} {seconds} & {name}=$!"
+        run = f"{sys.executable} {__file__} record /run/{name} /dev/vd{letter} {seconds} & {name}=$!"
         return arguments, f"{mount}\n{run}", f"wait ${name} && umount /run/{name} || code=1"
 
     def contents(self, data: bytearray) -> Path:
@@ -195,6 +199,42 @@ def kept(path: Path, synced: bytes) -> int:
     return max(0, sum(1 for _ in same) - 1)
 
 
+def record(folder: Path, device: str, seconds: float) -> None:
+    """In the guest: record again and again, for a time, and write behind the file system what is on the disk.
+
+    After each sync of a recording, and after each close, a line of JSON goes to the device, past every cache; so the log
+    of the device's writes has it in its place.
+    """
+    disk = os.open(device, os.O_WRONLY | os.O_DIRECT)
+    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[:512]  # O_DIRECT takes whole sectors from an aligned address
+
+    def say(path: Path, size: int, *, closed: bool) -> None:
+        sector[:] = json.dumps({"name": path.name, "bytes": size, "closed": closed}).encode().ljust(512)
+        os.pwritev(disk, [sector], SIZE)
+
+    def saying(sync: Callable[[int], None]) -> Callable[[int], None]:
+        def synced(descriptor: int) -> None:
+            size, path = os.fstat(descriptor).st_size, Path(f"/proc/self/fd/{descriptor}").readlink()
+            sync(descriptor)
+            if path.suffix == ".csv":
+                say(path, size, closed=False)
+
+        return synced
+
+    system: Any = os
+    system.fdatasync, system.fsync = saying(os.fdatasync), saying(os.fsync)
+    until = time.monotonic() + seconds
+    for number in count():
+        path = folder / f"{number}.csv"
+        with Stream(SOURCE, record=path) as stream:
+            ends_s = time.monotonic() + LENGTHS_S[number % len(LENGTHS_S)]
+            for _ in takewhile(lambda _, ends_s=ends_s: time.monotonic() < ends_s, stream.batches()):
+                pass
+        say(path, path.stat().st_size, closed=True)
+        if time.monotonic() >= until:
+            return
+
+
 def main(cuts: int = 100, seed: int = 0) -> None:
     print(f"{cuts} power cuts of each disk, seed {seed}", flush=True)
     with tempfile.TemporaryDirectory() as name:
@@ -218,4 +258,7 @@ def main(cuts: int = 100, seed: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    if sys.argv[1:2] == ["record"]:
+        record(Path(sys.argv[2]), sys.argv[3], float(sys.argv[4]))
+    else:
+        main(*map(int, sys.argv[1:]))
