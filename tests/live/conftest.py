@@ -7,7 +7,7 @@ import pytest
 from live_browser import Browser
 from live_server import Live
 from page_data import state
-from page_states import Canned, opened, serving
+from page_states import Canned, opened
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def shown(page: Browser) -> Iterator[Callable[..., Canned]]:
     with ExitStack() as running:
 
         def show(name: str, size: str = "desk", theme: str = "light") -> Canned:
-            server = running.enter_context(serving(Canned(state(name))))
+            server = running.enter_context(Canned(state(name)))
             page.size(size)
             opened(page, server, name, theme)
             return server

@@ -5,7 +5,6 @@ from typing import Any
 
 import palpate
 import pytest
-from live_bench import until
 from palpate import Calibration, Touch
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.elasticity import SORBOTHANE_MPA
@@ -14,6 +13,7 @@ from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
+from recording_bench import soon
 
 MODULI = dict(sorted(SORBOTHANE_MPA.items(), key=lambda item: item[1])[::2])
 WANTED = 2
@@ -49,7 +49,7 @@ class Bench:
         return self.settled()
 
     def settled(self) -> dict[str, Any]:
-        until(lambda: self.part.document().get("touches") == self.done - len(self.left_out) and not self.part._running)
+        soon(lambda: self.part.document().get("touches") == self.done - len(self.left_out) and not self.part._running)
         return self.part.document()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from live_browser import Browser
 from page_data import GAP, ORIGIN_S, RATE, State, state
-from page_states import Canned, opened, serving
+from page_states import Canned, opened
 from palpate.live.feed import ROW, Flag, Rows
 from selenium.webdriver.common.keys import Keys
 
@@ -56,7 +56,7 @@ def recording(page: Browser, rows: Rows) -> Iterator[Canned]:
     file = state("file")
     file.told["state"]["end_s"] = float(rows["t_s"][-1])
     server = Canned(State(rows[-16384:], file.told), rows)
-    with serving(server):
+    with server:
         opened(page, server, "file")
         page.until(lambda: drawn(page)["overview"]["points"] > 0)
         yield server
@@ -188,7 +188,7 @@ def test_labels_are_whole_and_apart(page: Browser, size: str) -> None:
     events = crowded.told["events"]
     events["marks"] = sorted([*events["marks"], *marks], key=lambda mark: mark["t_s"])
     page.size(size)
-    with serving(Canned(crowded)) as server:
+    with Canned(crowded) as server:
         opened(page, server, "contact")
         for begin, end in ((0, 197), (95, 115), (99, 101)):
             look(page, begin, end)
@@ -254,7 +254,7 @@ def test_the_touch_chart_shows_the_running_or_the_chosen_touch_and_charts_have_n
 
 def test_the_course_of_a_touch_whose_rows_are_not_here_is_asked_for(page: Browser) -> None:
     whole = state("contact")
-    with serving(Canned(State(whole.rows[-2000:], whole.told), whole.rows)) as server:
+    with Canned(State(whole.rows[-2000:], whole.told), whole.rows) as server:
         opened(page, server, "contact")
         page.run("palpate.charts.choose(2)")
         page.until(lambda: drawn(page)["touch"]["number"] == 2)

@@ -6,10 +6,11 @@ from typing import Any
 
 import palpate
 import pytest
-from live_bench import SOURCE, Bench, Fed, Played, begun, noisy, until
+from live_bench import SOURCE, Bench, Fed, Played, begun, noisy
 from palpate.live.device import Device
 from palpate.live.feed import RefusedCommand
 from palpate.recording.sidecar import load
+from recording_bench import soon
 
 IDLE = f"{SOURCE}&idle=60"
 
@@ -57,7 +58,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
 
 def test_a_source_without_settings(tmp_path: Path) -> None:
     bench = begun(lambda: Fed(noisy), tmp_path)
-    until(lambda: bench.measurement.last)
+    soon(lambda: bench.measurement.last)
     document = device(bench)
     assert (document["board"], document["options"], document["can_centre"]) == ("fed", {}, False)
     assert values(document)["Soft"].endswith(" pF")
@@ -83,7 +84,7 @@ def test_nothing_is_set_in_contact_and_temperature_since_the_baseline() -> None:
 def test_settings_with_which_the_board_does_not_begin(tmp_path: Path) -> None:
     """Nothing answers on EXCA: the measurement has ended then, and begins again with the settings from before."""
     bench = begun(IDLE, tmp_path)
-    until(lambda: bench.measurement.last)
+    soon(lambda: bench.measurement.last)
     with pytest.raises(palpate.SourceError):
         bench.obey("device", excitation="A")
     assert bench.waited("ended")["now"]["word"] == "Stop"

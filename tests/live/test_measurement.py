@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from live_bench import OWN_FILE, SOURCE, Bench, begun, client, until
+from live_bench import OWN_FILE, SOURCE, Bench, begun, client
 from palpate import Source
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
@@ -21,6 +21,7 @@ from palpate.live.touch_rows import TouchTable
 from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
 from project import copied
+from recording_bench import soon
 from report_session import change
 
 
@@ -39,7 +40,7 @@ def heard(socket: Any, kind: str) -> dict[str, Any]:
 
 
 def ended(bench: Bench) -> Bench:
-    until(lambda: not bench.measurement.running)
+    soon(lambda: not bench.measurement.running)
     return bench
 
 
@@ -49,9 +50,9 @@ def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
         for message, words in (("nonsense", "allowed: JSON"), ('{"do": "record"}', "already running")):
             socket.send_text(message)
             assert words in heard(socket, "refused")["message"]
-    until(lambda: bench.measurement.last)
+    soon(lambda: bench.measurement.last)
     assert "do not touch anything" in bench.obey("tare")
-    until(lambda: bench.documents["events"]()["tares"])
+    soon(lambda: bench.documents["events"]()["tares"])
     tares = bench.documents["events"]()["tares"]
     assert "closed" in bench.obey("stop")
     assert bench.obey("mark") == "Marked; nothing is recorded yet."
@@ -90,24 +91,24 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     measurement = bench.measurement
     assert list(tmp_path.iterdir()) == []  # nothing is recorded before Record is pressed
     bench.obey("plan", text="30 OO; 0.143", wanted=2)
-    until(lambda: measurement.last is not None)
+    soon(lambda: measurement.last is not None)
     marked = bench.do("mark")["id"]
     bench.obey("note", text="warm")
-    until(lambda: measurement.state in ("contact", "adapting", "done"))
+    soon(lambda: measurement.state in ("contact", "adapting", "done"))
     with pytest.raises(RefusedCommand, match="tare: the probe is in contact; lift it first"):
         bench.obey("tare")
     assert re.fullmatch(r"Recording to one\.csv; it begins \d+ s ago", bench.obey("record", name="one.csv"))
     bench.obey("mark text", id=marked, text="before the touch")
-    until(lambda: len(measurement.touches) == 1)
+    soon(lambda: len(measurement.touches) == 1)
     recording = bench.state()["recording"]
     assert recording["name"] == "one.csv"
     assert recording["seconds"] == pytest.approx(measurement.last_s, abs=2)
     bench.obey("stop")
     assert bench.obey("mark text", id=marked, text="too late").endswith("is closed, and keeps the text it had.")
     live = measurement.touches[0]
-    until(lambda: measurement.state in ("contact", "adapting", "done"))
+    soon(lambda: measurement.state in ("contact", "adapting", "done"))
     assert bench.obey("tare anyway").endswith("do not touch anything.")
-    until(lambda: measurement.moment.state == "baseline")
+    soon(lambda: measurement.moment.state == "baseline")
     measurement.close()
     [touch] = palpate.touches(palpate.read(tmp_path / "one.csv"))
     assert touch.ratio.hex() == live.ratio.hex()
@@ -149,7 +150,7 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     measurement = bench.measurement
     (tmp_path / "run.csv").unlink()
     assert "was removed, renamed or moved while it was recorded" in bench.waited("recording")["line"]["text"]
-    until(lambda: measurement.failed)
+    soon(lambda: measurement.failed)
     assert (measurement.running, measurement.recorder, measurement.error) == (True, None, "")
     assert "run-2.csv" in bench.obey("record")
     measurement.close()
@@ -164,7 +165,7 @@ def opened(
     found = open_file(str(path), asked, how or {}, (said if said is not None else []).append)
     bench = Workbench(found, str(path))
     found.start()
-    until(lambda: not found.running)
+    soon(lambda: not found.running)
     yield found, bench
     found.close()
 
@@ -237,7 +238,7 @@ def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -
 def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, said = tmp_path / "run.csv", list[str]()
     with palpate.Stream(f"{SOURCE}&speed=1", record=path) as stream:
-        until(lambda: stream.recorder and stream.recorder.rows > 20)
+        soon(lambda: stream.recorder and stream.recorder.rows > 20)
         with opened(path, said=said) as (found, _):
             assert found.file["end"] == "still being recorded"
     monkeypatch.setattr(levels, "WHOLE", 500)

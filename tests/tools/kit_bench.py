@@ -8,17 +8,16 @@ import errno
 import math
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Clock, RealClock, VirtualClock
+from palpate.ad7746.bus import Clock, VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.evalkit.find import fresh, system_backend
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ, Fault, KitTwin
 from palpate.ad7746.twin.usb import Port, TwinBackend
@@ -35,10 +34,10 @@ def pins(pin: int, begin_s: float, end_s: float) -> float:
 
 
 @cache
-def _tree() -> Any:
-    from usbfs import Tree
+def _usbfs() -> Any:
+    from usbfs import UsbfsCarrier
 
-    return Tree(Path(os.environ["UMOCKDEV_DIR"]))
+    return UsbfsCarrier()
 
 
 class ProcessCarrier:
@@ -73,49 +72,22 @@ class ProcessCarrier:
         assert self._backend.opened == 0, "a handle was not closed"
 
 
-class UsbfsCarrier:
-    """Carrier with the real libusb, in real time."""
-
-    real = True
-
-    def __init__(self) -> None:
-        self.clock: Clock = RealClock()
-        tree = _tree()
-        self.plug, self.unplug, self.close, self._node_of = tree.plug, tree.unplug, tree.clear, tree.node_of
-
-    def backend(self) -> Any:
-        return fresh(system_backend())
-
-    @contextmanager
-    def denied(self, kit: KitTwin) -> Iterator[None]:
-        self._node_of(kit).chmod(0)
-        privileged = os.geteuid() == 0
-        if privileged:
-            os.seteuid(65534)  # nobody
-        yield
-        if privileged:
-            os.seteuid(0)
-        self._node_of(kit).chmod(0o666)
-
-
-Carrier = ProcessCarrier | UsbfsCarrier
-
-
-class Bench(AbstractContextManager["Bench"]):
+class Bench(ExitStack):
     """All objects of a test; closes them and checks that nothing is left open."""
 
     def __init__(
         self, *, plugged: bool = True, loaded: bool = True, seed: int = 0, carrier: Any = None, bus_kHz: float = BUS_KHZ
     ) -> None:
+        super().__init__()
         real = os.environ.get("PALPATE_CARRIER") == "usbfs"
-        self.carrier: Carrier = carrier or (UsbfsCarrier() if real else ProcessCarrier())
+        self.carrier: Any = carrier or (_usbfs() if real else ProcessCarrier())
+        self.callback(self.carrier.close)
         self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz)
         self.configuration = CENTRED
         self.firmware: Path | None = None
         self.notes: list[str] = []
         self.samples: list[Sample] = []
         self.replug_s = 10.0
-        self._open: list[EvalKit | Ad7746] = []
         if plugged:
             self.carrier.plug(self.kit)
 
@@ -129,8 +101,7 @@ class Bench(AbstractContextManager["Bench"]):
         """Open the board, without a driver."""
         where = {"bus": bus, "address": address}
         kit = EvalKit(**where, firmware=self.firmware, backend=self.carrier.backend(), clock=self.carrier.clock)
-        self._open.append(kit)
-        return kit
+        return self.enter_context(closing(kit))
 
     def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
         """Open and configure the driver."""
@@ -139,8 +110,7 @@ class Bench(AbstractContextManager["Bench"]):
         options: dict[str, Any] = {"replug_s": self.replug_s, "notify": self.notes.append, "limit_ns": limit_ns}
         driver = Ad7746(kit, configuration or self.configuration, clock, **options)
         driver.start()
-        self._open.append(driver)
-        return driver
+        return self.enter_context(closing(driver))
 
     def read(self, driver: Ad7746, count: int) -> list[Sample]:
         """Read pairs; their numbers continue."""
@@ -176,19 +146,12 @@ class Bench(AbstractContextManager["Bench"]):
         assert failed or numbers[-1] + 1 == counters.pairs + counters.lost
         assert counters.pairs == sum(sample.status != Status.LOST for sample in self.samples)
 
-    def __exit__(self, *_: object) -> None:
-        """Close driver and carrier."""
-        for each in self._open:
-            each.close()
-        self.carrier.close()
-
 
 class Bus:
     """A replacement of smbus2.SMBus for `I2cBus`."""
 
-    def __init__(self, chip: ChipTwin, clock: VirtualClock, bus_kHz: float = 400.0) -> None:
+    def __init__(self, chip: ChipTwin, clock: VirtualClock) -> None:
         self.chip, self.clock = chip, clock
-        self.bit_s = 1e-3 / bus_kHz
         self.opened = 0
         self.failures: list[int] = []
 
@@ -206,7 +169,7 @@ class Bus:
             raise OSError(errno.EREMOTEIO, "Remote I/O error")
         for message in messages:
             assert message.addr == 0x48
-            lasting = (9 * (1 + message.len) + 2) * self.bit_s
+            lasting = (9 * (1 + message.len) + 2) * 2.5e-6  # 400 kHz
             now = self.clock.now_ns()
             if message.flags & 1:
                 data = self.chip.read(message.len, now, round(lasting * 1e9))

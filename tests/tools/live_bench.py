@@ -16,6 +16,7 @@ from palpate.samples import Sample
 from palpate.sources import Source
 from palpate.stream import Stream
 from project import ROOT
+from recording_bench import soon
 from starlette.testclient import TestClient
 
 HOST, PORT = "127.0.0.1", 8746
@@ -23,7 +24,6 @@ OWN = f"{HOST}:{PORT}"
 ORIGIN = f"http://{OWN}"
 SOURCE = "sim:four-specimens?seed=1"
 OWN_FILE = ROOT / "tests" / "data" / "four-specimens.csv"
-PATIENCE_S = 60  # long, since a busy machine is slow
 
 
 class Bench(Workbench):
@@ -43,7 +43,7 @@ class Bench(Workbench):
             state.update(self.state())
             return what in (state["line"]["what"], state["now"]["word"])
 
-        until(holds)
+        soon(holds)
         return state
 
 
@@ -59,14 +59,6 @@ def begun(source: str | Callable[..., Source], folder: Path, *, record: bool = T
 
 def client(bench: Workbench) -> TestClient:
     return TestClient(PageApp(bench).app(HOST, PORT), base_url=ORIGIN, headers={"host": OWN, "origin": ORIGIN})
-
-
-def until(holds: Callable[[], object]) -> None:
-    """Wait for it."""
-    end = time.monotonic() + PATIENCE_S
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.005)
 
 
 def noisy(number: int) -> tuple[float, float]:

@@ -1,11 +1,9 @@
 """The page in each of its states: its own files with a web socket that says what it is given."""
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from http import HTTPStatus
 from threading import Thread
-from typing import Any
+from typing import Any, Self
 
 from live_browser import Browser
 from page_data import State
@@ -16,7 +14,7 @@ from palpate.live.levels import Levels
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
-from websockets.sync.server import Server, ServerConnection, serve
+from websockets.sync.server import ServerConnection, serve
 
 
 class Canned:
@@ -29,18 +27,15 @@ class Canned:
         self.heard: list[dict[str, Any]] = []  # the commands of the pages
         self._pages: list[ServerConnection] = []
         self._files = page_files()
-        self._server: Server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)
+        self._server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)
+        self.address = f"http://127.0.0.1:{self._server.socket.getsockname()[1]}/"
 
-    @property
-    def address(self) -> str:
-        """Address of the page."""
-        return f"http://127.0.0.1:{self._server.socket.getsockname()[1]}/"
+    def __enter__(self) -> Self:
+        """Serve in a thread."""
+        Thread(target=self._server.serve_forever, daemon=True).start()
+        return self
 
-    def run(self) -> None:
-        """Serve until `close`."""
-        self._server.serve_forever()
-
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop."""
         self._server.shutdown()
 
@@ -69,7 +64,9 @@ class Canned:
         if path == "/ws":
             return None
         content, kind = self._files.get(path, (b"", ""))
-        return answer(HTTPStatus.OK if kind else HTTPStatus.NOT_FOUND, content, kind or "text/plain")
+        status = HTTPStatus.OK if kind else HTTPStatus.NOT_FOUND
+        headers = {**HEADERS, "Content-Type": kind or "text/plain", "Content-Length": str(len(content))}
+        return Response(status, status.phrase, Headers(headers), content)
 
     def _page(self, page: ServerConnection) -> None:
         self._pages.append(page)
@@ -106,24 +103,6 @@ class Canned:
             page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
         more = {"id": 9} if command["do"] == "mark" else {}
         page.send(json.dumps({"type": "done", "do": command["do"], "message": f"Done: {command['do']}.", **more}))
-
-
-def answer(status: HTTPStatus, content: bytes, kind: str) -> Response:
-    """Return an answer with the headers of the real server."""
-    headers = Headers({**HEADERS, "Content-Type": kind, "Content-Length": str(len(content))})
-    return Response(status, status.phrase, headers, content)
-
-
-@contextmanager
-def serving(server: Canned) -> Iterator[Canned]:
-    """Run a canned server in a thread."""
-    thread = Thread(target=server.run, daemon=True)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.close()
-        thread.join(10)
 
 
 def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:

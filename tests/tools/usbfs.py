@@ -15,11 +15,14 @@ import socketserver
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR
+from palpate.ad7746.bus import Clock, RealClock
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, fresh, system_backend
 from palpate.ad7746.twin.kit import KitTwin, Reply
 
 _IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
@@ -192,11 +195,14 @@ class _Caller(socketserver.StreamRequestHandler):
         return -1, errno.EINVAL
 
 
-class Tree:
-    """A folder, UMOCKDEV_DIR, with simulated boards; a short path, since a Unix socket's has at most 108 bytes."""
+class UsbfsCarrier:
+    """Carrier with the real libusb, in real time: boards in UMOCKDEV_DIR, a short path, since a socket's has at most 108 bytes."""
 
-    def __init__(self, root: Path) -> None:
-        self._root = root
+    real = True
+
+    def __init__(self) -> None:
+        self.clock: Clock = RealClock()
+        self._root = root = Path(os.environ["UMOCKDEV_DIR"])
         self._plugged: dict[KitTwin, tuple[Node, int]] = {}
         self._address = 1
         for folder in ("sys/bus/usb/devices", "sys/class", "dev/bus/usb/001", "dev/.node", "ioctl/dev/bus/usb/001"):
@@ -204,6 +210,10 @@ class Tree:
         root.chmod(0o1777)  # libusb without privileges binds a socket here
         self._add_device("usb1", "usb1", 1, _HUB)
         (root / "dev/bus/usb/001/001").touch()
+
+    def backend(self) -> Any:
+        """Return a pyusb backend that finds the boards that are plugged in now."""
+        return fresh(system_backend())
 
     def plug(self, kit: KitTwin, number: int = 1) -> None:
         """Plug a board into a port of the hub."""
@@ -225,11 +235,19 @@ class Tree:
         if math.isfinite(back_after_s):
             threading.Timer(back_after_s, self.plug, (kit, number)).start()
 
-    def node_of(self, kit: KitTwin) -> Path:
-        """Return the device node of a board."""
-        return self._plugged[kit][0].path
+    @contextmanager
+    def denied(self, kit: KitTwin) -> Iterator[None]:
+        """Return a context without permission to open a board."""
+        node, privileged = self._plugged[kit][0].path, os.geteuid() == 0
+        node.chmod(0)
+        if privileged:
+            os.seteuid(65534)  # nobody
+        yield
+        if privileged:
+            os.seteuid(0)
+        node.chmod(0o666)
 
-    def clear(self) -> None:
+    def close(self) -> None:
         """Unplug all boards."""
         for kit in list(self._plugged):
             self.unplug(kit)
