@@ -89,13 +89,12 @@ class Browser:
 
 
 @contextmanager
-def browser(downloads: Path, size: tuple[int, int] = (1280, 1180)) -> Iterator[Browser]:
+def browser(downloads: Path) -> Iterator[Browser]:
     """Start Chromium; its downloads go to a folder."""
     options = webdriver.ChromeOptions()
     options.binary_location = need("chromium")
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-        options.add_argument(argument)
-    options.add_argument(f"--window-size={size[0]},{size[1]}")
+    for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,1180"):
+        options.add_argument(f"--{argument}")
     options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(options, webdriver.ChromeService(need("chromedriver")))

@@ -1,17 +1,11 @@
-"""Recordings for the tests of the report: a session of specimens with marks, and a calibration; and the picture for docs.
+"""Recordings for the tests of the report: a session of specimens with marks, and a calibration."""
 
-python tests/tools/report_session.py FOLDER      writes report.png, the first page of a report on paper
-"""
-
-import sys
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import palpate
 from command_lines import run
-from palpate import report
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Note, Plan, Specimen
 
@@ -72,33 +66,3 @@ def recorded(folder: Path) -> None:
     """Write what `calibrated` does, and folder/session.csv."""
     calibrated(folder)
     with_session(folder / "session.csv")
-
-
-PAPER = (794, 1123)  # A4 at 96 pixels an inch
-
-
-def main() -> int:
-    """Take the picture."""
-    from live_browser import browser
-
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as name, browser(folder, PAPER) as page:
-        work = Path(name)
-        probe, moduli = calibrated(work), work / "ten" / "moduli.csv"
-        written = report.write(
-            work / "r.html", [*specimens(work), work / "gel" / "gel.csv"], probe, moduli=moduli,
-            title="ten specimens, one gel", operator="A. Bee", notes=["left hand"],
-        )  # fmt: skip
-        page.driver.get(written.path.as_uri())
-        page.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-        page.driver.execute_script("document.body.style.padding = '60px'")  # the margins of the sheet
-        page.driver.execute_cdp_cmd("Emulation.setScrollbarsHidden", {"hidden": True})
-        size = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
-        page.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        page.shoot(folder / "report.png")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

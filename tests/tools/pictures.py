@@ -1,6 +1,6 @@
-"""The pictures of the live page for docs, from a session of ten simulated specimens.
+"""The pictures for docs, of the live page and of a report, from a session of ten simulated specimens.
 
-python tests/tools/live_pictures.py FOLDER      writes live-light, -dark, -phone, -file.png
+python tests/tools/pictures.py FOLDER      writes live-light, -dark, -phone, -file.png, and report.png, a first page on paper
 """
 
 import subprocess
@@ -18,7 +18,12 @@ from selenium.webdriver.common.keys import Keys
 PLAN = "\n".join(f"{name}; {modulus}" for name, modulus in SORBOTHANE_MPA.items())
 COMMANDS = (
     "simulate -o specimens",
+    "simulate -o gel --object gel=1.1 --seed 7",
     "calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml",
+    (
+        "report specimens/*.csv gel/*.csv --calibration probe.toml --moduli specimens/moduli.csv -o r.html "
+        "--title 'ten specimens, one gel' --operator 'A. Bee' --note 'left hand'"
+    ),
     "record sim:ten-specimens -o ten-specimens.csv --touches 40",  # played, it is never late, on a busy machine either
 )
 TOUCHES = "return document.querySelectorAll('#rows tr[data-touch]').length"
@@ -68,6 +73,16 @@ def recorded(page: Browser, folder: Path) -> None:
         live.end()
 
 
+def printed(page: Browser, folder: Path) -> None:
+    """Open the report as it is on A4, at 96 pixels an inch."""
+    size = {"width": 794, "height": 1123, "deviceScaleFactor": 1, "mobile": False}
+    page.driver.get(Path("r.html").absolute().as_uri())
+    for command, values in (("EmulatedMedia", {"media": "print"}), ("ScrollbarsHidden", {"hidden": True}), ("DeviceMetricsOverride", size)):  # fmt: skip
+        page.driver.execute_cdp_cmd(f"Emulation.set{command}", values)
+    page.run("document.body.style.padding = '60px'")  # the margins of the sheet
+    page.shoot(folder / "report.png")
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]).resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -76,3 +91,4 @@ if __name__ == "__main__":
             subprocess.run(f"{sys.executable} -m palpate {line}", shell=True, check=True, capture_output=True)
         session(page, folder)
         recorded(page, folder)
+        printed(page, folder)
