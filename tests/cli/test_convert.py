@@ -14,7 +14,7 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import Block
 from pyarrow import parquet
-from recording_bench import record, sample, tear
+from recording_bench import killed, record, sample
 
 
 def block(path: Path) -> Block:
@@ -42,8 +42,7 @@ def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
 
 
 def test_a_torn_and_endless_recording_says_so(tmp_path: Path) -> None:
-    path = record(tmp_path / "torn.csv", [sample(i) for i in range(100)], end=False)
-    tear(path, 9)
+    path = killed(tmp_path / "torn.csv", 99, 99, torn=50)
     result = run("convert", path, "-o", tmp_path / "whole.csv")
     assert (result.exit_code, result.stdout) == (5, f"{tmp_path / 'whole.csv'}: 99 rows\n")
     assert "the last row is cut off: its " in result.stderr

@@ -8,7 +8,7 @@ import pytest
 from command_lines import document, run
 from palpate import Status, check
 from palpate.recording.sidecar import load
-from recording_bench import record, sample, tear
+from recording_bench import killed, record, sample
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="a folder that root cannot write to, either")
 
@@ -103,8 +103,7 @@ def test_how_it_ends(
 def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:
     good = record(tmp_path / "good.csv", [sample(i) for i in range(100)])
     gaps = record(tmp_path / "gaps.csv", [sample(i) for i in (1, 2, 5)] + [sample(6, status=Status.LOST)])
-    torn = record(tmp_path / "torn.csv", [sample(i) for i in range(100)], end=False)
-    tear(torn, 9)
+    torn = killed(tmp_path / "torn.csv", 99, 99, torn=50)
     letter = tmp_path / "letter.csv"
     letter.write_text("Dear colleague,\n")
     assert [run("check", good, *more).exit_code for more in ([], [gaps], [gaps, torn])] == [0, 5, 4]

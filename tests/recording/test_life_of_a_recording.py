@@ -17,7 +17,6 @@ from unittest import mock
 import palpate
 import pytest
 from command_lines import run
-from damage import DAMAGES, damaged, rows_of, survivors
 from effort import draws
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -26,7 +25,7 @@ from palpate import RecordingError, check, read, recorded
 from palpate.recording import sidecar, writer
 from palpate.recording.lock import unlock
 from palpate.samples import block_of
-from recording_bench import sample
+from recording_bench import DAMAGES, damaged, rows_of, sample, survivors
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
 REFUSED = (RecordingError, ValueError)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from damage import finished, killed, rows_of, survivors
 from palpate import RecordingError, check, read, recorded
 from palpate.recording import repair
 from palpate.recording.rows import HEADER
+from recording_bench import killed, record, rows_of, sample, survivors
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
 ROWS, SYNCED = 60, 50
@@ -49,7 +49,7 @@ def test_a_torn_row_is_removed_without_a_question_and_verified_rows_stay_so(tmp_
 @pytest.mark.parametrize("header", [b"", HEADER.encode().replace(b"t_hard", b"t\xffhard")])
 def test_a_header_that_is_repaired_leaves_no_doubt(tmp_path: Path, header: bytes) -> None:
     """The bytes are again those that were recorded: they agree with the checksum of that time."""
-    path = finished(tmp_path / "run.csv", ROWS)
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(ROWS)])
     data = path.read_bytes()
     path.write_bytes(header + data.removeprefix(HEADER.encode()))
     with pytest.raises(RecordingError, match="line 1: "):

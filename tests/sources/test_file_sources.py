@@ -5,16 +5,15 @@ from pathlib import Path
 
 import palpate
 import pytest
-from damage import finished, killed
 from palpate import RecordingError, Status, Stream, check
-from recording_bench import measured
+from recording_bench import killed, measured, record, sample
 
 CHANGED = "were changed after they were written"
 
 
 def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
     """All rows are in the copy, and its sidecar says what is wrong with them; read as a table they are not verified."""
-    path, copy = finished(tmp_path / "run.csv", 300), tmp_path / "copy.csv"
+    path, copy = record(tmp_path / "run.csv", [sample(i) for i in range(300)]), tmp_path / "copy.csv"
     path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
     stream = Stream(str(path), record=copy)
     with pytest.raises(RecordingError, match=CHANGED), stream:
@@ -37,7 +36,7 @@ def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
 @pytest.mark.parametrize("speed", [None, 10])
 def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None) -> None:
     """The checksum is compared at its end: stopped before, a change would not be noticed, and a message says so."""
-    path, said = finished(tmp_path / "run.csv", 5000), list[str]()
+    path, said = record(tmp_path / "run.csv", [sample(i) for i in range(5000)]), list[str]()
     with Stream(palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append) as stream:
         next(iter(stream))
     assert said == [f"{path}: not read to its end: its rows are not verified"]

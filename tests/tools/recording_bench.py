@@ -1,16 +1,18 @@
-"""Samples and recordings for tests of writing and reading."""
+"""Samples and recordings for tests of writing and reading: also those that were killed, and what can happen to files."""
 
 import math
 import time
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from random import Random
 from typing import Any, Self
 
 from palpate import Sample, Source, Status, Stream
 from palpate.ad7746 import datasheet
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import block_of, samples_of
 from palpate.simulation import scenarios
 from palpate.sources.base import Gap
@@ -113,21 +115,14 @@ class Blocks(Scripted):
         return item
 
 
-def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
-    """Write a recording; without `end`, as after a kill of the process: its last row is not in the last checkpoint."""
+def record(path: Path, samples: list[Sample], **device: Any) -> Path:
+    """Write a recording."""
     recorder = Recorder(path, device, {}, [])
     for each in samples:
         while recorder.is_behind:
             time.sleep(0.001)
         assert recorder.push(each)
     recorder.close()
-    if not end:
-        document = sidecar.load(path) or {}
-        written = document.pop("end")
-        if rows := written["rows"]:
-            synced = b"".join(path.read_bytes().splitlines(keepends=True)[:rows])
-            document["checkpoint"] = {"rows": rows - 1, "bytes": len(synced), "crc32": zlib.crc32(synced)}
-        sidecar.save(sidecar.sidecar_path(path), document)
     return path
 
 
@@ -151,13 +146,49 @@ def soon(is_so: Callable[[], object]) -> None:
         time.sleep(0.002)
 
 
-def tear(path: Path, count: int) -> None:
-    """Remove the last bytes of a file."""
-    path.write_bytes(path.read_bytes()[:-count])
-
-
 def four(seed: int = 1) -> list[Any]:
     """Return a scenario's samples, as a source would give them, with some that have no value."""
     flags = {17: Status.EXCITATION, 31: Status.HARD_SATURATED}
     samples = samples_of(scenarios.run("four-specimens", seed).block())
     return [s._replace(status=flags.get(s.seq % 101, Status.OK)) for s in samples if s.seq % 97 != 5]
+
+
+def rows_of(count: int, first: int = 0) -> list[bytes]:
+    """Return the lines of some samples."""
+    return format_rows(block_of([sample(i) for i in range(first, first + count)])).splitlines(keepends=True)
+
+
+def killed(path: Path, rows: int, synced: int, torn: int = 0) -> Path:
+    """Write a recording that was killed: rows, the number of them in its checkpoint, and bytes of one more row."""
+    lines = [HEADER.encode(), *rows_of(rows)]
+    path.write_bytes(b"".join(lines) + rows_of(1, rows)[0][:torn])
+    on_disk = b"".join(lines[: synced + 1])
+    checkpoint = {"rows": synced, "bytes": len(on_disk), "crc32": zlib.crc32(on_disk)}
+    sidecar.save(sidecar.sidecar_path(path), sidecar.fresh({"name": "a board"}, {}, []) | {"checkpoint": checkpoint})
+    return path
+
+
+DAMAGES = ("zeros", "noise", "cut out", "inserted", "lines merged", "end cut off", "one byte changed")
+
+
+def damaged(kind: str, data: bytes, random: Random) -> bytes:
+    """Return a file after one of `DAMAGES` at a random place."""
+    at, size = random.randrange(len(data)), random.choice((1, 16, 60, 512, 4096))
+    before, hit, after = data[:at], data[at : at + size], data[at + size :]
+    odd = (b"\n", b"\n\n\n", b"\r", b",", b"\0" * 8, "Grüße\n".encode(), random.randbytes(300))
+    begin, _, rest = data[at:].partition(b"\n")
+    return {
+        "zeros": before + bytes(len(hit)) + after,
+        "noise": before + random.randbytes(len(hit)) + after,
+        "cut out": before + after,
+        "inserted": before + random.choice(odd) + hit + after,
+        "lines merged": before + begin + rest,
+        "end cut off": before + bytes(random.choice((0, 0, 1, 512, 9000))),
+        "one byte changed": before + bytes([data[at] ^ random.randrange(1, 256)]) + data[at + 1 :],
+    }[kind]
+
+
+def survivors(data: bytes, rows: list[bytes]) -> list[bytes]:
+    """Return the rows that are still there as they were written: whole lines of the file."""
+    known = set(rows)
+    return [line + b"\n" for line in data.split(b"\n")[:-1] if line + b"\n" in known]
