@@ -15,7 +15,7 @@ from project import need, need_file
 
 pytest.importorskip("pty")
 
-from arduino import build, uno
+from arduino import uno
 
 PAIRS = 10_000 if NIGHTLY else 300
 CAPDAC = {"capdac_hard": int(6.92 / 0.171), "capdac_soft": int(4.69 / 0.171)}  # idle gauges, a step: chip.hpp
@@ -25,14 +25,14 @@ UNTOUCHED = 140  # pairs before the first press, at 4 s
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the sketch, which must stay small, and the board."""
-    for tool in build.TOOLS:
+    for tool in uno.TOOLS:
         need(tool)
-    for file in build.FILES:
+    for file in uno.FILES:
         need_file(file)
     folder = tmp_path_factory.mktemp("arduino")
-    flash, ram = build.bytes_of(build.build_sketch(folder))
+    uno.build(folder)
+    flash, ram = uno.bytes_of(folder / "sketch.elf")
     assert (flash <= 8000, ram <= 600) == (True, True), (flash, ram)
-    build.build_board(folder)
     return folder
 
 

@@ -1,5 +1,6 @@
 """The headers by their include path alone on other processors and systems: the same bits as here, fusing allowed."""
 
+import hashlib
 import json
 import re
 import subprocess
@@ -39,7 +40,8 @@ def test_the_same_bits_by_the_include_path_alone(target: Target) -> None:
 
 
 def test_the_bits_are_as_they_were() -> None:
-    hashes = {program: targets.digest(expected()[program]) for program in targets.PRINTING}
+    printed = {program: "\n".join(expected()[program]).encode() for program in targets.PRINTING}
+    hashes = {program: hashlib.sha256(text).hexdigest()[:12] for program, text in printed.items()}
     assert hashes == {"bits": "8cf483d4e275", "hostile": "8f24956a760c", "scenes": "d2680661ce83"}
 
 

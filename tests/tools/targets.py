@@ -4,7 +4,6 @@ Products may be fused everywhere (-ffp-contract=fast, without PALPATE_CONTRACTIO
 QEMU runs the Linux programs, Wine those of Windows, Node.js WebAssembly. The firmware of bench/embedded on QEMU's boards: test_embedded.py.
 """
 
-import hashlib
 import os
 import shutil
 import subprocess
@@ -134,8 +133,3 @@ def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:
 def reference(compiler: str) -> dict[str, list[str]]:
     """Return what the programs print on this machine, compiled without optimisation and without fused products."""
     return outputs(Target("here", (compiler, "-O0", "-ffp-contract=off"), libraries=()))
-
-
-def digest(lines: list[str]) -> str:
-    """Hash lines of text."""
-    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:12]

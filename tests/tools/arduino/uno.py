@@ -1,10 +1,15 @@
-"""Runs the simulated board: what a recording has of it, what it prints, and what its chip converted."""
+"""Builds the sketch of cpp/examples/arduino for an Arduino Uno, and runs it on the simulated board.
+
+What a recording has of it, what it prints, and what its chip converted. Debian: arduino-core-avr gcc-avr avr-libc
+libsimavr-dev. The options are those of the Arduino IDE (platform.txt).
+"""
 
 import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import reduce
+from itertools import chain
 from operator import xor
 from pathlib import Path
 from typing import Any
@@ -12,7 +17,53 @@ from typing import Any
 import numpy as np
 import palpate
 from numpy.typing import NDArray
+from project import ROOT, run
 from recording_bench import soon
+
+SKETCH = ROOT / "cpp" / "examples" / "arduino" / "palpate_ad7746" / "palpate_ad7746.ino"
+AVR = Path("/usr/share/arduino/hardware/arduino/avr")
+CORE, WIRE = AVR / "cores" / "arduino", AVR / "libraries" / "Wire" / "src"
+SIMAVR = Path("/usr/include/simavr")
+TOOLS = ("avr-g++", "avr-gcc", "avr-size", "c++")
+FILES = (CORE, SIMAVR)
+
+_PROCESSOR = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
+_INCLUDES = [f"-I{folder}" for folder in (CORE, AVR / "variants" / "standard", WIRE, WIRE / "utility")]
+_COMMON = ["-c", "-Os", "-flto", "-ffunction-sections", "-fdata-sections", *_PROCESSOR]
+_CPP = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics", "-Wno-error=narrowing"]
+_STRICT = ["-Wall", "-Wextra", "-Werror", "-x", "c++", "-include", "Arduino.h"]
+_COMPILERS = {
+    ".c": ["avr-gcc", "-std=gnu11", "-fno-fat-lto-objects", "-w"],
+    ".cpp": ["avr-g++", *_CPP, "-fpermissive", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-w"],  # <float.h> of gcc 5
+    ".S": ["avr-gcc", "-x", "assembler-with-cpp"],
+}
+
+
+def _compiled(source: Path, folder: Path) -> Path:
+    made = folder / f"{source.name}.o"
+    if source == SKETCH:  # its warnings are errors; those of Arduino's own files are not of this project
+        command = ["avr-g++", *_CPP, *_COMMON, *_INCLUDES, *_STRICT]
+    else:
+        command = [*_COMPILERS[source.suffix], *_COMMON, *_INCLUDES]
+    run(*command, source, "-o", made)
+    return made
+
+
+def build(folder: Path) -> None:
+    """Compile the sketch with Arduino's core and its library Wire, and the simulated board for this machine."""
+    library = chain(*(sorted(f.glob(f"*{end}")) for f in (CORE, WIRE, WIRE / "utility") for end in _COMPILERS))
+    objects = [_compiled(source, folder) for source in (SKETCH, *library)]
+    link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", "-mmcu=atmega328p"]
+    run(*link, *objects, "-lm", "-o", folder / "sketch.elf")
+    options = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
+    run("c++", *options, Path(__file__).with_name("board.cpp"), "-lsimavr", "-o", folder / "board")
+
+
+def bytes_of(program: Path) -> tuple[int, int]:
+    """Return the bytes of flash and of RAM that the sketch takes."""
+    text, data, bss = map(int, run("avr-size", program).splitlines()[1].split()[:3])
+    return text + data, data + bss
+
 
 LIMIT_S = 3600
 """For the board, however busy the machine is. It ends itself if its sketch is too slow in simulated time."""

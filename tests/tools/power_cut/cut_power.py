@@ -39,9 +39,7 @@ SAID = 1 << 20  # behind it, for what the guest says
 MODULES = "virtio_blk ext4 vfat nls_cp437 nls_ascii"
 SECTOR = 512  # of the log
 WHOLE = 4096  # bytes that a disk writes whole, its physical sector
-_MAGIC, _VERSION = 0x6A736677736872, 1
-_SUPER, _ENTRY = struct.Struct("<QQQI"), struct.Struct("<4Q")
-_FLUSH, _FUA = 1, 2
+_MAGIC, _VERSION, _FLUSH = 0x6A736677736872, 1, 1
 LENGTHS_S = (0.3, 2.5, 10.0)
 SOURCE = "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
 LOST, NO_SIDECAR = "lost by the cut", "without a sidecar"
@@ -62,20 +60,19 @@ class Write:
     offset: int
     data: bytes
     flush: bool
-    through: bool  # on the disk when it is done, without a flush
 
 
 def read_log(path: Path) -> list[Write]:
     """Return the requests in their order."""
     log, at, writes = path.read_bytes(), SECTOR, []
-    magic, version, requests, sector = _SUPER.unpack_from(log)
+    magic, version, requests, sector = struct.unpack_from("<QQQI", log)
     assert (magic, version, sector) == (_MAGIC, _VERSION, SECTOR), f"{path}: not a log of writes"
     for _ in range(requests):
-        begin, sectors, flags, _ = _ENTRY.unpack_from(log, at)
-        assert flags & ~(_FLUSH | _FUA) == 0, f"a request with flags {flags}: neither write nor flush"
+        begin, sectors, flags, _ = struct.unpack_from("<4Q", log, at)
+        assert flags in (0, _FLUSH), f"a request with flags {flags}: neither write nor flush"
         data = log[at + SECTOR : at + SECTOR + sectors * SECTOR]
         at += SECTOR + len(data)
-        writes.append(Write(begin * SECTOR, data, bool(flags & _FLUSH), bool(flags & _FUA)))
+        writes.append(Write(begin * SECTOR, data, bool(flags)))
     return writes
 
 
@@ -91,7 +88,7 @@ def cut(image: bytearray, writes: Sequence[Write], random: Random) -> None:
     share = random.choice((0.0, 0.1, 0.5, 0.9, 1.0))
     for write in writes[flushed:]:
         for at in range(0, len(write.data), WHOLE):
-            if write.through or random.random() < share:
+            if random.random() < share:
                 apply(image, [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])])
 
 
