@@ -11,7 +11,7 @@ from effort import NIGHTLY, Tally, random_of
 from numpy.typing import NDArray
 from palpate.ad7746.datasheet import SATURATED_CODES
 from palpate.samples import Status
-from project import need, need_file
+from project import need
 
 pytest.importorskip("pty")
 
@@ -25,10 +25,8 @@ UNTOUCHED = 140  # pairs before the first press, at 4 s
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the sketch, which must stay small, and the board."""
-    for tool in uno.TOOLS:
-        need(tool)
-    for file in uno.FILES:
-        need_file(file)
+    for needed in uno.NEEDED:
+        need(needed)
     folder = tmp_path_factory.mktemp("arduino")
     uno.build(folder)
     flash, ram = uno.bytes_of(folder / "sketch.elf")
@@ -110,7 +108,6 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
     assert sorted(np.diff(numbers(short))) == [1] * 57 + [2, 2]
     assert_true(pairs_of(short), uno.conversions(tmp_path))
     assert "# out of range: more than 17 pF, less than 0 pF, or a short" in short
-    (tmp_path / "port").unlink()
     with uno.board(built, tmp_path, 60, "absent=1.0:1.5") as port:
         long = list(uno.lines(port, 60))
     first = numbers(long).index(0, 1)

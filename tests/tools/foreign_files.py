@@ -5,15 +5,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas
-from click.testing import CliRunner
+from command_lines import run
 from numpy.typing import NDArray
-from palpate.cli import main
 from xdf import Stream, written  # tests/tools
 
 RATE = 38.4  # pairs a second
@@ -45,8 +43,7 @@ Make = Callable[[Path], list[str]]
 def ending(make: Make, folder: Path) -> str:
     """Make the files of a case, and replay them; return "right", "told", "wrong", "asked" or "refused", and the ratios."""
     arguments = make(folder)
-    piped = (folder / "piped").read_bytes() if arguments[0] == "-" else None
-    done = CliRunner().invoke(main, ["replay", *arguments], input=piped)
+    done = run("replay", *arguments, text=_WHOLE if arguments == ["-"] else None)
     rows = re.findall(r"^ +\d+ +\S+ +\d+ +(\S+) ", done.stdout, re.MULTILINE)
     ratios = [math.nan if row == "-" else float(row) for row in rows]
     near = len(ratios) == len(RATIOS) and np.allclose(ratios, RATIOS, rtol=2e-3)
@@ -113,11 +110,9 @@ def _excel_dates(frame: Any, path: Path) -> None:
 
 def _own_parquet(folder: Path) -> list[str]:
     (folder / "table.csv").write_text(_WHOLE)
-    names = [str(folder / name) for name in ("table.csv", "own.csv", "own.parquet")]
-    for source, target in pairwise(names):
-        result = CliRunner().invoke(main, ["convert", source, "-o", target])
-        assert result.exit_code == 0, result.stderr
-    return names[-1:]
+    for source, target in (("table.csv", "own.csv"), ("own.csv", "own.parquet")):
+        assert run("convert", folder / source, "-o", folder / target).exit_code == 0
+    return [str(folder / "own.parquet")]
 
 
 def _two_files(folder: Path) -> list[str]:
@@ -126,11 +121,6 @@ def _two_files(folder: Path) -> list[str]:
         rows = [[f"{each + shift:.4f}", f"{value:.6f}"] for each, value in zip(t, values, strict=True)]
         (folder / f"{name}.csv").write_text(_text("t (s),C (pF)", rows[3:] if name == "two" else rows))
     return [str(folder / "one.csv"), "--soft", str(folder / "two.csv")]
-
-
-def _piped(folder: Path) -> list[str]:
-    (folder / "piped").write_text(_WHOLE)
-    return ["-"]
 
 
 def _xdf(_: Any, path: Path) -> None:
@@ -172,7 +162,7 @@ CASES: dict[str, Make] = {
     "one file a channel, joined by time": _two_files,
     "long format: time, channel, value": _table("time_s,channel,value_pF", _LONG),
     "gz": _file(gzip.compress(_WHOLE.encode()), name="other.csv.gz"),
-    "standard input": _piped,
+    "standard input": lambda _: ["-"],
     "Excel, seconds": _saved("other.xlsx", lambda frame, path: frame.to_excel(path, index=False, startrow=1)),
     "Excel, dates": _saved("other.xlsx", _excel_dates),
     "Parquet of another program": _saved("other.parquet", pandas.DataFrame.to_parquet),

@@ -26,7 +26,6 @@ from websockets.asyncio.client import connect
 
 GOLDEN = ROOT / "tests" / "golden"
 SIMULATED = ("stiff-steady", "step-up", "dropouts", "saturating", "not-level", "drift-both")
-FIRST = {"schema": "palpate-recording-1", "end": {"rows": 1411, "dropped": 0, "clean": True}}
 EPHEMERAL = r'"(started|started_utc_ns|sidecar_crc32|python|system|version|palpate)": ("[^"]*"|\d+)'
 
 
@@ -53,12 +52,13 @@ DAMAGES: dict[str, Callable[[str], str]] = {
 def recordings(folder: Path) -> Iterator[Path]:
     """Write the fixed recordings: whole and damaged, with a sidecar, without one, without an end, of the first schema."""
     sidecar = json.loads(FOUR.with_suffix(".json").read_text())
+    end = {"rows": 1411, "dropped": 0, "clean": True}
     bare = {key: value for key, value in sidecar.items() if key != "sidecar_crc32"}
     sidecars = {
         "described": FOUR.with_suffix(".json").read_text(),
         "bare": None,
         "unclean": json.dumps({key: value for key, value in bare.items() if key != "end"}),
-        "first": json.dumps(bare | FIRST),
+        "first": json.dumps(bare | {"schema": "palpate-recording-1", "end": end}),
     }
     for damage, change in DAMAGES.items():
         for kind, description in sidecars.items():

@@ -220,12 +220,7 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
 }
 
 
-def main(target: str, *arguments: str) -> None:
-    """Fuzz one target."""
-    warnings.simplefilter("error")
-    atheris.Setup([sys.argv[0], *arguments], TARGETS[target])
-    atheris.Fuzz()
-
-
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    warnings.simplefilter("error")
+    atheris.Setup([sys.argv[0], *sys.argv[2:]], TARGETS[sys.argv[1]])
+    atheris.Fuzz()

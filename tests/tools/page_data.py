@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.calibration.calibration import Modulus
+from palpate.elasticity import Elasticity
 from palpate.live.feed import ROW, Flag, Rows
 from palpate.live.noise_spectrum import noise_of
 from palpate.live.plan import Done, Progress
@@ -18,7 +20,8 @@ Document = dict[str, Any]
 RATE = 38.4  # pairs a second
 ORIGIN_S = 5.0  # time of the first sample, s: not 0, as with a device
 LENGTH, WANTED = 250, 4  # samples of a touch; touches of a specimen
-THRESHOLD, RIGID, HALF, SCATTER = 8.0, 10.1, 2.056, 0.028
+THRESHOLD, SCATTER = 8.0, 0.028
+PROBE = Elasticity(10.1, 2.056)  # rigid ratio; half modulus, MPa
 SPECIMENS = {"70 A": 8.68, "50 A": 2.18, "30 A": 0.87, "50 OO": 0.289, "30 OO": 0.143, "gel 7": None}
 TOUCHED = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
 FLAGGED = {6: "short", 12: "offset"}
@@ -36,11 +39,6 @@ FACTS = {"Board": "AD7746 kit, USB 1/4", "Pairs a second": "38.4", "Late, lost, 
          "Soft, CIN2": "6 % of range"}  # fmt: skip
 RECORDED = [("palpate-2026-11-22-1.csv", "recording"), ("palpate-2026-11-22-1.json", "settings"),
             ("palpate-2026-11-22-1-report.html", "report"), ("probe.toml", "calibration")]  # fmt: skip
-
-
-def ratio_of(modulus: float) -> float:
-    """Return the ratio of a modulus by eq. (2)."""
-    return (RIGID * modulus + HALF) / (modulus + HALF)
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ def press(number: int, specimen: str, start: float, flag: str = "") -> Press:
     """Return a touch, with its own noise."""
     random = np.random.default_rng(100 + number)
     nth = np.arange(1, (84 if flag == "short" else LENGTH) + 1)
-    level = ratio_of(SPECIMENS[specimen] or 1.1) * (1 + SCATTER * random.standard_normal())
+    level = PROBE.ratio(SPECIMENS[specimen] or 1.1) * (1 + SCATTER * random.standard_normal())
     settling = 0.02 * np.exp(-nth / RATE / 0.5)
     statistic = np.abs(random.standard_normal(len(nth)))
     trace = (nth / RATE, level * (1 + settling), 0.0062 * level / np.sqrt(nth), statistic)
@@ -129,10 +127,8 @@ class State:
 def measured(ratio: float, error: float) -> Document:
     """Return standard error, uncertainty and modulus of a ratio."""
     uncertainty = float(np.hypot(error, SCATTER * ratio))
-    value, low, high = (HALF * (r - 1) / (RIGID - r) for r in ratio + uncertainty * np.array([0.0, -1.96, 1.96]))
-    modulus = {"value_MPa": value, "low_MPa": low, "high_MPa": high, "extrapolated": False, "reason": ""}
-    text = f"{value:.3f} MPa ({low:.3f} to {high:.3f})"
-    return {"ratio": ratio, "standard_error": error, "uncertainty": uncertainty, "modulus": modulus | {"text": text}}
+    modulus = Modulus(*map(PROBE.modulus, ratio + uncertainty * np.array([0.0, -1.96, 1.96])))
+    return {"ratio": ratio, "standard_error": error, "uncertainty": uncertainty, "modulus": modulus.as_dict()}
 
 
 def progress_of(case: "Case", touches: list[Press]) -> Progress:
@@ -172,21 +168,22 @@ def session_of(case: "Case", progress: Progress) -> Document:
 def calibration_of(touches: list[Press]) -> Document:
     """Return the state of a guided calibration."""
     grid = np.geomspace(0.09, 16, 60)
-    curve = np.array([ratio_of(float(modulus)) for modulus in grid])
+    curve = np.array([*map(PROBE.ratio, grid)])
     points = [
-        {"modulus": modulus, "fitted": ratio_of(modulus), "specimen": one.specimen, "touch": one.number, "ratio": one.ratio, "kept": not one.flag}
+        {"modulus": modulus, "fitted": PROBE.ratio(modulus), "specimen": one.specimen, "touch": one.number, "ratio": one.ratio, "kept": not one.flag}
         for one in touches
         if (modulus := SPECIMENS[one.specimen])
     ]  # fmt: skip
-    parameters = [("rigid_ratio", "10.1", "9.6 to 10.6"), ("half_modulus", "2.06 MPa", "1.88 to 2.25")]
+    rigid = {"name": "rigid_ratio", "value": "10.1", "interval": "9.6 to 10.6"}
+    half = {"name": "half_modulus", "value": "2.06 MPa", "interval": "1.88 to 2.25"}
     lines = {"ratio": curve, "low": curve * 0.944, "high": curve * 1.056, "modulus": grid}
     said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend.", "error": None}
     todo = {"next": "Next: 50 OO, then 30 OO.", "missing": ["Below 0.8 MPa no specimen is finished."], "saved": None}
     return {"on": True, "sound": False} | said | todo | {
-        "parameters": [dict(zip(("name", "value", "interval"), one, strict=True)) for one in parameters],
+        "parameters": [rigid, half],
         "curve": {name: values.tolist() for name, values in lines.items()},
         "points": points,
-        "rigid": {"value": RIGID, "error": 0.26},
+        "rigid": {"value": PROBE.rigid_ratio, "error": 0.26},
         "history": [0.2, 0.15, 0.1, 0.07, 0.06, 0.05, 0.042, 0.035, 0.031, 0.028, 0.026],
     }  # fmt: skip
 
@@ -198,10 +195,11 @@ def device(file: bool, changed: Document) -> Document:
         other = next((text for begin, text in changed.items() if name.startswith(begin)), None)
         share = 0.28 if name == "Hard, CIN1" and not other else None
         facts.append({"name": name, "value": other or value, "warn": other is not None, "share": share})
+    if file:
+        return {"facts": [], "options": {}, "can_centre": False}
     capf = {"value": 0, "allowed": [0, 1, 2, 3], "title": "Conversion time (CAPF)"}
     excitation = {"value": "half", "allowed": ["quarter", "half"], "title": "Excitation"}
-    options = {"capf": capf, "excitation": excitation}
-    return {"facts": [] if file else facts, "options": {} if file else options, "can_centre": not file}
+    return {"facts": facts, "options": {"capf": capf, "excitation": excitation}, "can_centre": True}
 
 
 def events_of(now: float, known: list[Press], cut: float | None) -> Document:
@@ -229,7 +227,6 @@ class Case:
     recording: bool = True
     file: bool = False
     calibrating: bool = False
-    calibrated: bool = True
     state: str = ""
     facts: Document = field(default_factory=dict)
 
@@ -256,7 +253,7 @@ CASES = {
     "calibrate": Case(TOUCHES[15].start - 1.3, Now("Touch", "50 OO, touch 2 of 4: press, and hold"),
                       StatusLine("ready", "quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun."), calibrating=True),
     "file": Case(RUNNING.end + 1.2, Now("File", "run-11.csv, 21 Nov 2026, 14:02"), StatusLine("file", "quiet", "", FILE), recording=False, file=True, state="ended"),
-    "bare": Case(3.9, Now("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False, calibrated=False),
+    "bare": Case(3.9, Now("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False),
 }  # fmt: skip
 CASES["review"] = CASES["contact"]
 """The page itself looks back: nothing changes at the server."""
@@ -287,7 +284,7 @@ def hello_of(case: Case) -> Document:
     """Return what does not change during a measurement."""
     named = {"source": "run-11.csv" if case.file else "usb:", "device": "AD7746 kit, USB 1/4", "scene": "handheld"}
     length = {"samples": LENGTH, "seconds": LENGTH / RATE, "threshold": THRESHOLD, "origin_s": ORIGIN_S}
-    known = {"calibrated": case.calibrated, "scatter": SCATTER if case.calibrated else None}
+    known = {"calibrated": case.listed, "scatter": SCATTER if case.listed else None}
     file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "seconds": 200.0}
     kind = {"measurement": 1, "kind": "file" if case.file else "live", "file": file if case.file else None}
     return {**named, **length, **known, **kind}

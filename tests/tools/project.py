@@ -31,17 +31,11 @@ def copied(path: Path, source: Path = FOUR) -> Path:
 
 
 def need(tool: str) -> str:
-    """Return the path of a program. If it is missing, the test is skipped, or fails if no test may be skipped."""
-    path = shutil.which(tool)
+    """Return the path of a program or a folder. If it is missing, the test is skipped, or fails if no test may be skipped."""
+    path = tool if Path(tool).is_absolute() and Path(tool).is_dir() else shutil.which(tool)
     if path is None:
         _without(tool)
     return path
-
-
-def need_file(path: Path) -> None:
-    """As `need`, for a file or a folder."""
-    if not path.exists():
-        _without(str(path))
 
 
 def need_package(name: str) -> None:

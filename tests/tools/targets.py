@@ -41,12 +41,11 @@ class Target:
     @property
     def tools(self) -> tuple[str, ...]:
         """Programs that must be installed."""
-        return (self.compiler[0], *self.runner[:1], *self._cross())
-
-    def _cross(self) -> tuple[str, ...]:
-        """Name the cross compiler of g++ whose libraries clang++ uses."""
         triples = [word.removeprefix("--target=") for word in self.compiler if word.startswith("--target=")]
-        return tuple(f"{triple}-g++" for triple in triples if triple.endswith("linux-gnu"))
+        crosses = (
+            f"{triple}-g++" for triple in triples if triple.endswith("linux-gnu")
+        )  # whose libraries clang++ uses
+        return (self.compiler[0], *self.runner[:1], *crosses)
 
 
 def _of_clang(triple: str, *flags: str) -> tuple[str, ...]:
@@ -76,22 +75,18 @@ TARGETS = (
 )
 
 
-def compile_program(target: Target, program: str, folder: Path) -> Path:
-    """Compile one program of tests/cpp for a target."""
-    made = folder / f"{program}.exe"  # Wine runs this name; the other systems, too
-    flags = (*FLAGS, "-Os") if program == "scenes" else FLAGS  # as on a microcontroller, and faster to compile
-    run(*target.compiler, *flags, CPP / f"{program}.cpp", *target.libraries, "-o", made)
-    return made
-
-
 def outputs(target: Target) -> dict[str, list[str]]:
     """Compile the programs of a target and return the lines of each."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        made = {p: compile_program(target, p, folder) for p in (*target.printing, *target.checking)}
+        # Wine runs this name; the other systems, too.
+        made = {program: folder / f"{program}.exe" for program in (*target.printing, *target.checking)}
+        for program, path in made.items():
+            size = ("-Os",) if program == "scenes" else ()  # as on a microcontroller, and faster to compile
+            run(*target.compiler, *FLAGS, *size, CPP / f"{program}.cpp", *target.libraries, "-o", path)
         if target.runner == ("wine",):
-            return {p: said.splitlines() for p, said in _in_wine(made, folder).items()}
-        return {p: run(*target.runner, program).splitlines() for p, program in made.items()}
+            return {program: said.splitlines() for program, said in _in_wine(made, folder).items()}
+        return {program: run(*target.runner, path).splitlines() for program, path in made.items()}
 
 
 def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:

@@ -31,7 +31,6 @@ _CONTROL_URB = 2
 _STATUS_AT, _LENGTH_AT = 4, 28
 # ZERO_PACKET, BULK_CONTINUATION, NO_PACKET_SIZE_LIM, BULK_SCATTER_GATHER, REAP_AFTER_DISCONNECT
 _CAPABILITIES = 0x1F
-_SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ
 Result = tuple[int, int]
 _DONE: Result = (0, 0)
 # Device and configuration descriptors of a root hub; of the board, which has no strings, and one interface.
@@ -55,7 +54,7 @@ class Node(socketserver.ThreadingUnixStreamServer):
         os.mkfifo(self.path)
         self.path.chmod(0o666)
         self._fifo = os.open(self.path, os.O_RDWR | os.O_NONBLOCK)
-        fcntl.fcntl(self._fifo, _SET_PIPE_SIZE, 4096)
+        fcntl.fcntl(self._fifo, fcntl.F_SETPIPE_SZ, 4096)
         os.write(self._fifo, b"x")
         where = root / f"ioctl/dev/bus/usb/001/{address:03d}"
         super().__init__(str(where), _Caller)

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 // An Arduino Uno in simavr, with a simulated AD7746 on its I2C bus and a pseudo-terminal in place of its USB port.
-//   board SKETCH.elf LINK LOG PAIRS [absent|overloaded|beyond|garbled|micros=BEGIN[:END]]...
-// LINK becomes the name of the port. The board starts when someone opens it, as a real one is reset then, and stands still
+//   board SKETCH.elf PORT LOG PAIRS [absent|overloaded|beyond|garbled|micros=BEGIN[:END]]...
+// PORT is the descriptor of the terminal's other end. The board starts when someone opens it, as a real one is reset then, and stands still
 // while the port's buffer is full, so a slow reader loses nothing. Its time goes at most twice as
 // fast as ours. After PAIRS lines it stands still until the port is closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet, or the
 // sketch needs more than 0.1 s of its time for a pair.
 
-#include <fcntl.h>
 #include <poll.h>
-#include <pty.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,17 +27,7 @@ namespace {
 
 class Port {
  public:
-  explicit Port(const char* link) {
-    char name[64];
-    int other = -1;
-    termios raw{};
-    cfmakeraw(&raw);
-    if (openpty(&end_, &other, name, &raw, nullptr) != 0 || symlink(name, link) != 0) {
-      std::perror(link);
-      std::exit(2);
-    }
-    close(other);  // from now on poll() says whether someone has it open
-  }
+  explicit Port(int end) : end_(end) {}
 
   bool open() const { return (ask(0) & POLLHUP) == 0; }
   void write(char byte) const {
@@ -59,7 +46,7 @@ class Port {
     poll(&asked, 1, milliseconds);
     return asked.revents;
   }
-  int end_ = -1;
+  int end_;
 };
 
 struct Board {
@@ -77,19 +64,15 @@ void answer(const Board& board, std::uint8_t what, std::uint8_t data) {
   avr_raise_irq(avr_io_getirq(board.avr, AVR_IOCTL_TWI_GETIRQ(0), TWI_IRQ_INPUT), avr_twi_irq_msg(what, 0x90, data));
 }
 
-// simavr takes 1 us for a bit; here a byte takes as long as the sketch has set: 9 bits of 16 + 2 TWBR cycles.
-void pass_byte(Board& board) {
-  constexpr int twbr = 0xB8;
-  board.avr->cycle += 9u * 2u * board.avr->data[twbr];
-}
-
 void on_bus(avr_irq_t*, std::uint32_t value, void* of) {
   Board& board = *static_cast<Board*>(of);
   avr_twi_msg_irq_t message;
   message.u.v = value;
   const auto [unused, what, address, data] = message.u.twi;
   if (what & (TWI_COND_START | TWI_COND_WRITE | TWI_COND_READ)) {
-    pass_byte(board);
+    // simavr takes 1 us for a bit; here a byte takes as long as the sketch has set: 9 bits of 16 + 2 TWBR cycles.
+    constexpr int twbr = 0xB8;
+    board.avr->cycle += 9u * 2u * board.avr->data[twbr];
   }
   if (what & TWI_COND_START) {
     board.selected = (address & 0xFE) == 0x90 && board.chip.select(board.now());
@@ -143,7 +126,7 @@ int main(int count, char** words) {
   avr_init(avr);
   avr->frequency = 16000000;
   avr_load_firmware(avr, &sketch);
-  Board board{avr, Chip(log), Port(words[2])};
+  Board board{avr, Chip(log), Port(std::atoi(words[2]))};
 
   std::uint32_t quiet = 0;
   avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);

@@ -13,16 +13,12 @@
 #include <utility>
 
 /// Two gauges that are pressed in the second half of every 8 s, with a tremor; the hard one changes 2.5 times as much.
-struct Gauges {
-  static double press(double s) noexcept {
-    const double phase = std::fmod(s, 8.0) - 4.0, ramp = 0.15;
-    const double edge = std::clamp(std::min(phase, 4.0 - phase) / ramp, 0.0, 1.0);
-    return edge * edge * (3 - 2 * edge) * (1 + 0.05 * std::sin(50.0 * s));
-  }
-  static double picofarad(bool second, double s) noexcept {
-    return second ? 4.69 + 0.25 * press(s) : 6.92 + 0.625 * press(s);
-  }
-};
+inline double picofarad(bool second, double s) noexcept {
+  const double phase = std::fmod(s, 8.0) - 4.0, ramp = 0.15;
+  const double edge = std::clamp(std::min(phase, 4.0 - phase) / ramp, 0.0, 1.0);
+  const double press = edge * edge * (3 - 2 * edge) * (1 + 0.05 * std::sin(50.0 * s));
+  return second ? 4.69 + 0.25 * press : 6.92 + 0.625 * press;
+}
 
 /// A time span, s of the simulation.
 struct Span {
@@ -99,7 +95,8 @@ class Chip {
     const double middle = begun_ + conversion / 2;
     const std::uint32_t code = convert(middle);
     if (log_) {
-      std::fprintf(log_, "%.3f,%d,%.0f\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1, static_cast<double>(code));
+      std::fprintf(log_, "%.3f,%d,%.0f\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1,
+                   static_cast<double>(code));
     }
     for (int i = 0; i < 3; ++i) {
       registers_[cap_data + i] = static_cast<std::uint8_t>(code >> (16 - 8 * i));
@@ -111,7 +108,7 @@ class Chip {
 
   std::uint32_t convert(double s) noexcept {
     const bool second = (registers_[cap_setup] & 0x40) != 0, driven = (registers_[exc_setup] & 0x30) == 0x20;
-    const double gauge = beyond.has(s) && second ? 30 : Gauges::picofarad(second, s);
+    const double gauge = beyond.has(s) && second ? 30 : picofarad(second, s);
     const double dac = registers_[capdac_a] & 0x80 ? (registers_[capdac_a] & 0x7F) * dac_step : 0;
     const double code = std::round(((driven ? gauge + noise() : 0) - dac) * (16777216 / 8.192)) + 0x800000;
     return static_cast<std::uint32_t>(std::clamp(code, 0.0, 16777215.0));

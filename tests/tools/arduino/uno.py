@@ -6,6 +6,7 @@ libsimavr-dev. The options are those of the Arduino IDE (platform.txt).
 
 import os
 import subprocess
+import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import reduce
@@ -18,14 +19,12 @@ import numpy as np
 import palpate
 from numpy.typing import NDArray
 from project import ROOT, run
-from recording_bench import soon
 
 SKETCH = ROOT / "cpp" / "examples" / "arduino" / "palpate_ad7746" / "palpate_ad7746.ino"
 AVR = Path("/usr/share/arduino/hardware/arduino/avr")
 CORE, WIRE = AVR / "cores" / "arduino", AVR / "libraries" / "Wire" / "src"
 SIMAVR = Path("/usr/include/simavr")
-TOOLS = ("avr-g++", "avr-gcc", "avr-size", "c++")
-FILES = (CORE, SIMAVR)
+NEEDED = ("avr-g++", "avr-gcc", "avr-size", "c++", str(CORE), str(SIMAVR))
 
 _PROCESSOR = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
 _INCLUDES = [f"-I{folder}" for folder in (CORE, AVR / "variants" / "standard", WIRE, WIRE / "utility")]
@@ -72,12 +71,15 @@ LIMIT_S = 3600
 @contextmanager
 def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]:
     """Give the port of a board; at the end, check that it did with its chip only what the data sheet allows."""
-    link, log = folder / "port", folder / "log"
-    command: list[str | Path] = [built / "board", built / "sketch.elf", link, log, str(pairs), *events]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+    end, port = os.openpty()
+    tty.setraw(port)
+    name = Path(os.ttyname(port))
+    os.close(port)  # from now on the board can see whether someone has it open
+    command = [built / "board", built / "sketch.elf", str(end), folder / "log", str(pairs), *events]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, pass_fds=[end]) as process:
+        os.close(end)
         try:
-            soon(link.is_symlink)
-            yield link
+            yield name
             assert process.wait(LIMIT_S) == 0
         finally:
             process.kill()
