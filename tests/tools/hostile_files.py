@@ -19,7 +19,6 @@ from fuzz_parsers import TARGETS
 SECONDS = 6  # of CPU time
 MEGABYTES = 200
 SIZE = 1_000_000  # bytes of a file
-Contents = Iterator[tuple[str, bytes]]
 
 _UNITS = (*'9,;"[\\\n\r\0\U0001f600', "a.", "a=1\n", "1,2\n", "12 ms\t", '{"a":', "1.0 2.0\n")
 
@@ -29,7 +28,7 @@ def counted(pattern: str) -> bytes:
     return "".join(map(pattern.format, range(SIZE // len(pattern.format(999_999))))).encode()
 
 
-def anywhere() -> Contents:
+def anywhere() -> Iterator[tuple[str, bytes]]:
     """Yield contents for every parser."""
     yield from ((repr(unit), (unit * (SIZE // len(unit.encode()))).encode()) for unit in _UNITS)
     yield "surrogates", b"\xed\xa0\x80" * (SIZE // 3)

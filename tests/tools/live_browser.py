@@ -59,14 +59,9 @@ class Browser:
         while self["theme"].get_attribute("aria-label") != f"Colours: {name}":
             self.click("theme")
 
-    def drawn(self) -> Any:
-        """Wait for two frames, and return the charts if the page shows them to tests."""
+    def drawn(self) -> None:
+        """Wait for two frames."""
         self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
-
-    def shoot(self, path: Path) -> None:
-        """Take a screenshot of the window."""
-        self.drawn()
-        self.driver.save_screenshot(str(path))
 
     def reset(self) -> None:
         """Leave the page, and forget what it did."""

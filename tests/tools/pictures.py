@@ -21,7 +21,7 @@ COMMANDS = (
     "simulate -o gel --object gel=1.1 --seed 7",
     "calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml",
     (
-        "report specimens/*.csv gel/*.csv --calibration probe.toml --moduli specimens/moduli.csv -o r.html "
+        "report specimens/*.csv gel/gel.csv --calibration probe.toml --moduli specimens/moduli.csv -o r.html "
         "--title 'ten specimens, one gel' --operator 'A. Bee' --note 'left hand'"
     ),
     "record sim:ten-specimens -o ten-specimens.csv --touches 40",  # played, it is never late, on a busy machine either
@@ -35,7 +35,8 @@ return text("word") === "Hold" && Number(text("mainname").split(" ").at(-1)) >= 
 
 def take(page: Browser, path: Path) -> None:
     """Take a picture with 128 colours: the file is small, and looks the same."""
-    page.shoot(path)
+    page.drawn()
+    page.driver.save_screenshot(str(path))
     with Image.open(path) as picture:
         few = picture.convert("RGB").quantize(128)
     few.save(path, optimize=True)
@@ -80,7 +81,7 @@ def printed(page: Browser, folder: Path) -> None:
     for command, values in (("EmulatedMedia", {"media": "print"}), ("ScrollbarsHidden", {"hidden": True}), ("DeviceMetricsOverride", size)):  # fmt: skip
         page.driver.execute_cdp_cmd(f"Emulation.set{command}", values)
     page.run("document.body.style.padding = '60px'")  # the margins of the sheet
-    page.shoot(folder / "report.png")
+    take(page, folder / "report.png")
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def build(folder: Path) -> None:
     objects = [_compiled(source, folder) for source in (SKETCH, *library)]
     link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", "-mmcu=atmega328p"]
     run(*link, *objects, "-lm", "-o", folder / "sketch.elf")
-    options = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
+    options: list[str | Path] = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
     run("c++", *options, Path(__file__).with_name("board.cpp"), "-lsimavr", "-o", folder / "board")
 
 
@@ -64,10 +64,6 @@ def bytes_of(program: Path) -> tuple[int, int]:
     return text + data, data + bss
 
 
-LIMIT_S = 3600
-"""For the board, however busy the machine is. It ends itself if its sketch is too slow in simulated time."""
-
-
 @contextmanager
 def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]:
     """Give the port of a board; at the end, check that it did with its chip only what the data sheet allows."""
@@ -75,12 +71,12 @@ def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]
     tty.setraw(port)
     name = Path(os.ttyname(port))
     os.close(port)  # from now on the board can see whether someone has it open
-    command = [built / "board", built / "sketch.elf", str(end), folder / "log", str(pairs), *events]
+    command: list[str | Path] = [built / "board", built / "sketch.elf", str(end), folder / "log", str(pairs), *events]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, pass_fds=[end]) as process:
         os.close(end)
         try:
             yield name
-            assert process.wait(LIMIT_S) == 0
+            assert process.wait(3600) == 0  # the board itself ends if its sketch is too slow in simulated time
         finally:
             process.kill()
 

@@ -196,6 +196,15 @@ def kept(path: Path, synced: bytes) -> int:
     return max(0, sum(1 for _ in same) - 1)
 
 
+def measure(path: Path, seconds: float) -> None:
+    """Record for a time."""
+    with Stream(SOURCE, record=path) as stream:
+        ends_s = time.monotonic() + seconds
+        for _ in stream.batches():
+            if time.monotonic() >= ends_s:
+                return
+
+
 def record(folder: Path, device: str, seconds: float) -> None:
     """In the guest: record again and again, for a time, and write behind the file system what is on the disk.
 
@@ -223,10 +232,7 @@ def record(folder: Path, device: str, seconds: float) -> None:
     until = time.monotonic() + seconds
     for number in count():
         path = folder / f"{number}.csv"
-        with Stream(SOURCE, record=path) as stream:
-            ends_s = time.monotonic() + LENGTHS_S[number % len(LENGTHS_S)]
-            for _ in takewhile(lambda _, ends_s=ends_s: time.monotonic() < ends_s, stream.batches()):
-                pass
+        measure(path, LENGTHS_S[number % len(LENGTHS_S)])
         say(path, path.stat().st_size, closed=True)
         if time.monotonic() >= until:
             return
