@@ -10,7 +10,8 @@ from unittest.mock import AsyncMock
 
 import numpy as np
 import pytest
-from live_bench import PATIENCE_S, SOURCE, begun, client
+from live_bench import SOURCE, begun, client
+from live_server import PATIENCE_S
 from palpate.live import hub as module
 from palpate.live.feed import HEADER, ROW, Kind
 from palpate.live.hub import FRAME_ROWS, Page

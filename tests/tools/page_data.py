@@ -126,9 +126,10 @@ class State:
 
 def measured(ratio: float, error: float) -> Document:
     """Return standard error, uncertainty and modulus of a ratio."""
-    uncertainty = float(np.hypot(error, SCATTER * ratio))
-    modulus = Modulus(*map(PROBE.modulus, ratio + uncertainty * np.array([0.0, -1.96, 1.96])))
-    return {"ratio": ratio, "standard_error": error, "uncertainty": uncertainty, "modulus": modulus.as_dict()}
+    known = float(np.hypot(error, SCATTER * ratio))
+    value, low, high = map(PROBE.modulus, ratio + known * np.array([0.0, -1.96, 1.96]))
+    named = {"ratio": ratio, "standard_error": error, "uncertainty": known}
+    return named | {"modulus": Modulus(value, low, high).as_dict()}
 
 
 def progress_of(case: "Case", touches: list[Press]) -> Progress:

@@ -200,9 +200,8 @@ def measure(path: Path, seconds: float) -> None:
     """Record for a time."""
     with Stream(SOURCE, record=path) as stream:
         ends_s = time.monotonic() + seconds
-        for _ in stream.batches():
-            if time.monotonic() >= ends_s:
-                return
+        for _ in takewhile(lambda _: time.monotonic() < ends_s, stream.batches()):
+            pass
 
 
 def record(folder: Path, device: str, seconds: float) -> None:
