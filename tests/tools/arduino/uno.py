@@ -95,9 +95,8 @@ def record(built: Path, folder: Path, pairs: int) -> NDArray[Any]:
 
 def conversions(folder: Path) -> NDArray[Any]:
     """Return what the chip converted: `middle_us`, `input` (1, 2) and `code`, shape (n,)."""
-    made: NDArray[Any] = np.loadtxt(folder / "log", delimiter=",", dtype="f8,i4,i8")
-    made.dtype.names = ("middle_us", "input", "code")
-    return made
+    kinds = [("middle_us", "f8"), ("input", "i4"), ("code", "i8")]
+    return np.loadtxt(folder / "log", dtype=kinds, delimiter=",")
 
 
 def lines(port: Path, count: int, centre_at: int = 0) -> Iterator[str]:
