@@ -149,7 +149,7 @@ bool nearest(const char* begin, const char* end, double& value) noexcept {
   const py::gil_scoped_acquire held;
   value = PyOS_string_to_double(text.c_str(), nullptr, nullptr);
   PyErr_Clear();  // -1 where it was set
-  return value > 0 && value <= DBL_MAX;
+  return value >= 0 && value <= DBL_MAX;
 }
 
 char* format_finite(char* to, double value) noexcept {

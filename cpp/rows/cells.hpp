@@ -110,7 +110,7 @@ class Cells {
   double real(Cell cell) noexcept {
     double value = std::numeric_limits<double>::quiet_NaN();
     if (!is_nan(cell) && !is_usual(cell, value)) {
-      require(parse_real(cell.begin, cell.end, value) && cell.begin == cell.end);
+      require(parse_real(cell.begin, cell.end, value));
     }
     return value;
   }
@@ -119,9 +119,8 @@ class Cells {
   void skip_real(Cell cell) noexcept {
     Cell digits = cell;
     skip_minus(digits);
-    if (!has_usual_digits(digits) && !is_nan(cell)) {
-      const Decimal number = take_decimal(digits.begin, digits.end);
-      require(number.count != 0 && number.end == digits.end);
+    if (!has_usual_digits(digits)) {
+      real(cell);
     }
   }
 
@@ -156,20 +155,19 @@ class Cells {
     return (above(first, each_byte * (0x80 - 10) + (9 << 8)) | middle | others(eight(cell.end - 8))) == 0;
   }
 
-  /// [-]d.ddd with 9 to 16 decimals that make an exact quotient.
+  /// [-]d.ddd with 9 to 16 decimals: digits over a power of ten, rounded once where both are doubles (Clinger, PLDI 1990).
   static bool is_usual(Cell cell, double& value) noexcept {
     constexpr std::uint64_t powers[] = {1, 10, 100, 1000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000};
     const bool negative = skip_minus(cell);
     const Cell rest{cell.begin + 10, cell.end};
-    if (rest.size() - 1 >= 8 || !has_usual_digits(cell)) {
+    if (FLT_EVAL_METHOD != 0 || rest.size() - 1 >= 8 || !has_usual_digits(cell)) {
       return false;
     }
-    const std::uint64_t first =
-        digit(cell.begin) * std::uint64_t{100'000'000} + number_of_digits(eight(cell.begin + 2));
+    const std::uint64_t first = digit(cell.begin) * powers[8] + number_of_digits(eight(cell.begin + 2));
     const std::uint64_t number = first * powers[rest.size()] + number_of_digits(few(rest));
-    const bool exact = exact_quotient(number, -8 - static_cast<int>(rest.size()), value);
+    value = static_cast<double>(number) / static_cast<double>(powers[8] * powers[rest.size()]);
     value = negative ? -value : value;
-    return exact;
+    return number <= std::uint64_t{1} << 53;
   }
 
   std::uint64_t with_nine_decimals(Cell cell) noexcept {

@@ -20,7 +20,7 @@ namespace palpate::rows {
 #define PALPATE_EXACT_ELSEWHERE
 #endif
 
-/// The double nearest to a number without a sign, that is all of [begin, end); false where the double is 0 or infinite.
+/// The double nearest to a number without a sign, that is all of [begin, end); false where it is none, or infinite.
 bool nearest(const char* begin, const char* end, double& value) noexcept;
 
 /// Write a finite number without a sign as repr does, at most 23 characters; their end.
@@ -49,78 +49,18 @@ inline Run append_digits(Run run, const char* end) noexcept {
   return run;
 }
 
-/// The exponent after the letter at `at`, which moves behind it; 0, and `at` stays, where no digit follows. It ends at 9999.
-inline int take_exponent(const char*& at, const char* end) noexcept {
-  const char* next = at + 1;
-  const bool negative = next != end && *next == '-';
-  next += next != end && (*next == '-' || *next == '+');
-  if (next == end || !is_digit(*next)) {
-    return 0;
-  }
-  int exponent = 0;
-  for (; next != end && is_digit(*next); ++next) {
-    exponent = exponent < 1000 ? exponent * 10 + (*next - '0') : 9999;
-  }
-  at = next;
-  return negative ? -exponent : exponent;
-}
-
-/// digits * 10^exponent where both are doubles, so that one rounding is all (Clinger, PLDI 1990); else false.
-inline bool exact_quotient(std::uint64_t digits, int exponent, double& value) noexcept {
-  constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                               1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-  if (digits == 0) {
-    value = 0;
-    return true;
-  }
-  if (FLT_EVAL_METHOD != 0 || digits > (std::uint64_t{1} << 53) || exponent < -22 || exponent > 22) {
-    return false;
-  }
-  const auto number = static_cast<double>(digits);
-  value = exponent < 0 ? number / powers[-exponent] : number * powers[exponent];
-  return true;
-}
-
-/// What a number without its sign is made of: digits * 10^exponent; `count` digits were read, leading zeros too.
-struct Decimal {
-  const char* end;
-  std::uint64_t digits;
-  int exponent;
-  std::ptrdiff_t count;
-};
-
-/// The decimal number at `at`; count 0: there is none.
-inline Decimal take_decimal(const char* at, const char* end) noexcept {
-  Run run = append_digits({at, 0}, end);
-  auto count = run.at - at;
-  int exponent = 0;
-  if (run.at != end && *run.at == '.') {
-    const char* const fraction = run.at + 1;
-    run = append_digits({fraction, run.number}, end);
-    count += run.at - fraction;
-    exponent = static_cast<int>(fraction - run.at);
-  }
-  if (count != 0 && run.at != end && (*run.at == 'e' || *run.at == 'E')) {
-    exponent += take_exponent(run.at, end);
-  }
-  return {run.at, run.number, exponent, count};
-}
-
-/// Read a plain decimal number, [+-]d.d[e[+-]d] with a digit before or after the point, and move `at` behind it. False,
-/// with `at` as it was: no such number is there, or the nearest double is infinite, or 0 though a digit is not.
-/// Blanks, underscores, nan, inf and hexadecimal numbers are none.
-inline bool parse_real(const char*& at, const char* end, double& value) noexcept {
-  const char* next = at;
-  const bool negative = next != end && *next == '-';
-  next += next != end && (*next == '-' || *next == '+');
-  const Decimal number = take_decimal(next, end);
-  const bool all_kept = number.count <= 19;  // 10^19 < 2^64
-  const bool found = number.count != 0 && ((all_kept && exact_quotient(number.digits, number.exponent, value)) ||
-                                           nearest(next, number.end, value));
-  if (found) {
-    value = negative ? -value : value;
-    at = number.end;
-  }
+/// Read a plain decimal number, all of [begin, end): [-]d.d[e[+-]d] with a digit before or after the point. False: it is
+/// something else, or the nearest double is infinite, or 0 though a digit is not.
+inline bool parse_real(const char* begin, const char* end, double& value) noexcept {
+  const bool negative = begin != end && *begin == '-';
+  begin += negative;
+  // Not nan, inf, a second sign, or hexadecimal.
+  const auto may_follow = [](char c) {
+    return is_digit(c) || c == '.' || c == 'e' || c == 'E' || c == '-' || c == '+';
+  };
+  const bool plain = begin != end && (is_digit(*begin) || *begin == '.') && std::all_of(begin, end, may_follow);
+  const bool found = plain && nearest(begin, end, value);
+  value = negative ? -value : value;
   return found;
 }
 

@@ -157,7 +157,7 @@ extern "C" double palpate_number(const char* begin, std::size_t size) __attribut
 
 bool nearest(const char* begin, const char* end, double& value) noexcept {
   value = palpate_number(begin, static_cast<std::size_t>(end - begin));
-  return value > 0 && value <= std::numeric_limits<double>::max();
+  return value >= 0 && value <= std::numeric_limits<double>::max();
 }
 }  // namespace palpate::rows
 

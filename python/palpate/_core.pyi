@@ -23,9 +23,6 @@ scenes: tuple[str, ...]
 
 _Scene: TypeAlias = Literal["fixed", "paper", "handheld", "sliding"]
 _Real = TypeVar("_Real", np.float64, np.float32)
-_Number_co = TypeVar("_Number_co", covariant=True)
-_Flag_co = TypeVar("_Flag_co", covariant=True)
-_Count_co = TypeVar("_Count_co", covariant=True)
 
 class _Common(TypedDict, total=False):
     samples: int | None
@@ -71,27 +68,19 @@ class _Resettable(_State):
     def __deepcopy__(self, memo: dict[int, Any]) -> Self: ...
     settings: Final[dict[str, float]]
 
-class _Rated(_Resettable, Generic[_Number_co, _Flag_co, _Count_co]):
-    @property
-    def ratio(self) -> _Number_co: ...
-    @property
-    def covariance(self) -> _Number_co: ...
-    @property
-    def statistic(self) -> _Number_co: ...
-    @property
-    def alarm(self) -> _Flag_co: ...
-    @property
-    def samples(self) -> _Count_co: ...
-    @property
-    def rejected(self) -> _Count_co: ...
-
-class _Estimator(_Rated[float, bool, int], Generic[_Real]):
+class _Estimator(_Resettable, Generic[_Real]):
     def update(self, output: float, regressor: float, /) -> float: ...
     def process(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[_Real] | None = None) -> NDArray[_Real]: ...
     def trace(
         self, output: ArrayLike, regressor: ArrayLike, out: NDArray[np.void] | None = None
     ) -> NDArray[np.void]: ...
+    ratio: Final[float]
+    covariance: Final[float]
     innovation: Final[float]
+    statistic: Final[float]
+    alarm: Final[bool]
+    samples: Final[int]
+    rejected: Final[int]
 
 class _Rls(_Estimator[_Real]):
     def __init__(
@@ -144,15 +133,21 @@ class HandoverRls32(_HandoverRls[np.float32]): ...
 
 _AnyEstimator: TypeAlias = Rls | Rls32 | AdaptiveRls | AdaptiveRls32 | HandoverRls | HandoverRls32
 
-class Bank(_Rated[NDArray[Any], NDArray[np.bool_], NDArray[np.uint64]]):
+class Bank(_Resettable):
     def __init__(self, estimator: _AnyEstimator, streams: SupportsIndex) -> None: ...
     def update(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[Any] | None = None) -> NDArray[Any]: ...
     def process(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[Any] | None = None) -> NDArray[Any]: ...
     def __len__(self) -> int: ...
     def __getitem__(self, stream: SupportsIndex, /) -> Any: ...
     streams: Final[int]
+    ratio: Final[NDArray[Any]]
+    covariance: Final[NDArray[Any]]
     innovation: Final[NDArray[Any]]
+    statistic: Final[NDArray[Any]]
     standard_error: Final[NDArray[Any]]
+    alarm: Final[NDArray[np.bool_]]
+    samples: Final[NDArray[np.uint64]]
+    rejected: Final[NDArray[np.uint64]]
 
 class Touch(_State):
     def __init__(self) -> None: ...
