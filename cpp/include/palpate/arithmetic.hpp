@@ -35,6 +35,7 @@
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
 #endif
 #define PALPATE_ONCE [[gnu::always_inline]]
+#define PALPATE_LIKELY(condition) __builtin_expect(static_cast<bool>(condition), 1)
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #else
 #if defined(_MSC_VER)
@@ -45,6 +46,7 @@
 #define PALPATE_COLD
 #endif
 #define PALPATE_ONCE
+#define PALPATE_LIKELY(condition) (condition)
 #define PALPATE_UNLIKELY(condition) (condition)
 #endif
 

@@ -76,18 +76,22 @@ class Handover : public Parameters {
     }
     const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
     const Judged judged = judge(innovation, output);
-    const TwoSidedCusum<Real> before = cusum_;
+    const bool drifts = noise_.drifts();
+    Counted counted{innovation, settings.steady};
+    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(drifts)) {
+      counted = unusual(counted, judged, drifts);
+    }
+    Estimate next = followed(sample, counted);
+    if (PALPATE_UNLIKELY(judged.outlier && !drifts)) {
+      next = {ratio_, sums_, Real(0)};
+    }
+    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
+      return refusal(ratio_, innovation, alarm());
+    }
     watch(judged, sample);
     const bool change = alarm();
-    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
-    const bool drifts = noise_.drifts();
-    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
-    const Estimate next = change                      ? handed_over(cusum_.larger(), sample)
-                          : judged.outlier && !drifts ? same()
-                                                      : followed(sample, counted, drifts);
-    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
-      cusum_ = before;
-      return refusal(ratio_, innovation, alarm());
+    if (PALPATE_UNLIKELY(change)) {
+      next = handed_over(cusum_.larger(), sample, next);
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
@@ -157,6 +161,10 @@ class Handover : public Parameters {
     Real clipped, scale;
     bool watched, outlier;
   };
+  /// How an innovation counts.
+  struct Counted {
+    Real innovation, forgetting;
+  };
   struct Estimate {
     Real ratio;
     Sums<Real> sums;
@@ -196,7 +204,10 @@ class Handover : public Parameters {
     const Real whitened = noise_.whitened(innovation), scale = scale_of(output);
     const Real limit = product(settings.clip, scale);
     const bool watched = seen_ >= warm_up, outlier = watched && magnitude(whitened) > limit;
-    return {!outlier ? whitened : whitened > 0 ? limit : -limit, scale, watched, outlier};
+    if (PALPATE_UNLIKELY(outlier)) {
+      return {whitened > 0 ? limit : -limit, scale, watched, true};
+    }
+    return {whitened, scale, watched, false};
   }
 
   /// The detector. It starts again after an alarm. A larger ratio gives innovations of the regressor's sign.
@@ -204,21 +215,26 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(alarm())) {
       cusum_ = {};
     }
-    if (judged.watched) {
+    if (PALPATE_LIKELY(judged.watched)) {
       const Real z = judged.clipped / judged.scale;
-      cusum_.add(sample.regressor < 0 ? -z : z, settings.drift, settings.guard, sample);
+      cusum_.add(PALPATE_UNLIKELY(sample.regressor < 0) ? -z : z, settings.drift, settings.guard, sample);
     }
   }
 
-  constexpr Estimate same() const noexcept { return {ratio_, sums_, Real(0)}; }
+  /// An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
+  PALPATE_COLD constexpr Counted unusual(const Counted& usual, const Judged& judged, bool drifts) const noexcept {
+    return {judged.outlier ? noise_.limited_innovation(judged.clipped) : usual.innovation,
+            drifts ? drifting() : usual.forgetting};
+  }
 
   /// R' = lambda R + w x,  r' = r + (w / R') e.
-  constexpr Estimate followed(const WeightedSample<Real>& s, Real innovation, bool drifts) const noexcept {
-    const Real forgetting = PALPATE_UNLIKELY(drifts) ? drifting() : settings.steady;
+  constexpr Estimate followed(const WeightedSample<Real>& s, const Counted& counted) const noexcept {
+    const Real forgetting = counted.forgetting;
     const Real information = bounded(product(forgetting, sums_.information) + product(s.weight, s.regressor));
     const Real gain = s.weight / information;
     const Real squares = product(product(forgetting, forgetting), sums_.squares) + product(s.weight, s.weight);
-    return {ratio_ + product(gain, innovation), {information, squares, product(forgetting, sums_.count) + 1}, gain};
+    return {
+        ratio_ + product(gain, counted.innovation), {information, squares, product(forgetting, sums_.count) + 1}, gain};
   }
 
   /// Forgetting factor with which a sample as large as the last ones has at least the share K that the drift needs:
@@ -229,21 +245,24 @@ class Handover : public Parameters {
     return most < settings.steady ? most : settings.steady;
   }
 
-  /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one.
-  constexpr Estimate handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s) const noexcept {
+  /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
+  /// range of Real: as without a change.
+  PALPATE_COLD constexpr Estimate handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
+                                              const Estimate& usual) const noexcept {
     const bool any = side.sums.count > 0;
     Sums<Real> sums =
         any ? side.sums : Sums<Real>{product(s.weight, s.regressor), product(s.weight, s.weight), Real(1)};
     sums.information = bounded(sums.information);
-    return {(any ? side.weighted_output : product(s.weight, s.output)) / sums.information, sums, Real(0)};
+    const Real ratio = (any ? side.weighted_output : product(s.weight, s.output)) / sums.information;
+    return is_finite(ratio) ? Estimate{ratio, sums, Real(0)} : usual;
   }
 
   /// Update the noise model.
   PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged) noexcept {
     seen_ += 1;
-    if (seen_ > transient) {
+    if (PALPATE_LIKELY(seen_ > transient)) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
-      if (judged.outlier) {
+      if (PALPATE_UNLIKELY(judged.outlier)) {
         noise_.skip(judged.clipped);
       } else {
         noise_.add(innovation, seen_ < 32);
