@@ -49,11 +49,8 @@ T& reference(py::handle self) {
   return *object;
 }
 
-/// What float(value) gives: floats, integers, numpy's scalars. An integer beyond a double is a value out of range.
-inline double to_double(PyObject* value, const std::string& name) {
-  if (PyFloat_CheckExact(value)) {
-    return PyFloat_AS_DOUBLE(value);
-  }
+/// What float(value) gives: integers, numpy's scalars. An integer beyond a double is a value out of range.
+inline double converted(PyObject* value, const std::string& name) {
   const double result = PyFloat_AsDouble(value);
   if (result == -1.0 && PyErr_Occurred()) {
     if (PyErr_ExceptionMatches(PyExc_OverflowError)) {
@@ -201,7 +198,8 @@ struct Method<T, Function, void(Self, Arguments...)> {
     return !object ? nullptr : guarded([&] {
       std::array<double, size> values;
       for (std::size_t i = 0; i < size; ++i) {
-        values[i] = to_double(arguments[i], parameters->names[i]);
+        PyObject* const given = arguments[i];
+        values[i] = PyFloat_CheckExact(given) ? PyFloat_AS_DOUBLE(given) : converted(given, parameters->names[i]);
       }
       return run(self, *object, values, std::make_index_sequence<size>());
     });
