@@ -1,4 +1,4 @@
-"""What is said of a table that was understood: its rate, and what looks wrong in its times and values."""
+"""Remarks about a table that was understood: its rate, and what looks wrong in its times and values."""
 
 import numpy as np
 from numpy.typing import NDArray
