@@ -94,3 +94,8 @@ def test_a_calibration_brings_its_own_scatter() -> None:
     assert not agreement(pair).agree
     assert found.agreement(pair).agree
     assert found.uncertainty(4.0, 0.3) == pytest.approx(math.hypot(0.3, 4.0 * found.touch_spread))
+
+
+def test_the_spread_is_relative_and_of_two_touches_at_least() -> None:
+    assert agreement([touched(2.9), touched(3.1)]).spread == pytest.approx(np.std([2.9, 3.1], ddof=1) / 3.0)
+    assert agreement([touched(3.0)]).spread == 0.0

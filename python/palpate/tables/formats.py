@@ -62,8 +62,8 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     dialect = _dialect(path, text, asked)
     above, begin = _above(path, text, dialect)
     end, notes = text.rfind("\n") + 1, list[str]()
-    if text[end:] and len(_split(text[end:], dialect.delimiter)) < len(dialect.kinds):
-        text, notes = text[:end], ["the last row is incomplete: left out"]
+    if text[end:].strip() and end > begin and not _COMMENT.match(text[end:]):  # its last number may be cut
+        text, notes = text[:end], ["the last row is incomplete (no line end): left out"]
     body, first = text[begin:], len(above) + 1
     names = _names(path, above, dialect, "." in body)
     columns = _alike(body, dialect)
