@@ -70,6 +70,20 @@ constexpr Real magnitude(Real value) noexcept {
 #endif
 }
 
+/// value, negated where `sign` is below 0 (or -0).
+template <class Real>
+constexpr Real with_sign(Real value, Real sign) noexcept {
+#if defined(__GNUC__) || defined(__clang__)
+  if constexpr (std::is_same_v<Real, float>) {
+    return value * __builtin_copysignf(1, sign);
+  } else {
+    return value * __builtin_copysign(1, sign);
+  }
+#else
+  return sign < 0 ? -value : value;
+#endif
+}
+
 /// value if it is above 0, otherwise 0.
 template <class Real>
 constexpr Real positive_part(Real value) noexcept {

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Weighted least squares for several coefficients, a sample at a time, with their covariance.
+
+#include <limits>
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// A sample of weight 1; or what the rotations leave of it: each regressor without those before it, the output without
+/// all of them, and the weight of this residual.
+template <class Real, int Size>
+struct Row {
+  Real regressors[Size] = {}, output = 0, weight = 1;
+};
+
+/// U' D U = sum of weight x x', U upper triangular with a diagonal of 1, and U theta = z.
+template <class Real, int Size>
+struct TriangularFactor {
+  static constexpr int above = Size * (Size - 1) / 2;
+  Real coefficients[Size] = {};            // theta
+  Real diagonal[Size] = {};                // D
+  Real projected[Size] = {};               // z
+  Real upper[above > 0 ? above : 1] = {};  // U above its diagonal, row by row
+
+  constexpr bool finite() const noexcept {
+    Real sum = 0;
+    for (const Real value : coefficients) {
+      sum += product(value, Real(0));
+    }
+    return sum == 0;
+  }
+
+  /// values = U^-1 values, the ones above `last` being 0.
+  constexpr void substitute(Real (&values)[Size], int last = Size - 1) const noexcept {
+    for (int i = Size - 1, j = above; i >= 0; --i) {
+      for (int k = Size - 1; k > i; --k) {
+        --j;
+        if (k <= last) {
+          values[i] -= product(upper[j], values[k]);
+        }
+      }
+    }
+  }
+};
+
+/// Square-root-free Givens rotations (Gentleman, Journal of the Institute of Mathematics and its Applications 12, 1973).
+/// The normal equations are never formed, so the error of theta grows with the condition of the regressors, not with its
+/// square; D stays positive.
+template <class Real, int Size>
+struct LeastSquares : TriangularFactor<Real, Size> {
+  using Factor = TriangularFactor<Real, Size>;
+  using Sample = Row<Real, Size>;
+  using Factor::above, Factor::coefficients, Factor::diagonal, Factor::projected, Factor::upper;
+  Real squares[above + Size] = {};    // Q, sum of weight^2 x x', row by row up to the diagonal
+  Real residuals = 0;                 // sum of weight (output - theta' x)^2
+  Real count = 0, count_squares = 0;  // sums of weight and of weight^2
+
+  /// Without samples: `information` in each direction, and these coefficients.
+  constexpr explicit LeastSquares(Real information, const Real* about = nullptr) noexcept {
+    for (int i = 0; i < Size; ++i) {
+      diagonal[i] = information;
+      coefficients[i] = projected[i] = about != nullptr ? about[i] : Real(0);
+    }
+  }
+
+  /// The factor after a sample, and what is left of the sample. A regressor that is a combination of those before it, as
+  /// far as `tolerance` of its root mean square can tell, says nothing.
+  PALPATE_ONCE constexpr Factor rotated(Real forgetting, Real tolerance, Sample& row) const noexcept {
+    Factor next;
+    const Real square = product(tolerance, tolerance);
+    for (int i = 0, j = 0; i < Size; ++i) {
+      Real x = row.regressors[i];
+      if (PALPATE_UNLIKELY(product(product(x, x), count_squares) < product(square, squares[i * (i + 3) / 2]))) {
+        x = row.regressors[i] = 0;
+      }
+      const Real weighted = product(row.weight, x), discounted = product(forgetting, diagonal[i]);
+      const Real sum = discounted + product(weighted, x), inverse = 1 / sum, share = product(weighted, inverse);
+      next.diagonal[i] = sum;
+      row.weight = product(row.weight, product(discounted, inverse));
+      for (int k = i + 1; k < Size; ++k, ++j) {
+        row.regressors[k] -= product(x, upper[j]);
+        next.upper[j] = upper[j] + product(share, row.regressors[k]);
+      }
+      row.output -= product(x, projected[i]);
+      next.coefficients[i] = next.projected[i] = projected[i] + product(share, row.output);
+    }
+    next.substitute(next.coefficients);
+    return next;
+  }
+
+  /// Take the sample of which `row` is left.
+  PALPATE_ONCE constexpr void accept(Real forgetting, const Sample& sample, const Sample& row,
+                                     const Factor& next) noexcept {
+    static_cast<Factor&>(*this) = next;
+    const Real square = product(forgetting, forgetting);
+    for (int i = 0, j = 0; i < Size; ++i) {
+      for (int k = 0; k <= i; ++k, ++j) {
+        squares[j] = product(square, squares[j]) + product(sample.regressors[i], sample.regressors[k]);
+      }
+    }
+    count = product(forgetting, count) + 1;
+    count_squares = product(square, count_squares) + 1;
+    residuals = product(forgetting, residuals) + product(product(row.weight, row.output), row.output);
+  }
+
+  /// Both in one. Returns the weight of the residual, 1 / (1 + x' P x / forgetting).
+  constexpr Real add(Real forgetting, Real tolerance, const Sample& sample) noexcept {
+    Sample row = sample;
+    const Factor next = rotated(forgetting, tolerance, row);
+    accept(forgetting, sample, row, next);
+    return row.weight;
+  }
+
+  /// Add `information` in each direction; the coefficients stay.
+  PALPATE_COLD constexpr void strengthen(Real information) noexcept {
+    Factor next = *this;
+    for (int i = 0; i < Size; ++i) {
+      Sample row;
+      row.regressors[i] = 1;
+      row.weight = information;
+      next = rotated(Real(1), Real(0), row);
+      for (int k = 0; k < Size; ++k) {
+        next.projected[k] = next.coefficients[k] = coefficients[k];
+      }
+      static_cast<Factor&>(*this) = next;
+    }
+    for (int i = 0, j = 0; i < Size; ++i) {
+      for (int k = i + 1; k < Size; ++k, ++j) {
+        projected[i] += product(upper[j], coefficients[k]);
+      }
+    }
+  }
+
+  /// A column of P = (U' D U)^-1: the variances and covariances of theta for noise of variance 1, without forgetting.
+  constexpr void covariance(int column, Real (&result)[Size]) const noexcept {
+    for (Real& value : result) {
+      value = 0;
+    }
+    result[column] = 1;
+    for (int i = 0, j = 0; i < Size; ++i) {
+      for (int k = i + 1; k < Size; ++k, ++j) {
+        result[k] -= product(upper[j], result[i]);
+      }
+    }
+    for (int i = 0; i < Size; ++i) {
+      result[i] /= diagonal[i];
+    }
+    this->substitute(result);
+  }
+
+  /// Variances of theta for noise of variance 1, the diagonal of P Q P: at most that of P, which it is without forgetting.
+  /// Returns the trace of P Q, how many coefficients the samples determine.
+  constexpr Real leverages(Real (&result)[Size]) const noexcept {
+    Real trace = 0;
+    for (int c = 0; c < Size; ++c) {
+      Real column[Size] = {}, basis[Size] = {};
+      covariance(c, column);
+      const Real square = quadratic(column);
+      result[c] = square > 0 && square < column[c] ? square : column[c];
+      basis[c] = 1;
+      this->substitute(basis, c);
+      const Real share = quadratic(basis) / diagonal[c];
+      trace += share < 1 ? share : Real(1);
+    }
+    return trace;
+  }
+
+  /// As Rls::visit_state.
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    const auto each = [&visit](auto& values) {
+      for (Real& value : values) {
+        visit(value);
+      }
+    };
+    each(coefficients), each(diagonal), each(projected), each(upper), each(squares);
+    visit(residuals), visit(count), visit(count_squares);
+  }
+
+ private:
+  /// values' Q values.
+  constexpr Real quadratic(const Real (&values)[Size]) const noexcept {
+    Real sum = 0;
+    for (int i = 0, j = 0; i < Size; ++i) {
+      for (int k = 0; k <= i; ++k, ++j) {
+        const Real term = product(squares[j], product(values[i], values[k]));
+        sum += k < i ? 2 * term : term;
+      }
+    }
+    return sum;
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Recursive least squares for several coefficients, with a change detector and standard errors.
+
+#include <cstdint>
+#include <limits>
+#include <palpate/estimator/least_squares.hpp>
+#include <palpate/estimator/running_mean.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/square_root.hpp>
+
+namespace palpate {
+
+/// Settings of VectorRls. drift, threshold and clip are in standard deviations of the innovations.
+template <class Real>
+struct VectorSettings {
+  Real steady = Real(0.995);       ///< forgetting factor
+  Real drift = Real(0.75);         ///< slack of the CUSUM
+  Real threshold = Real(12);       ///< its limit
+  Real clip = Real(3);             ///< limits an innovation in the CUSUM; one above it does not change the coefficients
+  Real alarmed = Real(0);          ///< forgetting factor during an alarm, as in AdaptiveRls; 0: an alarm is a hand-over
+  Real min_information = Real(0);  ///< 1 / max_covariance
+
+  /// As FixedForgetting::visit_fields.
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("steady", &VectorSettings::steady);
+    visit("drift", &VectorSettings::drift);
+    visit("threshold", &VectorSettings::threshold);
+    visit("clip", &VectorSettings::clip);
+    visit("alarmed", &VectorSettings::alarmed);
+    visit("min_information", &VectorSettings::min_information);
+  }
+};
+
+/// Result of one sample of VectorRls. accepted is false if the sample was refused: then the state did not change.
+template <class Real>
+struct VectorStep {
+  Real innovation;  ///< output - the sum of coefficient * regressor, with the coefficients before
+  bool alarm;       ///< of the detector
+  bool accepted;    ///< the sample is in the state
+  bool outlier;     ///< too large to be noise
+};
+
+/// output = sum of coefficients[i] regressors[i] + e, with exponential forgetting. With `Intercept` the last coefficient
+/// is a constant, whose regressor, 1, is not given.
+///
+/// With P the covariance before the sample, z = e / sqrt(1 + x' P x / lambda) has the same variance for each sample
+/// (recursive residuals: Brown, Durbin and Evans, Journal of the Royal Statistical Society B 37, 1975). In units of its
+/// scale, z goes to a two-sided CUSUM for each coefficient, negated where the regressor without those before it is
+/// negative, and |z| to one more: a change of any combination of coefficients gives an alarm. At an alarm there is a
+/// hand-over: the coefficients are computed again from the last samples, as many as make the change most likely.
+template <class Real, int Size, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>>
+class VectorRls : public Parameters {
+  static_assert(is_real<Real>, "palpate::VectorRls: Real must be float or double");
+  static_assert(Size >= 1 + Intercept && Size <= 8, "palpate::VectorRls: Size must be 1 to 8, 2 to 8 with an intercept");
+  using Fit = LeastSquares<Real, Size>;
+  using Sample = Row<Real, Size>;
+
+ public:
+  using real_type = Real;  ///< float or double
+  using Parameters::settings;
+  static constexpr int size = Size;                    ///< number of coefficients
+  static constexpr int regressors = Size - Intercept;  ///< number of regressors
+  static constexpr int window = 32;                    ///< most samples of a hand-over
+  static constexpr int warm_up = 8;                    ///< innovations before the detector starts
+  static constexpr Real default_covariance = std::numeric_limits<Real>::infinity();  ///< nothing is known
+
+  /// With these settings, and coefficients 0 of this covariance, 1 / regressor^2.
+  constexpr explicit VectorRls(const Parameters& parameters = Parameters(), Real covariance = default_covariance) noexcept
+      : Parameters(parameters), fit_(larger(1 / covariance, floor())), guarded_(fit_.diagonal[0]) {}
+
+  /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
+  constexpr VectorStep<Real> update(Real output, const Real* values) noexcept {
+    const Sample sample = sample_of(output, values);
+    const Real innovation = innovation_of(sample, fit_);
+    Sample row = sample;
+    const auto next = fit_.rotated(settings.steady, rounding, row);
+    if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
+      return {innovation, alarm_, false, false};
+    }
+    const Real scale = scale_of(output), limit = product(settings.clip, scale), inverse = 1 / scale;
+    const Real z = product(innovation, square_root(row.weight));
+    const bool watched = seen_ >= warm_up, outlier = watched && magnitude(z) > limit;
+    const Real clipped = PALPATE_UNLIKELY(outlier) ? z > 0 ? limit : -limit : z;
+    remember(sample);
+    if (PALPATE_LIKELY(watched)) {
+      watch(product(clipped, inverse), row);
+    }
+    learn(magnitude(clipped), row.weight);
+    if (PALPATE_UNLIKELY(alarm_)) {
+      adapt(sample, scale);
+    } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
+      fit_.accept(settings.steady, sample, row, next);
+      guard(settings.steady);
+    }
+    return {innovation, alarm_, true, outlier};
+  }
+
+  /// Forget all samples; the settings stay.
+  constexpr void reset(Real covariance = default_covariance) noexcept {
+    *this = VectorRls(static_cast<const Parameters&>(*this), covariance);
+  }
+
+  /// As Rls::visit_state.
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    const auto whole = [&visit](auto& value) {
+      Real number = static_cast<Real>(value);
+      visit(number);
+      value = static_cast<std::decay_t<decltype(value)>>(number);
+    };
+    fit_.visit_state(visit);
+    for (int i = 0; i < Size; ++i) {
+      visit(rise_[i]), visit(fall_[i]);
+    }
+    visit(either_), visit(guarded_), visit(mean_magnitude_), visit(seen_);
+    whole(held_), whole(next_), whole(alarm_);
+    for (Sample& sample : samples_) {
+      for (Real& value : sample.regressors) {
+        visit(value);
+      }
+      visit(sample.output);
+    }
+  }
+
+  /// The estimates: `size` numbers, the intercept last.
+  constexpr const Real* coefficients() const noexcept { return fit_.coefficients; }
+  /// A column of P, for noise of variance 1 and without forgetting, 1 / regressor^2.
+  constexpr void covariance(int column, Real (&result)[Size]) const noexcept { fit_.covariance(column, result); }
+  /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN, and 0 degrees of freedom,
+  /// before Size + 4 samples, in total and since the last change.
+  constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
+    const Real left = fit_.count - fit_.leverages(result);
+    const bool settled = fit_.count > Size + Real(3.5) && left > 0;
+    for (Real& value : result) {
+      value = settled ? square_root(product(value, fit_.residuals / left)) : std::numeric_limits<Real>::quiet_NaN();
+    }
+    return settled ? product(left, fit_.count / fit_.count_squares) : Real(0);
+  }
+  /// The largest side of the CUSUM, in standard deviations.
+  constexpr Real statistic() const noexcept {
+    Real most = either_;
+    for (int i = 0; i < Size; ++i) {
+      most = larger(most, larger(rise_[i], fall_[i]));
+    }
+    return most;
+  }
+  /// Whether the last sample led to a hand-over; with `alarmed`, whether there is an alarm.
+  constexpr bool alarm() const noexcept { return alarm_; }
+  /// Sum of the weights of the samples from which the coefficients were computed.
+  constexpr Real count() const noexcept { return fit_.count; }
+
+ private:
+  static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
+
+  static constexpr Real larger(Real left, Real right) noexcept { return left > right ? left : right; }
+
+  // A sum of magnitudes below the limit: none is above it, infinite or NaN.
+  static constexpr bool in_range(const Sample& sample) noexcept {
+    Real sum = magnitude(sample.output);
+    for (const Real value : sample.regressors) {
+      sum += magnitude(value);
+    }
+    return sum < (std::is_same_v<Real, float> ? Real(1e16) : Real(1e140));
+  }
+
+  static constexpr Sample sample_of(Real output, const Real* values) noexcept {
+    Sample sample;
+    for (int i = 0; i < Size; ++i) {
+      sample.regressors[i] = i < regressors ? values[i] : Real(1);
+    }
+    sample.output = output;
+    return sample;
+  }
+  static constexpr Real innovation_of(const Sample& sample, const Fit& fit) noexcept {
+    Real innovation = sample.output;
+    for (int i = 0; i < Size; ++i) {
+      innovation -= product(sample.regressors[i], fit.coefficients[i]);
+    }
+    return innovation;
+  }
+
+  // Least information in each direction: so little that no coefficient shows it, and far above subnormal numbers.
+  constexpr Real floor() const noexcept {
+    return larger(settings.min_information, std::numeric_limits<Real>::min() * 1024);
+  }
+
+  // As in Handover: a mean of few magnitudes may be much too small, and data without noise have rounding errors.
+  constexpr Real scale_of(Real output) const noexcept {
+    Real scale = product(Real(1.2533141), mean_magnitude_);
+    if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
+      scale = product(scale, 1 + 3 / seen_);
+    }
+    return larger(scale, product(magnitude(output), rounding) + std::numeric_limits<Real>::min() * 1024);
+  }
+
+  // A sample in a direction that was unknown says nothing about the noise.
+  PALPATE_ONCE constexpr void learn(Real size, Real weight) noexcept {
+    if (PALPATE_LIKELY(weight > Real(0.1))) {
+      seen_ += 1;
+      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), size - mean_magnitude_);
+    }
+  }
+
+  PALPATE_ONCE constexpr void remember(const Sample& sample) noexcept {
+    samples_[next_] = sample;
+    next_ = (next_ + 1) % window;
+    held_ += held_ < window;
+  }
+
+  /// Branches on z or on the sign of a regressor would be predicted wrong half the time: positive_part and -z by arithmetic.
+  PALPATE_ONCE constexpr void watch(Real z, const Sample& row) noexcept {
+    const bool switches = settings.alarmed > 0;
+    if (PALPATE_UNLIKELY(alarm_) && !switches) {
+      either_ = 0;
+      for (int i = 0; i < Size; ++i) {
+        rise_[i] = fall_[i] = 0;
+      }
+    }
+    const auto kept = [](Real sum) { return (sum + magnitude(sum)) / 2; };
+    for (int i = 0; i < Size; ++i) {
+      const Real signed_z = with_sign(z, row.regressors[i]);
+      rise_[i] = kept(rise_[i] + (signed_z - settings.drift));
+      fall_[i] = kept(fall_[i] + (-signed_z - settings.drift));
+    }
+    either_ = kept(either_ + (magnitude(z) - (settings.drift + Real(0.8))));  // the mean of |z| is 0.8
+    alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? Real(0) : settings.threshold);
+  }
+
+  PALPATE_ONCE constexpr void guard(Real forgetting) noexcept {
+    guarded_ = product(forgetting, guarded_);
+    if (PALPATE_UNLIKELY(guarded_ < floor())) {
+      fit_.strengthen(2 * floor() - guarded_);
+      guarded_ = 2 * floor();
+    }
+  }
+
+  /// A hand-over, from the last m samples, or forgetting as `alarmed` says. With s the scale, m has the largest
+  ///   sum of e^2 - residuals of the new fit - s^2 sum of log(1 / w):
+  /// by how much more likely it is that a change was before these samples, their coefficients being unknown; w is the
+  /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
+  PALPATE_COLD constexpr void adapt(const Sample& sample, Real scale) noexcept {
+    if (settings.alarmed > 0) {
+      fit_.add(settings.alarmed, rounding, sample);
+      guard(settings.alarmed);
+      return;
+    }
+    const Fit before = fit_;
+    const Real price = 2 * product(scale, scale);
+    Fit latest(2 * floor(), before.coefficients);
+    Real gain = 0, most = -std::numeric_limits<Real>::infinity();
+    const std::uint32_t held = held_;
+    for (std::uint32_t m = 1; m <= held; ++m) {
+      const Sample& each = samples_[(next_ + window - m) % window];
+      const Real innovation = innovation_of(each, before);
+      const Real weight = latest.add(Real(1), rounding, each);
+      gain += product(innovation, innovation) - product(price, (1 - weight) / (1 + weight));
+      if (gain - latest.residuals > most && latest.finite()) {
+        most = gain - latest.residuals;
+        fit_ = latest;
+        held_ = m;
+        guarded_ = 2 * floor();
+      }
+    }
+  }
+
+  Fit fit_;
+  Real rise_[Size] = {}, fall_[Size] = {}, either_ = 0;  // sides of the CUSUM
+  Real guarded_;                                         // information that each direction has at least
+  Real mean_magnitude_ = 0, seen_ = 0;                   // of clipped z, and their number
+  std::uint32_t held_ = 0, next_ = 0;                    // of samples_
+  bool alarm_ = false;
+  Sample samples_[window] = {};
+};
+
+}  // namespace palpate
