@@ -16,8 +16,8 @@ from project import ROOT, run
 CPP = ROOT / "tests" / "cpp"
 FLAGS = ("-std=c++17", "-ffp-contract=fast", f"-I{ROOT / 'cpp' / 'include'}")
 # Programs whose output is the same everywhere, and those that check by themselves.
-PRINTING = ("bits", "hostile", "scenes")
-QUICK = PRINTING[:2]
+PRINTING = ("bits", "hostile", "vectors", "scenes")
+QUICK = PRINTING[:3]
 CHECKING = ("stages", "square_root", "ring")
 WASI = """import {readFileSync} from 'node:fs'; import {WASI} from 'node:wasi';
 const wasi = new WASI({version: 'preview1', returnOnExit: true});

@@ -80,7 +80,7 @@ constexpr Real with_sign(Real value, Real sign) noexcept {
     return value * __builtin_copysign(1, sign);
   }
 #else
-  return sign < 0 ? -value : value;
+  return sign < 0 || (sign == 0 && 1 / sign < 0) ? -value : value;
 #endif
 }
 

@@ -6,6 +6,7 @@
 #include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>
 #include <palpate/embedded.hpp>
+#include <palpate/estimator/vector_rls.hpp>
 #include <palpate/ring.hpp>
 #include <palpate/stage/stamps.hpp>
 #include <palpate/version.hpp>

@@ -19,7 +19,7 @@ struct VectorSettings {
   Real drift = Real(0.75);         ///< slack of the CUSUM
   Real threshold = Real(12);       ///< its limit
   Real clip = Real(3);             ///< limits an innovation in the CUSUM; one above it does not change the coefficients
-  Real alarmed = Real(0);          ///< forgetting factor during an alarm, as in AdaptiveRls; 0: an alarm is a hand-over
+  Real alarmed = Real(0);          ///< forgetting factor from an alarm until a quarter of threshold; 0: an alarm is a hand-over
   Real min_information = Real(0);  ///< 1 / max_covariance
 
   /// As FixedForgetting::visit_fields.
@@ -197,10 +197,10 @@ class VectorRls : public Parameters {
   }
 
   // A sample in a direction that was unknown says nothing about the noise.
-  PALPATE_ONCE constexpr void learn(Real size, Real weight) noexcept {
+  PALPATE_ONCE constexpr void learn(Real clipped, Real weight) noexcept {
     if (PALPATE_LIKELY(weight > Real(0.1))) {
       seen_ += 1;
-      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), size - mean_magnitude_);
+      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), clipped - mean_magnitude_);
     }
   }
 
@@ -226,7 +226,7 @@ class VectorRls : public Parameters {
       fall_[i] = kept(fall_[i] + (-signed_z - settings.drift));
     }
     either_ = kept(either_ + (magnitude(z) - (settings.drift + Real(0.8))));  // the mean of |z| is 0.8
-    alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? Real(0) : settings.threshold);
+    alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? settings.threshold / 4 : settings.threshold);
   }
 
   PALPATE_ONCE constexpr void guard(Real forgetting) noexcept {

@@ -1,0 +1,180 @@
+"""Reference of VectorRls: normal equations, solved anew for each sample, and all samples kept."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+WARM_UP = 8  # innovations before the detector starts
+WINDOW = 32  # most samples of a hand-over
+LEAST = 2.0**-1012  # information in each direction
+ROUNDING = 2.0**-48
+
+
+class VectorTrace(NamedTuple):
+    """State of `vector_rls` after each sample.
+
+    Attributes
+    ----------
+    coefficients, standard_errors : numpy.ndarray, shape (n, size)
+        The standard errors are nan until they are known.
+    innovation, statistic, degrees_of_freedom : numpy.ndarray, shape (n,)
+        The degrees of freedom are 0 until they are known.
+    alarm : numpy.ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> vector_rls([1.0, 2.0], [[1.0, 0.0], [0.0, 1.0]]).coefficients[-1]
+    array([1., 2.])
+    """
+
+    coefficients: NDArray[Any]
+    standard_errors: NDArray[Any]
+    innovation: NDArray[Any]
+    statistic: NDArray[Any]
+    degrees_of_freedom: NDArray[Any]
+    alarm: NDArray[np.bool_]
+
+
+def solved(matrix: Any, right: Any) -> Any:
+    """Return the solution of a positive definite system, by elimination in the arithmetic of its elements."""
+    rows = np.column_stack([matrix, right]).astype(object)
+    for i in range(len(rows)):
+        rows[i] = rows[i] / rows[i, i]
+        for k in range(len(rows)):
+            if k != i:
+                rows[k] = rows[k] - rows[k, i] * rows[i]
+    return rows[:, len(matrix) :].reshape(np.shape(right))
+
+
+class _Fit:
+    """Weighted least squares: sums, and what follows from them."""
+
+    def __init__(self, information: Any, about: Any) -> None:
+        zero = 0 * information
+        self.coefficients = about
+        self.information = information * np.eye(len(about), dtype=int).astype(object)
+        self.moments = information * about
+        self.squares = zero * self.information
+        self.residuals = self.count = self.count_squares = zero
+
+    def add(self, forgetting: Any, sample: Any, number: Callable[[Any], Any]) -> tuple[Any, Any, "_Fit"]:
+        """Return the rotated regressors, the weight of the residual, and the fit with the sample."""
+        output, original = sample
+        x, rest, discounted = original.copy(), original.copy(), forgetting * self.information
+        for i in range(len(x)):
+            before = solved(discounted[:i, :i], discounted[:i, i]) if i else x[:0]
+            rest[i] = x[i] - (x[:i] @ before if i else 0)
+            if rest[i] ** 2 * self.count_squares < number(ROUNDING) ** 2 * self.squares[i, i]:
+                x[i], rest[i] = x[i] - rest[i], 0 * rest[i]
+        weight = 1 / (1 + x @ solved(discounted, x))
+        fit = _Fit(0 * weight, self.coefficients)
+        fit.information = discounted + np.outer(x, x)
+        fit.moments = forgetting * self.moments + x * output
+        fit.coefficients = solved(fit.information, fit.moments)
+        fit.squares = forgetting**2 * self.squares + np.outer(original, original)
+        fit.residuals = forgetting * self.residuals + weight * (output - x @ self.coefficients) ** 2
+        fit.count, fit.count_squares = forgetting * self.count + 1, forgetting**2 * self.count_squares + 1
+        return rest, weight, fit
+
+    def strengthened(self, information: Any) -> None:
+        self.information = self.information + information * np.eye(len(self.moments), dtype=int)
+        self.moments = self.information @ self.coefficients
+
+    def errors(self) -> tuple[Any, Any]:
+        """Return the variances of the coefficients and the degrees of freedom."""
+        size = len(self.moments)
+        inverse = solved(self.information, np.eye(size, dtype=int).astype(object) + 0 * self.information)
+        determined = np.trace(inverse @ self.squares)
+        left = self.count - determined
+        if not (self.count > size + 3.5 and left > 0):
+            return np.full(size, np.nan), 0.0
+        variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
+        return variances, left * self.count / self.count_squares
+
+
+def vector_rls(
+    output: ArrayLike,
+    regressors: ArrayLike,
+    *,
+    steady: float = 0.995,
+    drift: float = 0.75,
+    threshold: float = 12.0,
+    clip: float = 3.0,
+    alarmed: float = 0.0,
+    initial_covariance: float = float("inf"),
+    max_covariance: float = float("inf"),
+    number: Callable[[Any], Any] = float,
+) -> VectorTrace:
+    """Recursive least squares for several coefficients, output = regressors @ coefficients + noise.
+
+    Parameters
+    ----------
+    output : array_like, shape (n,)
+        Finite numbers.
+    regressors : array_like, shape (n, size)
+        Finite numbers; a column of ones is an intercept.
+    steady, drift, threshold, clip, alarmed, initial_covariance, max_covariance : float
+        As in `palpate.VectorRls`; `alarmed` 0: an alarm is a hand-over.
+    number : callable
+        Type of all numbers, as float or decimal.Decimal.
+
+    Examples
+    --------
+    >>> trace = vector_rls([3.0, 5.0, 7.0], [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]])
+    >>> trace.coefficients[-1].round(12)
+    array([2., 1.])
+    """
+    forgetting, slack, limit, clipping, fast = map(number, (steady, drift, threshold, clip, alarmed))
+    y = np.array([number(v) for v in np.asarray(output, object)], object)
+    x = np.array([[number(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
+    size = x.shape[1]
+    least = max(1 / number(max_covariance), number(LEAST))
+    guarded = max(1 / number(initial_covariance), least)
+    fit = _Fit(guarded, 0 * x[0])
+    sides = np.array([number(0)] * (2 * size + 1), object)
+    alarm, held, seen, mean = False, 0, 0, number(0)
+    rows: list[tuple[Any, ...]] = []
+    for k in range(len(y)):
+        sample = y[k], x[k]
+        innovation = y[k] - x[k] @ fit.coefficients
+        rest, weight, following = fit.add(forgetting, sample, number)
+        z = innovation * number(weight) ** number(0.5)
+        scale = number(1.2533141) * mean * (1 + number(3) / seen if WARM_UP <= seen < 64 else 1)
+        scale = max(scale, abs(y[k]) * number(ROUNDING) + number(LEAST))
+        outlier = seen >= WARM_UP and abs(z) > clipping * scale
+        clipped = (clipping * scale if z > 0 else -clipping * scale) if outlier else z
+        held = min(held + 1, WINDOW)
+        if seen >= WARM_UP:
+            sides = 0 * sides if alarm and not fast else sides
+            signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
+            steps = [*(signed - slack), *(-signed - slack), abs(clipped) / scale - (slack + number(0.8))]
+            sides = np.array([max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object)
+            alarm = bool(max(sides) > (limit / 4 if alarm and fast else limit))
+        if weight > number(0.1):
+            seen += 1
+            mean += (number(0.02) if seen * number(0.02) >= 1 else number(1) / seen) * (abs(clipped) - mean)
+        if alarm and not fast:
+            latest, gain, best = _Fit(2 * least, fit.coefficients), number(0), None
+            for m in range(1, held + 1):
+                each = y[k + 1 - m], x[k + 1 - m]
+                gain += (each[0] - each[1] @ fit.coefficients) ** 2
+                _, weight, latest = latest.add(number(1), each, number)
+                gain -= 2 * scale**2 * (1 - weight) / (1 + weight)
+                if best is None or gain - latest.residuals > best[0]:
+                    best = gain - latest.residuals, m, latest
+            assert best is not None
+            _, held, fit = best
+            guarded = 2 * least
+        elif fast or not outlier:
+            factor = fast if alarm else forgetting
+            fit = fit.add(factor, sample, number)[2] if alarm else following
+            guarded *= factor
+            if guarded < least:
+                fit.strengthened(2 * least - guarded)
+                guarded = 2 * least
+        variances, degrees = fit.errors()
+        rows.append((fit.coefficients, variances ** number(0.5) if degrees else variances, innovation, max(sides), degrees, alarm))
+    columns = [np.array(column, float) for column in zip(*rows, strict=True)]
+    return VectorTrace(*columns[:5], columns[5].astype(bool))
