@@ -2,8 +2,8 @@
 #pragma once
 
 // What a block call accepts: arrays of real numbers, of any stride and type that numpy converts; and an `out` that is
-// exactly what will be written into it. Arrays of the right type that lie dense in memory are read and written where
-// they are, without a Python object being made on the way. numpy is imported by the first of these calls, not before.
+// exactly what will be written into it. Arrays of the right type are read and written where they are. numpy is imported
+// by the first of these calls, not before.
 
 #include <pybind11/gil_safe_call_once.h>
 #include <pybind11/numpy.h>
@@ -18,12 +18,12 @@
 #include <utility>
 #include <vector>
 
-#include "module.hpp"
+#include "methods.hpp"
 
 constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
 constexpr int writeable = py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-template <class Real, int flags = 0>
-using Samples = py::array_t<Real, py::array::forcecast | aligned | flags>;
+/// Lengths; -1 for any.
+using Shape = std::initializer_list<py::ssize_t>;
 
 /// What Make() gives, made by the first call and kept for as long as the process lives.
 template <auto Make>
@@ -42,7 +42,7 @@ struct Column {
   Column { #field, py::dtype::of<decltype(Row::field)>(), offsetof(Row, field) }
 
 template <class Row>
-py::dtype dtype_of(std::initializer_list<Column> columns) {
+py::dtype dtype_of(const std::vector<Column>& columns) {
   py::list names, formats, offsets;
   for (const Column& column : columns) {
     names.append(column.name);
@@ -54,44 +54,49 @@ py::dtype dtype_of(std::initializer_list<Column> columns) {
 
 inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
 
-/// Lengths; -1 for any.
-using Shape = std::vector<py::ssize_t>;
-
-inline void require_shape(const py::array& array, const std::string& name, const Shape& shape) {
-  bool right = array.ndim() == static_cast<py::ssize_t>(shape.size());
+inline void require_shape(const py::array& array, const char* name, Shape shape) {
+  const auto fits = [](py::ssize_t wanted, py::ssize_t found) { return wanted < 0 || wanted == found; };
+  if (std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim(), fits)) {
+    return;
+  }
   std::string allowed;
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    right = right && (shape[i] < 0 || array.shape(static_cast<py::ssize_t>(i)) == shape[i]);
-    allowed += (i > 0 ? " " : "") + (shape[i] < 0 ? "n" : std::to_string(shape[i])) + ",";
+  for (const py::ssize_t length : shape) {
+    allowed += (allowed.empty() ? "" : " ") + (length < 0 ? "n" : std::to_string(length)) + ",";
   }
-  if (!right) {
-    allowed.resize(allowed.size() - (shape.size() > 1));
-    throw py::value_error(name + ": got shape " + shape_of(array) + ", allowed: (" + allowed + ")");
-  }
+  allowed.resize(allowed.size() - (shape.size() > 1));
+  throw py::value_error(std::string(name) + ": got shape " + shape_of(array) + ", allowed: (" + allowed + ")");
+}
+
+inline bool has_dtype(const py::array& array, const py::dtype& dtype) {
+  const py::dtype own = array.dtype();
+  return own.is(dtype) || own.equal(dtype);
 }
 
 /// `value` as an array of real numbers; numpy's own error where it cannot make an array of it. A masked value is none.
-inline py::array real_array(const py::object& value, const std::string& name) {
-  const bool masked = py::hasattr(value, "mask") && py::hasattr(value, "filled");
+inline py::array real_array(const py::object& value, const char* name) {
+  const bool plain_array = Py_TYPE(value.ptr()) == py::detail::npy_api::get().PyArray_Type_;
+  const bool masked = !plain_array && py::hasattr(value, "mask") && py::hasattr(value, "filled");
   const py::object plain = masked ? value.attr("astype")("float64").attr("filled")(py::float_(NAN)) : value;
   py::array array(plain);
   if (std::string("biuf").find(array.dtype().kind()) == std::string::npos) {
-    throw py::type_error(name + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
+    throw py::type_error(std::string(name) + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: real numbers");
   }
   return array;
 }
 
-/// `value` as an array that the loops can read: the caller's own memory where its type allows it, a copy elsewhere.
+/// `value` as an array that the loops can read: the caller's own where its type allows it, a copy elsewhere.
 template <class Real, int flags = 0>
-Samples<Real, flags> samples_of(const py::object& value, const std::string& name, const Shape& shape) {
+py::array samples_of(const py::object& value, const char* name, Shape shape) {
+  constexpr int needed = flags | aligned;
   const py::array array = real_array(value, name);
   require_shape(array, name, shape);
-  return Samples<Real, flags>(py::object(array));
+  const bool fits = array.dtype().is(once<&py::dtype::of<Real>>()) && (array.flags() & needed) == needed;
+  return fits ? array : py::array_t<Real, py::array::forcecast | needed>(array);
 }
 
 /// `out` itself, checked, or a new array where it is None.
-inline py::array output_array(const py::object& out, const py::dtype& dtype, const Shape& shape, int flags = 0) {
+inline py::array output_array(const py::object& out, const py::dtype& dtype, Shape shape, int flags = 0) {
   if (out.is_none()) {
     return py::array(dtype, shape);
   }
@@ -99,7 +104,7 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
     throw py::type_error("out: got " + py::str(py::type::of(out)).cast<std::string>() + ", allowed: a numpy array");
   }
   auto array = py::reinterpret_borrow<py::array>(out);
-  if (!array.dtype().equal(dtype)) {
+  if (!has_dtype(array, dtype)) {
     throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: " + py::str(py::handle(dtype)).cast<std::string>());
   }
@@ -110,7 +115,7 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
   if ((array.flags() & flags) != flags) {
     throw py::value_error("out: got shape " + shape_of(array) + ", strided, allowed: a contiguous array");
   }
-  if (array.strides(0) == 0 && shape[0] > 1) {
+  if (array.strides(0) == 0 && array.shape(0) > 1) {
     throw py::value_error("out: got an array whose items share one place, allowed: a place for each");
   }
   return array;
@@ -127,12 +132,11 @@ inline std::pair<std::uintptr_t, std::uintptr_t> extent(const py::array& array) 
 
 /// Writing out[i] must not change a sample that is read later: where `out` overlaps `samples` in any other way than
 /// lying exactly over it, the samples are copied first.
-template <class Array>
-Array apart_from(const Array& samples, const py::array& out) {
+inline py::array apart_from(const py::array& samples, const py::array& out) {
   const bool same = samples.size() == 0 || (samples.data() == out.data() && samples.strides(0) == out.strides(0));
   const auto [first, last] = extent(samples);
   const auto [out_first, out_last] = extent(out);
-  return same || last <= out_first || out_last <= first ? samples : Array(samples.attr("copy")());
+  return same || last <= out_first || out_last <= first ? samples : py::array(samples.attr("copy")());
 }
 
 /// Run a loop over n samples, other Python threads going on meanwhile where that is worth the hand-over.
@@ -146,97 +150,18 @@ void run_block(py::ssize_t size, Loop&& loop, py::ssize_t least = 4096) {
   loop();
 }
 
-/// Items at equal distances, in memory that someone else keeps.
+/// Items at equal distances, in memory that an array keeps.
 template <class Item>
 struct View {
   char* data = nullptr;
-  py::ssize_t stride = 0, size = -1;
+  py::ssize_t stride = 0, size = 0;
 
+  View() = default;
+  explicit View(const py::array& array)
+      : data(const_cast<char*>(static_cast<const char*>(array.data()))),
+        stride(array.strides(0)),
+        size(array.shape(0)) {}
   Item& operator[](py::ssize_t i) const { return *static_cast<Item*>(static_cast<void*>(data + i * stride)); }
   bool dense() const { return stride == static_cast<py::ssize_t>(sizeof(Item)) || size < 2; }
   Item* items() const { return static_cast<Item*>(static_cast<void*>(data)); }
-
-  static View of(const py::array& array) {
-    return {const_cast<char*>(static_cast<const char*>(array.data())), array.strides(0), array.shape(0)};
-  }
-};
-
-/// The items of `value` where it is a one-dimensional, aligned array of exactly this dtype; else size < 0.
-template <class Item>
-View<Item> strided_view(py::handle value, py::handle dtype, int flags = 0) {
-  const auto& api = py::detail::npy_api::get();
-  if (Py_TYPE(value.ptr()) != api.PyArray_Type_) {
-    return {};
-  }
-  const auto* const array = py::detail::array_proxy(value.ptr());
-  const int needed = flags | aligned;
-  if (array->nd != 1 || array->descr != dtype.ptr() || (array->flags & needed) != needed) {
-    return {};
-  }
-  return {array->data, array->strides[0], array->dimensions[0]};
-}
-
-/// The same where it is dense, too.
-template <class Item>
-View<Item> dense_view(py::handle value, py::handle dtype, int flags = 0) {
-  return strided_view<Item>(value, dtype, flags | py::array::c_style);
-}
-
-/// Whether neither covers a part of the other, or both lie in exactly the same place.
-template <class Item, class Out>
-bool apart(const View<Item>& samples, const View<Out>& out) {
-  return (samples.data == out.data && sizeof(Item) == sizeof(Out)) ||
-         samples.data + samples.size * samples.stride <= out.data || out.data + out.size * out.stride <= samples.data;
-}
-
-/// What a block call works on, and what keeps it alive.
-template <class Real, class Item>
-struct Block {
-  View<Real> output, regressor;
-  View<Item> out;
-  py::object result, kept_output, kept_regressor;
-
-  Block(py::handle output_given, py::handle regressor_given, py::handle out_given, const py::dtype& real,
-        const py::dtype& item)
-      : output(dense_view<Real>(output_given, real)),
-        regressor(dense_view<Real>(regressor_given, real)),
-        out(dense_view<Item>(out_given, item, writeable)) {
-    const bool plain = output.size >= 0 && output.size == regressor.size && output.size == out.size;
-    if (plain && apart(output, out) && apart(regressor, out)) {
-      result = py::reinterpret_borrow<py::object>(out_given);
-      kept_output = py::reinterpret_borrow<py::object>(output_given);
-      kept_regressor = py::reinterpret_borrow<py::object>(regressor_given);
-    } else {
-      convert(py::reinterpret_borrow<py::object>(output_given), py::reinterpret_borrow<py::object>(regressor_given),
-              py::reinterpret_borrow<py::object>(out_given), item);
-    }
-  }
-
-  /// Call `loop` with three things that have items by [i], and their number.
-  template <class Loop>
-  void run(Loop&& loop) const {
-    run_block(out.size, [&] {
-      if (output.dense() && regressor.dense() && out.dense()) {
-        loop(static_cast<const Real*>(output.items()), static_cast<const Real*>(regressor.items()), out.items(),
-             out.size);
-      } else {
-        loop(output, regressor, out, out.size);
-      }
-    });
-  }
-
- private:
-  void convert(const py::object& output_given, const py::object& regressor_given, const py::object& out_given,
-               const py::dtype& item) {
-    const auto y = samples_of<Real>(output_given, "output", {-1});
-    const auto x = samples_of<Real>(regressor_given, "regressor", {y.shape(0)});
-    const py::array written = output_array(out_given, item, {y.shape(0)});  // last: an __array__ may have changed it
-    const auto outputs = apart_from(y, written), regressors = apart_from(x, written);
-    output = View<Real>::of(outputs);
-    regressor = View<Real>::of(regressors);
-    out = View<Item>::of(written);
-    kept_output = outputs;
-    kept_regressor = regressors;
-    result = written;
-  }
 };

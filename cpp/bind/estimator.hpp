@@ -6,10 +6,20 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <palpate/tracker.hpp>
+#include <utility>
+#include <vector>
 
 #include "arrays.hpp"
-#include "core_state.hpp"
 #include "settings.hpp"
+
+using palpate::knows_its_error;
+
+/// NaN where it means nothing yet.
+template <class Core>
+auto standard_error_of(const Core& core) {
+  return core.settled() ? core.standard_error() : std::numeric_limits<typename Core::real_type>::quiet_NaN();
+}
 
 /// One row of trace(). The padding is a member, so that equal traces have equal bytes.
 template <class Real, bool KnowsItsError>
@@ -17,26 +27,24 @@ struct TraceRow {
   Real ratio, covariance, innovation, statistic;
   bool alarm;
   unsigned char padding[sizeof(Real) - 1];
-
-  static py::dtype dtype() {
-    return dtype_of<TraceRow>({PALPATE_COLUMN(TraceRow, ratio), PALPATE_COLUMN(TraceRow, covariance),
-                               PALPATE_COLUMN(TraceRow, innovation), PALPATE_COLUMN(TraceRow, statistic),
-                               PALPATE_COLUMN(TraceRow, alarm)});
-  }
 };
-
 template <class Real>
 struct TraceRow<Real, true> {
   Real ratio, covariance, innovation, statistic, standard_error;
   bool alarm;
   unsigned char padding[sizeof(Real) - 1];
-
-  static py::dtype dtype() {
-    return dtype_of<TraceRow>({PALPATE_COLUMN(TraceRow, ratio), PALPATE_COLUMN(TraceRow, covariance),
-                               PALPATE_COLUMN(TraceRow, innovation), PALPATE_COLUMN(TraceRow, statistic),
-                               PALPATE_COLUMN(TraceRow, standard_error), PALPATE_COLUMN(TraceRow, alarm)});
-  }
 };
+
+template <class Row, bool knows_its_error>
+py::dtype trace_dtype() {
+  std::vector<Column> columns{PALPATE_COLUMN(Row, ratio), PALPATE_COLUMN(Row, covariance),
+                              PALPATE_COLUMN(Row, innovation), PALPATE_COLUMN(Row, statistic)};
+  if constexpr (knows_its_error) {
+    columns.push_back(PALPATE_COLUMN(Row, standard_error));
+  }
+  columns.push_back(PALPATE_COLUMN(Row, alarm));
+  return dtype_of<Row>(columns);
+}
 
 /// Field by field into its place: a row made elsewhere and copied would wait for its own parts to be stored.
 template <class Real, bool KnowsItsError, class Core>
@@ -86,13 +94,13 @@ class Estimator {
     return state_.core.ratio();
   }
 
-  py::object process(py::handle output, py::handle regressor, py::handle out) {
+  py::object process(const py::object& output, const py::object& regressor, const py::object& out) {
     return block<Real>(output, regressor, out, once<&py::dtype::of<Real>>(),
                        [](Real& to, const Core& core, const palpate::Step<Real>&) { to = core.ratio(); });
   }
 
-  py::object trace(py::handle output, py::handle regressor, py::handle out) {
-    return block<Row>(output, regressor, out, once<&Row::dtype>(),
+  py::object trace(const py::object& output, const py::object& regressor, const py::object& out) {
+    return block<Row>(output, regressor, out, once<&trace_dtype<Row, knows_its_error<Core>>>(),
                       [](Row& to, const Core& core, const palpate::Step<Real>& step) { write_row(to, core, step); });
   }
 
@@ -115,19 +123,23 @@ class Estimator {
     return py::tuple(values);
   }
 
-  static Estimator restored(const Settings& settings, const py::tuple& pickled) {
+  static Estimator restored(const py::dict& values, const py::tuple& pickled) {
+    const Settings settings = Kind::defaults().with("pickled settings", values);
+    Kind::check(settings);
     Estimator estimator(settings);
     State& state = estimator.state_;
     std::vector<Real> numbers = numbers_of(state.core);
     const std::size_t count = numbers.size();
-    if (pickled.size() != count + 3) {
-      refuse(pickled);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
+    bool allowed = values.size() == settings.size() && pickled.size() == count + 3;
+    for (std::size_t i = 0; allowed && i < count; ++i) {
       numbers[i] = pickled[i].cast<Real>();
+      allowed = palpate::is_finite(numbers[i]);
     }
-    if (!set_numbers(state.core, numbers.data())) {
-      refuse(pickled);
+    const Real* place = numbers.data();
+    state.core.visit_state([&](Real& value) { value = *place++; });
+    if (!allowed || !(state.core.information() > 0 && state.core.statistic() >= 0)) {
+      throw py::value_error("pickled state: got " + methods::shown(pickled) +
+                            ", allowed: this version's numbers, finite, an information > 0, a statistic >= 0");
     }
     const py::object innovation = pickled[count];
     state.innovation = innovation.is_none() ? state.innovation : innovation.cast<Real>();
@@ -152,40 +164,54 @@ class Estimator {
   std::size_t rejected() const { return state_.rejected; }
 
  private:
+  // visit_state is noexcept: nothing may throw while it runs.
+  static std::vector<Real> numbers_of(Core core) {
+    std::size_t count = 0;
+    core.visit_state([&](const Real&) { ++count; });
+    std::vector<Real> numbers(count);
+    Real* place = numbers.data();
+    core.visit_state([&](const Real& value) { *place++ = value; });
+    return numbers;
+  }
+
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
   // sees the state before the block or the state after it.
   template <class Item, class Observe>
-  py::object block(py::handle output, py::handle regressor, py::handle out, const py::dtype& dtype, Observe observe) {
+  py::object block(const py::object& output, const py::object& regressor, const py::object& out, const py::dtype& dtype,
+                   Observe observe) {
     require_idle(busy_, "estimator");
-    const Block<Real, Item> block(output, regressor, out, once<&py::dtype::of<Real>>(), dtype);
+    const py::array y_given = samples_of<Real>(output, "output", {-1});
+    const py::ssize_t size = y_given.shape(0);
+    const py::array x_given = samples_of<Real>(regressor, "regressor", {size});
+    const py::array written = output_array(out, dtype, {size});  // last: an __array__ may have changed it
+    const py::array y_apart = apart_from(y_given, written), x_apart = apart_from(x_given, written);
+    const View<const Real> y(y_apart), x(x_apart);
+    const View<Item> to(written);
     require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
     const InUse in_use(busy_);
     State next = state_;
-    block.run([&](auto y, auto x, auto to, py::ssize_t size) {
+    const auto take = [&](auto outputs, auto regressors, auto results) {
       Core core = next.core;
       Real innovation = next.innovation;
       std::size_t rejected = 0;
       for (py::ssize_t i = 0; i < size; ++i) {
-        const auto step = core.update(y[i], x[i]);
+        const auto step = core.update(outputs[i], regressors[i]);
         if (PALPATE_UNLIKELY(!step.accepted)) {
           ++rejected;
         } else {
           innovation = step.innovation;
         }
-        observe(to[i], core, step);
+        observe(results[i], core, step);
       }
       next.core = core;
       next.innovation = innovation;
       next.rejected += rejected;
       next.samples += static_cast<std::size_t>(size) - rejected;
-    });
+    };
+    const bool dense = y.dense() && x.dense() && to.dense();
+    run_block(size, [&] { dense ? take(y.items(), x.items(), to.items()) : take(y, x, to); });
     state_ = next;
-    return block.result;
-  }
-
-  [[noreturn]] static void refuse(const py::tuple& state) {
-    throw py::value_error("pickled state: got " + py::repr(state).cast<std::string>() +
-                          ", allowed: finite numbers, an information > 0, a statistic >= 0");
+    return written;
   }
 
   Settings settings_;

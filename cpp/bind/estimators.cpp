@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "constructors.hpp"
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
-#include "methods.hpp"
-#include "pickling.hpp"
 
 namespace {
 
@@ -16,25 +13,18 @@ forgetting : float, 0 < forgetting <= 1
 initial_ratio : float
     The ratio before the first sample; 1 is an infinitely soft object.
 initial_covariance : float, 1/pF^2
-    Uncertainty of the initial ratio. It counts as much as one sample without noise whose
-    regressor is initial_covariance ** -0.5 pF: 1e-6 pF for the default, which is less than
-    the noise of any converter. So the first sample decides, and initial_ratio is where the
-    first innovation is counted from.
+    Uncertainty of the initial ratio. It counts as much as one sample without noise whose regressor is
+    initial_covariance ** -0.5 pF: 1e-6 pF for the default, less than the noise of any converter. So the first
+    sample decides, and initial_ratio is where the first innovation is counted from.
 max_covariance : float, 1/pF^2
-    Bound on the covariance, reached when the regressor stays at 0. While only noise comes in, the
-    ratio follows the noise: leave such samples out, as the scenes do.
-
-Raises
-------
-ValueError
-    A parameter out of its range.
+    Bound on the covariance, reached when the regressor stays at 0. While only noise comes in, the ratio follows
+    the noise: leave such samples out, as the scenes do.
 
 Notes
 -----
-With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2,
-ratio' = ratio + (x / R') e. This is the paper's covariance form, eq. (3) and steps 1-4,
-inverted. All capacitances are in pF: in farads a covariance of 1e12 would mean that the
-initial ratio is certain.
+With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2, ratio' = ratio + (x / R') e. This is
+the paper's covariance form, eq. (3) and steps 1-4, inverted. All capacitances are in pF: in farads a covariance of
+1e12 would mean that the initial ratio is certain.
 
 Examples
 --------
@@ -57,24 +47,18 @@ drift : float, pF
 threshold : float, pF
     The alarm is set when the statistic is larger than this, h; inf for never.
 clear_level : float, pF, 0 <= clear_level <= threshold
-    The alarm is cleared when the statistic has come back to this: 0 as in the paper, or
-    `threshold` for an alarm that is on exactly while the statistic is above the threshold.
+    The alarm is cleared when the statistic has come back to this: 0 as in the paper, or `threshold` for an alarm
+    that is on exactly while the statistic is above the threshold.
 initial_ratio, initial_covariance, max_covariance : float
     As in `Rls`.
-
-Raises
-------
-ValueError
-    A parameter out of its range.
 
 Notes
 -----
 For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + abs(e) - drift);
 alarm' = statistic' > (clear_level if alarm else threshold); then the update of `Rls` with the
-forgetting factor that alarm' selects. drift, threshold and clear_level are in pF: they fit
-one press and one noise level. The paper gives drift (0.01), the two factors and that the
-alarm is cleared at 0; threshold, initial_covariance and max_covariance are choices, see
-"The paper's choices" in the documentation.
+forgetting factor that alarm' selects. drift, threshold and clear_level are in pF: they fit one press and one noise
+level. The paper gives drift (0.01), the two factors and that the alarm is cleared at 0; threshold, initial_covariance
+and max_covariance are choices, see "The paper's choices" in the documentation.
 
 Examples
 --------
@@ -104,22 +88,15 @@ smoothing : float, 0 < smoothing <= 1
 initial_ratio, initial_covariance, max_covariance : float
     As in `Rls`.
 
-Raises
-------
-ValueError
-    A parameter out of its range.
-
 Notes
 -----
-With x the regressor, w the mean of the regressors before it, and e = output - ratio * x:
-R' = steady R + w x, ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio,
-because w does not contain them. The regressors may have either sign. At an alarm the ratio is
-computed from the samples since the CUSUM was last 0. `standard_error` is computed from the
-correlation of the innovations, an autoregression of order 1 or 2. It takes the noise
-for equally large at all depths: if the noise is a share of the signal and the regressor changes
-more than twofold, give output / regressor and 1 in place of output and regressor. Values from
-1e140 pF on (float32: 1e16) are refused; `Rls` refuses only those whose squares do not fit,
-from about 1e153 (1e18) on.
+With x the regressor, w the mean of the regressors before it, and e = output - ratio * x: R' = steady R + w x,
+ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio, because w does not contain them. The
+regressors may have either sign. At an alarm the ratio is computed from the samples since the CUSUM was last 0.
+`standard_error` is computed from the correlation of the innovations, an autoregression of order 1 or 2. It takes the
+noise for equally large at all depths: if the noise is a share of the signal and the regressor changes more than
+twofold, give output / regressor and 1 in place of output and regressor. Values from 1e140 pF on (float32: 1e16) are
+refused; `Rls` refuses only those whose squares do not fit, from about 1e153 (1e18) on.
 
 Examples
 --------
@@ -146,20 +123,17 @@ output, regressor : float
 Returns
 -------
 float
-    The ratio. A sample that is not finite, that is too large (1e139 pF, in float32 1e15, is
-    not, for any estimator), or that would make the state infinite, is refused: the state does
-    not change, and `rejected` counts it.
+    The ratio. A sample that is not finite, that is too large (1e139 pF, in float32 1e15, is not, for any
+    estimator), or that would make the state infinite, is refused: the state stays, and `rejected` counts it.
 
 Raises
 ------
-TypeError
-    Not two arguments, or an argument that float() refuses.
-ValueError
-    An integer beyond the range of a float.
+TypeError, ValueError
+    Not two arguments; an argument that float() refuses.
 RuntimeError
     The estimator is in use by another thread.
 )";
-constexpr auto process_doc = R"(process($self, output, regressor, out=None)
+constexpr auto process_doc = R"(process(self, /, output, regressor, out=None)
 --
 
 Take a block of samples; the same bits as one `update` for each.
@@ -178,17 +152,15 @@ numpy.ndarray, shape (n,)
 
 Raises
 ------
-TypeError
-    Values that are not real numbers; an `out` of another type.
-ValueError
-    Arrays that are not one-dimensional or differ in length; a read-only `out`.
+TypeError, ValueError
+    Values that are not real numbers, arrays that are not one-dimensional or differ in length; another type of `out`.
 RuntimeError
     The estimator is in use by another thread.
 )";
-constexpr auto trace_doc = R"(trace($self, output, regressor, out=None)
+constexpr auto trace_doc = R"(trace(self, /, output, regressor, out=None)
 --
 
-Take a block of samples and return the whole state after each.
+Take a block of samples and return the whole state after each; errors as of `process`.
 
 Parameters
 ----------
@@ -201,47 +173,53 @@ Returns
 numpy.ndarray, shape (n,), structured
     `ratio`; `covariance` (1/pF^2); `innovation` (pF; nan in the row of a refused sample);
     `statistic`; `alarm`; and, from HandoverRls, `standard_error`.
-
-Raises
-------
-TypeError, ValueError, RuntimeError
-    As `process`.
 )";
-
-template <class Kind>
-Estimator<Kind> made(const methods::Given& given) {
-  const Settings settings = Kind::defaults().with(given.owner, given.settings);
-  Kind::check(settings);
-  return Estimator<Kind>(settings);
-}
 
 template <class Kind>
 void bind(py::module_& module, const char* name, const char* doc) {
   using E = Estimator<Kind>;
-  auto type = methods::define_class<&made<Kind>>(module, name, "(*, " + Kind::defaults().text() + ")", doc);
-  methods::define<&E::update>(type, update_doc);
-  methods::define<&E::process>(type, process_doc);
-  methods::define<&E::trace>(type, trace_doc);
-  methods::define<&E::reset>(type, "reset($self)\n--\n\nForget all samples; the settings stay.");
-  display::define<display::Kind::estimator>(type);
-  define_copies<&pickled<E>, &unpickled<E>>(type);
-  methods::property<&E::settings_dict>(
-      type, "settings", "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
-  methods::property<&E::ratio>(type, "ratio", "Estimated output / regressor.");
-  methods::property<&E::covariance>(
-      type, "covariance",
-      "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.");
-  methods::property<&E::innovation>(type, "innovation",
-                                    "A-priori error of the last accepted sample, pF; nan before the first.");
-  methods::property<&E::statistic>(
-      type, "statistic",
-      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.");
-  methods::property<&E::alarm>(type, "alarm", "Whether the alarm is on; False without a detector.");
-  methods::property<&E::samples>(type, "samples", "Samples accepted so far.");
-  methods::property<&E::rejected>(type, "rejected", "Samples refused so far.");
+  const auto made = [name](const py::args& places, const py::kwargs& given) {
+    if (!places.empty()) {
+      throw py::type_error(std::string(name) + ": got too many values without a name, allowed: names only");
+    }
+    const Settings settings = Kind::defaults().with(name, given);
+    Kind::check(settings);
+    return E(settings);
+  };
+  const auto pickled = [](const py::object& self) {
+    const auto& estimator = self.cast<const E&>();
+    return py::make_tuple(estimator.settings_dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
+  };
+  const auto restored = [](const py::tuple& state) {
+    return std::pair(E::restored(state[0], state[1]), state[2].cast<py::dict>());
+  };
+  const auto output = py::arg("output"), regressor = py::arg("regressor");
+  const auto out = py::arg("out") = py::none();
+  auto type = methods::define_class<E>(module, name, "(*, " + Kind::defaults().text() + ")", doc, made);
+  methods::define_numeric<&E::update>(type, "update", update_doc, {"output", "regressor"});
+  methods::define_display(type, "estimator");
+  methods::define_copies(type);
+  type.def("process", &E::process, output, regressor, out, process_doc)
+      .def("trace", &E::trace, output, regressor, out, trace_doc)
+      .def("reset", &E::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
+      .def(py::pickle(pickled, restored))
+      .def_property_readonly("settings", &E::settings_dict,
+                             "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.")
+      .def_property_readonly("ratio", &E::ratio, "Estimated output / regressor.")
+      .def_property_readonly(
+          "covariance", &E::covariance,
+          "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.")
+      .def_property_readonly("innovation", &E::innovation,
+                             "A-priori error of the last accepted sample, pF; nan before the first.")
+      .def_property_readonly(
+          "statistic", &E::statistic,
+          "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.")
+      .def_property_readonly("alarm", &E::alarm, "Whether the alarm is on; False without a detector.")
+      .def_property_readonly("samples", &E::samples, "Samples accepted so far.")
+      .def_property_readonly("rejected", &E::rejected, "Samples refused so far.");
   if constexpr (knows_its_error<typename E::Core>) {
-    methods::property<&E::standard_error>(
-        type, "standard_error",
+    type.def_property_readonly(
+        "standard_error", &E::standard_error,
         "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
   }
 }

@@ -6,6 +6,8 @@
 PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of palpate.";
   module.attr("__version__") = PALPATE_VERSION;
+  py::options options;
+  options.disable_function_signatures();  // each doc begins with its own
   bind_estimators(module);
   bind_touch(module);
   bind_tracker(module);

@@ -14,17 +14,15 @@ inline py::dtype sample_dtype() {
 }
 
 /// The items of an array of samples, shape (n,), contiguous and aligned.
-inline View<palpate::rows::Row> sample_rows(py::handle value, const char* name, int flags) {
-  const py::dtype& dtype = once<&sample_dtype>();
-  if (const auto rows = dense_view<palpate::rows::Row>(value, dtype, flags); rows.size >= 0) {
-    return rows;
-  }
-  if (!py::isinstance<py::array>(value) || !py::array(py::reinterpret_borrow<py::array>(value)).dtype().equal(dtype)) {
+template <class Row = palpate::rows::Row>
+View<Row> sample_rows(py::handle value, const char* name, int flags = 0) {
+  const bool is_array = py::isinstance<py::array>(value);
+  const py::array array = is_array ? py::reinterpret_borrow<py::array>(value) : py::array();
+  if (!is_array || !has_dtype(array, once<&sample_dtype>())) {
     const py::object got = py::getattr(value, "dtype", py::type::of(value));
     throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
                          ", allowed: a numpy array of SampleRing.dtype");
   }
-  const auto array = py::reinterpret_borrow<py::array>(value);
   require_shape(array, name, {-1});
   const int needed = flags | aligned | py::array::c_style;
   if ((array.flags() & needed) != needed) {
@@ -32,5 +30,5 @@ inline View<palpate::rows::Row> sample_rows(py::handle value, const char* name, 
                           ": got a strided, unaligned or read-only array, allowed: a contiguous one" +
                           (flags ? " that may be written" : ""));
   }
-  return View<palpate::rows::Row>::of(array);
+  return View<Row>(array);
 }

@@ -91,17 +91,19 @@ inline const std::array<Scene, 4>& scenes() {
   return all;
 }
 
-inline const Scene& scene_named(const py::object& given) {
-  const auto name = py::isinstance<py::str>(given) ? given.cast<std::string>() : std::string();
-  std::string allowed;
+inline py::list scene_names() {
   py::list names;
   for (const Scene& scene : scenes()) {
-    if (name == scene.name) {
-      return scene;
-    }
-    allowed += (allowed.empty() ? "" : ", ") + std::string(scene.name);
     names.append(scene.name);
   }
-  throw py::value_error("scene: got " + py::repr(given).cast<std::string>() + ", allowed: " + allowed +
-                        nearest(given, names));
+  return names;
+}
+
+inline const Scene& scene_named(const py::object& given) {
+  for (const Scene& scene : scenes()) {
+    if (given.equal(py::str(scene.name))) {
+      return scene;
+    }
+  }
+  throw py::value_error("scene: got " + methods::shown(given) + allowed_names(py::str(given), scene_names()));
 }

@@ -11,22 +11,10 @@ bool is_length(const char* name) { return is_samples(name) || std::strcmp(name, 
 bool is_switch(const char* name) { return std::strcmp(name, "host_stamps") == 0; }
 
 double real_of(const char* name, py::handle value) {
-  const auto got = [&] { return std::string(name) + ": got " + py::repr(value).cast<std::string>(); };
   if (value.is_none() && is_length(name)) {
     return 0;
   }
-  const double real = PyFloat_AsDouble(value.ptr());
-  if (PyErr_Occurred()) {
-    const bool large = PyErr_ExceptionMatches(PyExc_OverflowError);
-    if (!large && !PyErr_ExceptionMatches(PyExc_TypeError)) {
-      throw py::error_already_set();
-    }
-    PyErr_Clear();
-    if (large) {
-      throw py::value_error(got() + ", allowed: a number within the range of a float");
-    }
-    throw py::type_error(got() + ", allowed: a number");
-  }
+  const double real = methods::to_real(value, name);
   if (is_samples(name)) {
     require(real >= 1 && real <= 4e9 && real == std::floor(real), name, real, "a whole number >= 1, or None");
   } else if (is_length(name)) {
@@ -77,7 +65,8 @@ Settings Settings::with(const char* owner, const py::dict& given) const {
     const auto name = key.cast<std::string>();
     const Setting* const setting = find(name);
     if (setting == end()) {
-      refuse(owner, name);
+      throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "'" +
+                           allowed_names(name, py::list(dict())));
     }
     all.set(setting->name, real_of(setting->name, value));
   }
@@ -96,15 +85,4 @@ void Settings::choose_length(const py::dict& given) {
   } else if (seconds) {
     set("samples", 0);
   }
-}
-
-void Settings::refuse(const char* owner, const std::string& name) const {
-  std::string allowed;
-  py::list names;
-  for (const Setting& setting : *this) {
-    allowed += (allowed.empty() ? "" : ", ") + std::string(setting.name);
-    names.append(setting.name);
-  }
-  throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "', allowed: " + allowed +
-                       nearest(py::str(name), names));
 }

@@ -10,13 +10,14 @@
 #include <palpate/arithmetic.hpp>
 #include <string>
 
-#include "module.hpp"
+#include "methods.hpp"
 
 inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
 
-/// "; did you mean 'x'?", or "": the allowed name that a wrong one is most like, by palpate.errors.
-inline std::string nearest(const py::object& given, const py::list& allowed) {
-  return py::module_::import("palpate.errors").attr("nearest")(given, allowed).cast<std::string>();
+/// ", allowed: x, y; did you mean 'x'?": the name that a wrong one is most like, by palpate.errors.
+inline std::string allowed_names(const std::string& given, const py::list& names) {
+  const auto nearest = py::module_::import("palpate.errors").attr("nearest")(given, names);
+  return ", allowed: " + (py::str(", ").attr("join")(names) + nearest).cast<std::string>();
 }
 
 inline void require(bool ok, const char* name, double value, const std::string& allowed) {
@@ -45,8 +46,8 @@ class Settings {
     });
   }
   void add_all(const Settings& others) noexcept {
-    for (const Setting& other : others) {
-      add(other.name, other.value);
+    for (const auto& [name, value] : others) {
+      add(name, value);
     }
   }
 
@@ -65,7 +66,7 @@ class Settings {
   double operator[](const char* name) const noexcept { return find(name)->value; }
   const Setting* begin() const noexcept { return settings_.data(); }
   const Setting* end() const noexcept { return settings_.data() + size_; }
-  py::ssize_t size() const noexcept { return static_cast<py::ssize_t>(size_); }
+  std::size_t size() const noexcept { return size_; }
 
   bool operator==(const Settings& other) const;
   /// As keywords: {name: value}; samples a whole number or None, seconds None for any, a switch True or False.
@@ -82,7 +83,6 @@ class Settings {
     settings_[static_cast<std::size_t>(find(name) - begin())].value = value;
   }
   void choose_length(const py::dict& given);
-  [[noreturn]] void refuse(const char* owner, const std::string& name) const;
 
   std::array<Setting, 24> settings_{};
   std::size_t size_ = 0;

@@ -6,17 +6,7 @@
 #include "../runs/run.hpp"
 #include "module.hpp"
 
-/// A touch as Python sees it.
-struct TouchResult : palpate::runs::Result {
-  py::tuple flags() const;
-  py::dict effects() const;
-  py::dict as_dict() const;
-  TouchResult untimed() const;
-  double offset_ratio() const { return fitted.offset_ratio; }
-  double offset_error() const { return fitted.offset_error; }
-};
-
-bool operator==(const TouchResult& left, const TouchResult& right);
+using TouchResult = palpate::runs::Result;
 
 /// The touches that have ended, and the numbers, from 1, of those that were revised, in order of time. Only the last one
 /// can be revised: before the next one begins, or never.
@@ -24,9 +14,9 @@ struct Touches {
   std::vector<TouchResult> list;
   std::vector<std::size_t> revisions;
 
-  void end(const palpate::runs::Result& touch) { list.push_back({touch}); }
+  void end(const palpate::runs::Result& touch) { list.push_back(touch); }
   void revise(const palpate::runs::Result& touch) {
-    (list.empty() ? before : list).back() = {touch};
+    (list.empty() ? before : list).back() = touch;
     revisions.push_back(number + list.size());
   }
 

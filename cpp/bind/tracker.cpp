@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "constructors.hpp"
-#include "core_state.hpp"
-#include "methods.hpp"
 #include "readings.hpp"
 #include "scenes.hpp"
 #include "tracker_docs.hpp"
@@ -28,10 +25,11 @@ class PyTracker {
     return report.finished ? py::cast(touches_.list.back()) : py::none();
   }
 
-  py::object process(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
+  py::object process(const py::object& t_hard, const py::object& t_soft, const py::object& hard,
+                     const py::object& soft) {
     require_idle(busy_, "tracker");
     const Readings given(t_hard, t_soft, hard, soft);
-    py::array rows(once<&tracker_row_dtype>(), given.size());
+    py::array rows(once<&tracker_row_dtype>(), given.hard.size);
     auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
     run_through(given, [row](py::ssize_t i, const auto& run, const auto& report, std::size_t touches) {
       row[i] = run.row(report, touches);
@@ -39,7 +37,7 @@ class PyTracker {
     return rows;
   }
 
-  void take(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
+  void take(const py::object& t_hard, const py::object& t_soft, const py::object& hard, const py::object& soft) {
     require_idle(busy_, "tracker");
     const Readings given(t_hard, t_soft, hard, soft);
     run_through(given, [](py::ssize_t, const auto&, const auto&, std::size_t) {});
@@ -51,8 +49,8 @@ class PyTracker {
     return ended ? py::cast(touches_.list.back()) : py::none();
   }
 
-  void tare(py::handle force) {
-    if (!py::bool_(py::reinterpret_borrow<py::object>(force)) && pressed()) {
+  void tare(bool force) {
+    if (!force && pressed()) {
       throw std::runtime_error(
           "tare: got it while the probe is in contact, allowed: without contact. Lift the probe, or force=True");
     }
@@ -103,7 +101,7 @@ class PyTracker {
 
  private:
   static std::size_t first_of(py::handle count) {
-    const py::ssize_t first = methods::to_size("count", py::reinterpret_borrow<py::object>(count));
+    const py::ssize_t first = methods::to_size(count, "count");
     if (first < 0) {
       throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
     }
@@ -123,12 +121,12 @@ class PyTracker {
           py::ssize_t i = 0;
           const auto loop = [&] {
             std::int64_t t_hard, t_soft;
-            for (; i < given.size() && !(refused = given.read(i, t_hard, t_soft)); ++i) {
+            for (; i < given.hard.size && !(refused = given.read(i, t_hard, t_soft)); ++i) {
               const auto report = next.take(t_hard, t_soft, given.hard[i], given.soft[i], block);
               after(i, next, report, block.count());
             }
           };
-          run_block(given.size(), loop, 256);
+          run_block(given.hard.size, loop, 256);
           if (refused) {
             refused->refuse(i);
           }
@@ -149,52 +147,43 @@ class PyTracker {
 };
 constexpr auto default_scene = "handheld";
 
-PyTracker made(const methods::Given& given) {
-  const Scene& scene = scene_named(given.first ? given.first : py::str(default_scene));
-  const Settings settings = scene.settings.with(given.owner, given.settings);
-  require(settings["full_scale"] > 0, "full_scale", settings["full_scale"], "0 < full_scale, pF");
-  return PyTracker(scene, settings);
-}
-
-void refuse_pickle(py::handle, py::handle) {
-  throw py::type_error("cannot pickle a Tracker: make a new one with the same scene and settings");
-}
-
 }  // namespace
 
 void bind_tracker(py::module_& module) {
   using T = PyTracker;
   const std::string parameters = "(scene='" + std::string(default_scene) + "', **settings)";
-  auto type = methods::define_class<&made>(module, "Tracker", parameters, tracker_doc);
-  methods::define<&T::feed>(type, feed_doc);
-  methods::define<&T::process>(type, process_doc);
-  methods::define<&T::take>(type, take_doc);
-  methods::define<&T::finish>(type, finish_doc);
-  methods::define<&T::tare>(type, tare_doc);
-  methods::define<&T::gap>(type, gap_doc);
-  methods::define<&T::touches_since>(type, touches_since_doc);
-  methods::define<&T::revisions_since>(type, revisions_since_doc);
-  display::define<display::Kind::tracker>(type);
-  methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
-  methods::property<&T::scene>(type, "scene", "Name of the scene.");
-  methods::property<&T::settings_dict>(
-      type, "settings", "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.");
-  methods::property<&T::state>(
-      type, "state", "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");
-  methods::property<&T::ratio>(type, "ratio", "Ratio of the running touch, or of the last one.");
-  methods::property<&T::standard_error>(type, "standard_error",
-                                        "Standard deviation of that ratio; nan if it is not known.");
-  methods::property<&T::readings>(type, "readings", "Readings taken so far.");
-  methods::property<&T::touches>(type, "touches", "Every touch that has ended, in order of time.");
-  methods::property<&T::touch_count>(type, "touch_count", "How many touches have ended.");
-  methods::property<&T::revision_count>(type, "revision_count", "How many touches were revised after their release.");
-  methods::property<&T::retaken>(
-      type, "retaken",
-      "How often the channels fell far below the baseline, which was then measured again: it "
-      "had been measured in contact, or it jumped.");
-  py::list names;
-  for (const Scene& scene : scenes()) {
-    names.append(scene.name);
-  }
-  module.attr("scenes") = py::tuple(names);
+  const auto made = [](const py::object& name, const py::kwargs& given) {
+    const Scene& scene = scene_named(name);
+    const Settings settings = scene.settings.with("Tracker", given);
+    require(settings["full_scale"] > 0, "full_scale", settings["full_scale"], "0 < full_scale, pF");
+    return T(scene, settings);
+  };
+  auto type =
+      methods::define_class<T>(module, "Tracker", parameters, tracker_doc, made, py::arg("scene") = default_scene);
+  methods::define_numeric<&T::feed>(type, "feed", feed_doc, {"t_hard", "t_soft", "hard", "soft"});
+  methods::define_display(type, "tracker");
+  const auto t_hard = py::arg("t_hard"), t_soft = py::arg("t_soft"), hard = py::arg("hard"), soft = py::arg("soft");
+  type.def("process", &T::process, t_hard, t_soft, hard, soft, process_doc)
+      .def("take", &T::take, t_hard, t_soft, hard, soft, take_doc)
+      .def("finish", &T::finish, finish_doc)
+      .def("tare", &T::tare, py::arg("force") = false, tare_doc)
+      .def("gap", &T::gap, gap_doc)
+      .def("touches_since", &T::touches_since, touches_since_doc)
+      .def("revisions_since", &T::revisions_since, revisions_since_doc)
+      .def_property_readonly("scene", &T::scene, "Name of the scene.")
+      .def_property_readonly("settings", &T::settings_dict,
+                             "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
+      .def_property_readonly("state", &T::state,
+                             "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).")
+      .def_property_readonly("ratio", &T::ratio, "Ratio of the running touch, or of the last one.")
+      .def_property_readonly("standard_error", &T::standard_error,
+                             "Standard deviation of that ratio; nan if it is not known.")
+      .def_property_readonly("readings", &T::readings, "Readings taken so far.")
+      .def_property_readonly("touches", &T::touches, "Every touch that has ended, in order of time.")
+      .def_property_readonly("touch_count", &T::touch_count, "How many touches have ended.")
+      .def_property_readonly("revision_count", &T::revision_count, "How many touches were revised after their release.")
+      .def_property_readonly("retaken", &T::retaken,
+                             "How often the channels fell far below the baseline, which was then measured again: it "
+                             "had been measured in contact, or it jumped.");
+  module.attr("scenes") = py::tuple(scene_names());
 }

@@ -1,4 +1,4 @@
-"""The calls that bypass pybind11's dispatcher: the same arguments, errors and signatures as any other."""
+"""What calls of estimators take and refuse; `update` bypasses pybind11's dispatcher."""
 
 from fractions import Fraction
 from typing import Any
@@ -38,7 +38,7 @@ def test_what_update_refuses(kind: Any, arguments: Any, error: type[Exception], 
 def test_self_is_checked(kind: Any) -> None:
     for method, arguments in (("update", (1.0, 1.0)), ("process", ([1.0], [1.0])), ("trace", ([1.0], [1.0]))):
         for wrong in (object(), 3, None, palpate.Tracker()):
-            with pytest.raises(TypeError, match="descriptor"):
+            with pytest.raises(TypeError, match="descriptor|incompatible function arguments"):
                 getattr(kind, method)(wrong, *arguments)
         bare = kind.__new__(kind)
         with pytest.raises(TypeError, match=r"__init__\(\) has not been called"):
@@ -56,14 +56,8 @@ def test_arguments_of_a_block(name: str) -> None:
         assert found.tobytes() == expected.tobytes()
     out = np.empty_like(expected)
     assert call(regressor=x, out=out, output=y) is out
-    for arguments, named, message in [
-        ((y,), {}, "missing required argument: 'regressor'"),
-        ((), {"regressor": x}, "missing required argument: 'output'"),
-        ((y, x), {"output": y}, "multiple values for argument 'output'"),
-        ((y, x), {"into": out}, "unexpected keyword argument 'into'"),
-        ((y, x, out, 1), {}, "takes at most 3 arguments"),
-    ]:
-        with pytest.raises(TypeError, match=message):
+    for arguments, named in [((y,), {}), ((y, x), {"output": y}), ((y, x), {"into": out}), ((y, x, out, 1), {})]:
+        with pytest.raises(TypeError, match=r"output: object, regressor: object, out: object = None"):
             call(*arguments, **named)
 
 

@@ -108,7 +108,7 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
         (lambda r: r.push(FIELDS._replace(t_soft_ns=-(2**63) - 1)), ValueError, "t_soft_ns: got -92233720368547758"),
         (lambda r: r.push(FIELDS._replace(seq=True)), TypeError, "seq: got True, allowed: an integer"),
         (lambda r: r.push(FIELDS._replace(hard="1")), TypeError, "hard: got '1', allowed: a real number, pF"),
-        (lambda r: pickle.dumps(r), TypeError, "cannot pickle a SampleRing"),
+        (lambda r: pickle.dumps(r), TypeError, "cannot pickle .*SampleRing"),
         (lambda r: r.push(7), TypeError, "sample: got 7, allowed: a palpate.Sample"),
         (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),

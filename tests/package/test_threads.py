@@ -34,7 +34,7 @@ def blocks_of(name: str) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[
     bank = "Bank" in name
     block = ONES.astype(np.float32 if "32" in name else float).reshape((-1, 4) if bank else -1)
     pair, none = (block[0], block[0]) if bank else (1.0, 1.0), (block[:0], block[:0])
-    arguments = {"update": pair, "process": none, "trace": none, "__deepcopy__": ({},)}
+    arguments = {"update": pair, "process": none, "trace": none}
     return (lambda: kind(4)) if bank else kind, lambda made: made.process(block, block), arguments
 
 
@@ -77,7 +77,7 @@ def refused_by(name: str) -> set[str]:
     """Return the public names of a class that are refused while a block is in an object of it."""
     make, work, arguments = blocks_of(name)
     made = make()
-    names = {each for each in dir(made) if not each.startswith("_")} | {"__repr__", "__copy__"} & set(dir(made))
+    names = {each for each in dir(made) if not each.startswith("_")} | {"__repr__"}
     with while_busy(lambda: work(made)):
         return {each for each in names if meanwhile(made, each, arguments)}
 
