@@ -11,12 +11,15 @@
 
 namespace {
 
-template <class Real, int Size, bool Intercept = false>
+template <class Real, int Regressors, bool Intercept = false>
 void print(const char* name, Real alarmed = 0, Real min_information = 0) {
+  constexpr int Size = Regressors + Intercept;
   palpate::Kept<palpate::VectorSettings<Real>> kept;
   kept.settings.alarmed = alarmed;
-  kept.settings.min_information = min_information;
-  palpate::VectorRls<Real, Size, Intercept> estimator(kept);
+  if (min_information > 0) {
+    kept.settings.min_information = min_information;
+  }
+  palpate::VectorRls<Real, Regressors, Intercept> estimator(kept);
   Hash hash;
   std::uint32_t state = 12345;
   const auto next = [&state] {
@@ -26,7 +29,7 @@ void print(const char* name, Real alarmed = 0, Real min_information = 0) {
   unsigned alarms = 0, refused = 0;
   for (int k = 0; k < 400; ++k) {
     Real values[Size] = {}, output = next() / 128 + (k % 97 == 90 ? Real(2) : Real(0));
-    for (int i = 0; i < estimator.regressors; ++i) {
+    for (int i = 0; i < Regressors; ++i) {
       values[i] = k > 150 && k < 180 ? values[0] + Real(1) : next();
       output += values[i] * static_cast<Real>(k < 250 ? i + 1 : 2 * i - 1);
     }
@@ -53,9 +56,9 @@ template <class Real>
 void all() {
   print<Real, 1>("VectorRls 1");
   print<Real, 2>("VectorRls 2");
-  print<Real, 2, true>("VectorRls 2, intercept");
+  print<Real, 1, true>("VectorRls 1, intercept");
   print<Real, 3>("VectorRls 3, alarmed", Real(0.9));
-  print<Real, 4, true>("VectorRls 4, bounded", Real(0), Real(0.5));
+  print<Real, 3, true>("VectorRls 3, intercept, bounded", Real(0), Real(0.5));
   print<Real, 8>("VectorRls 8");
 }
 

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 
 WARM_UP = 8  # innovations before the detector starts
 WINDOW = 32  # most samples of a hand-over
-LEAST = 2.0**-1012  # information in each direction
 ROUNDING = 2.0**-48
 
 
@@ -103,8 +102,8 @@ def vector_rls(
     threshold: float = 12.0,
     clip: float = 3.0,
     alarmed: float = 0.0,
-    initial_covariance: float = float("inf"),
-    max_covariance: float = float("inf"),
+    initial_covariance: float = 1e300,
+    max_covariance: float = 1e300,
     number: Callable[[Any], Any] = float,
 ) -> VectorTrace:
     """Recursive least squares for several coefficients, output = regressors @ coefficients + noise.
@@ -130,7 +129,7 @@ def vector_rls(
     y = np.array([number(v) for v in np.asarray(output, object)], object)
     x = np.array([[number(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
     size = x.shape[1]
-    least = max(1 / number(max_covariance), number(LEAST))
+    least = 1 / number(max_covariance)
     guarded = max(1 / number(initial_covariance), least)
     fit = _Fit(guarded, 0 * x[0])
     sides = np.array([number(0)] * (2 * size + 1), object)
@@ -142,7 +141,7 @@ def vector_rls(
         rest, weight, following = fit.add(forgetting, sample, number)
         z = innovation * number(weight) ** number(0.5)
         scale = number(1.2533141) * mean * (1 + number(3) / seen if WARM_UP <= seen < 64 else 1)
-        scale = max(scale, abs(y[k]) * number(ROUNDING) + number(LEAST))
+        scale = max(scale, abs(y[k]) * number(ROUNDING) + number(1e-300))
         outlier = seen >= WARM_UP and abs(z) > clipping * scale
         clipped = (clipping * scale if z > 0 else -clipping * scale) if outlier else z
         held = min(held + 1, WINDOW)

@@ -20,7 +20,8 @@ struct VectorSettings {
   Real threshold = Real(12);       ///< its limit
   Real clip = Real(3);             ///< limits an innovation in the CUSUM; one above it does not change the coefficients
   Real alarmed = Real(0);          ///< forgetting factor from an alarm until a quarter of threshold; 0: an alarm is a hand-over
-  Real min_information = Real(0);  ///< 1 / max_covariance
+  /// 1 / max_covariance: so little that no coefficient shows it, and above subnormal numbers.
+  Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-300);
 
   /// As FixedForgetting::visit_fields.
   template <class Visit>
@@ -51,25 +52,26 @@ struct VectorStep {
 /// scale, z goes to a two-sided CUSUM for each coefficient, negated where the regressor without those before it is
 /// negative, and |z| to one more: a change of any combination of coefficients gives an alarm. At an alarm there is a
 /// hand-over: the coefficients are computed again from the last samples, as many as make the change most likely.
-template <class Real, int Size, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>>
+template <class Real, int Regressors, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>>
 class VectorRls : public Parameters {
   static_assert(is_real<Real>, "palpate::VectorRls: Real must be float or double");
-  static_assert(Size >= 1 + Intercept && Size <= 8, "palpate::VectorRls: Size must be 1 to 8, 2 to 8 with an intercept");
+  static constexpr int Size = Regressors + Intercept;
+  static_assert(Regressors >= 1 && Size <= 8, "palpate::VectorRls: 1 to 8 regressors, 7 with an intercept");
   using Fit = LeastSquares<Real, Size>;
   using Sample = Row<Real, Size>;
 
  public:
   using real_type = Real;  ///< float or double
   using Parameters::settings;
-  static constexpr int size = Size;                    ///< number of coefficients
-  static constexpr int regressors = Size - Intercept;  ///< number of regressors
-  static constexpr int window = 32;                    ///< most samples of a hand-over
-  static constexpr int warm_up = 8;                    ///< innovations before the detector starts
-  static constexpr Real default_covariance = std::numeric_limits<Real>::infinity();  ///< nothing is known
+  static constexpr int size = Size;              ///< number of coefficients
+  static constexpr int regressors = Regressors;  ///< without the intercept
+  static constexpr int window = 32;              ///< most samples of a hand-over
+  static constexpr int warm_up = 8;              ///< innovations before the detector starts
+  static constexpr Real default_covariance = 1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 
   /// With these settings, and coefficients 0 of this covariance, 1 / regressor^2.
   constexpr explicit VectorRls(const Parameters& parameters = Parameters(), Real covariance = default_covariance) noexcept
-      : Parameters(parameters), fit_(larger(1 / covariance, floor())), guarded_(fit_.diagonal[0]) {}
+      : Parameters(parameters), fit_(larger(1 / covariance, settings.min_information)), guarded_(fit_.diagonal[0]) {}
 
   /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
   constexpr VectorStep<Real> update(Real output, const Real* values) noexcept {
@@ -182,18 +184,13 @@ class VectorRls : public Parameters {
     return innovation;
   }
 
-  // Least information in each direction: so little that no coefficient shows it, and far above subnormal numbers.
-  constexpr Real floor() const noexcept {
-    return larger(settings.min_information, std::numeric_limits<Real>::min() * 1024);
-  }
-
   // As in Handover: a mean of few magnitudes may be much too small, and data without noise have rounding errors.
   constexpr Real scale_of(Real output) const noexcept {
     Real scale = product(Real(1.2533141), mean_magnitude_);
     if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
       scale = product(scale, 1 + 3 / seen_);
     }
-    return larger(scale, product(magnitude(output), rounding) + std::numeric_limits<Real>::min() * 1024);
+    return larger(scale, product(magnitude(output), rounding) + VectorSettings<Real>().min_information);
   }
 
   // A sample in a direction that was unknown says nothing about the noise.
@@ -231,9 +228,9 @@ class VectorRls : public Parameters {
 
   PALPATE_ONCE constexpr void guard(Real forgetting) noexcept {
     guarded_ = product(forgetting, guarded_);
-    if (PALPATE_UNLIKELY(guarded_ < floor())) {
-      fit_.strengthen(2 * floor() - guarded_);
-      guarded_ = 2 * floor();
+    if (PALPATE_UNLIKELY(guarded_ < settings.min_information)) {
+      fit_.strengthen(2 * settings.min_information - guarded_);
+      guarded_ = 2 * settings.min_information;
     }
   }
 
@@ -249,7 +246,7 @@ class VectorRls : public Parameters {
     }
     const Fit before = fit_;
     const Real price = 2 * product(scale, scale);
-    Fit latest(2 * floor(), before.coefficients);
+    Fit latest(2 * settings.min_information, before.coefficients);
     Real gain = 0, most = -std::numeric_limits<Real>::infinity();
     const std::uint32_t held = held_;
     for (std::uint32_t m = 1; m <= held; ++m) {
@@ -261,7 +258,7 @@ class VectorRls : public Parameters {
         most = gain - latest.residuals;
         fit_ = latest;
         held_ = m;
-        guarded_ = 2 * floor();
+        guarded_ = 2 * settings.min_information;
       }
     }
   }
