@@ -11,18 +11,15 @@
 
 namespace {
 
-constexpr auto class_doc = R"(Independent estimators for many streams that are sampled together.
+constexpr auto class_doc =
+    R"(Independent estimators for many streams that are sampled together: the bits of as many single ones.
 
 Parameters
 ----------
 estimator : Rls, AdaptiveRls, HandoverRls, or one of them in float32
     Every stream begins as a copy of it, with its settings and its state.
 streams : int, 1 <= streams <= 2**32
-    Number of streams.
-
-Notes
------
-The bits of as many single estimators. `bank[i]` is a copy of the estimator of a stream.
+    Number of streams; `bank[i]` is a copy of the estimator of one.
 
 Examples
 --------
@@ -37,7 +34,7 @@ array([2. , 2.4, 2.8])
 constexpr auto update_doc = R"(update(self, /, output, regressor, out=None)
 --
 
-Take one sample of each stream and return their ratios.
+Take one sample of each stream and return their ratios; errors as of `AdaptiveRls.process`.
 
 Parameters
 ----------
@@ -49,13 +46,6 @@ Returns
 -------
 numpy.ndarray, shape (streams,)
     The ratios. A sample that is not finite is refused, and counted in `rejected`.
-
-Raises
-------
-TypeError, ValueError
-    Values that are not real numbers; another shape; an `out` of another type.
-RuntimeError
-    The bank is in use by another thread.
 )";
 
 constexpr auto process_doc = R"(process(self, /, output, regressor, out=None)
@@ -77,13 +67,52 @@ numpy.ndarray, shape (n, streams)
     The ratios after each row.
 )";
 
+/// The estimators of a bank, of one kind.
 template <class Kind>
 struct Streams {
   using E = Estimator<Kind>;
-  using State = typename E::State;
   using Real = typename E::Real;
   Settings settings;
-  std::vector<State> states;
+  std::vector<typename E::State> states;
+
+  py::object at(py::ssize_t stream) const { return py::cast(E(settings, states[static_cast<std::size_t>(stream)])); }
+  void reset() { std::fill(states.begin(), states.end(), E(settings).numbers()); }
+
+  py::object take(bool is_block, const py::object& output, const py::object& regressor, const py::object& out,
+                  bool& busy) {
+    constexpr int dense = py::array::c_style;
+    const auto streams = static_cast<py::ssize_t>(states.size());
+    const auto matrix = [&](const py::object& value, const char* name, py::ssize_t frames) {
+      return is_block ? samples_of<Real, dense>(value, name, {frames, streams})
+                      : samples_of<Real, dense>(value, name, {streams});
+    };
+    const py::array y = matrix(output, "output", -1);
+    const py::ssize_t frames = is_block ? y.shape(0) : 1;
+    const py::array given = real_array(regressor, "regressor");
+    const bool is_shared = is_block && given.ndim() == 1;
+    const auto x =
+        is_shared ? samples_of<Real, dense>(given, "regressor", {frames}) : matrix(given, "regressor", frames);
+    const py::dtype& dtype = once<&py::dtype::of<Real>>();
+    py::array result =
+        is_block ? output_array(out, dtype, {frames, streams}, dense) : output_array(out, dtype, {streams}, dense);
+    const py::array outputs = apart_from(y, result), regressors = apart_from(x, result);
+    require_idle(busy, "bank");  // making arrays of the arguments may have run other Python code
+    const InUse in_use(busy);
+    auto* ratios = static_cast<Real*>(result.mutable_data());
+    auto *to_explain = static_cast<const Real*>(outputs.data()),
+         *explains = static_cast<const Real*>(regressors.data());
+    run_block(outputs.size(), [&] {
+      for (py::ssize_t frame = 0; frame < frames; ++frame) {
+        for (auto& state : states) {
+          state.take(*to_explain++, *explains);
+          explains += is_shared ? 0 : 1;
+          *ratios++ = state.core.ratio();
+        }
+        explains += is_shared ? 1 : 0;
+      }
+    });
+    return std::move(result);
+  }
 };
 
 class Bank {
@@ -92,9 +121,18 @@ class Bank {
     if (streams < 1 || streams > py::ssize_t{1} << 32) {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
     }
-    if (!(fill<FixedKind<double>>(estimator, streams) || fill<FixedKind<float>>(estimator, streams) ||
-          fill<AdaptiveKind<double>>(estimator, streams) || fill<AdaptiveKind<float>>(estimator, streams) ||
-          fill<HandoverKind<double>>(estimator, streams) || fill<HandoverKind<float>>(estimator, streams))) {
+    const auto is_of = [&](auto kind) {
+      using E = Estimator<decltype(kind)>;
+      const bool found = py::isinstance<E>(estimator);
+      if (found) {
+        const auto& given = estimator.cast<const E&>();
+        streams_ =
+            Streams<decltype(kind)>{given.settings(), std::vector(static_cast<std::size_t>(streams), given.numbers())};
+      }
+      return found;
+    };
+    if (!(is_of(FixedKind<double>()) || is_of(FixedKind<float>()) || is_of(AdaptiveKind<double>()) ||
+          is_of(AdaptiveKind<float>()) || is_of(HandoverKind<double>()) || is_of(HandoverKind<float>()))) {
       throw py::type_error("estimator: got " + methods::shown(estimator) +
                            ", allowed: an Rls, AdaptiveRls or HandoverRls, for example palpate.HandoverRls()");
     }
@@ -102,34 +140,22 @@ class Bank {
   /// Of copies of all its estimators.
   explicit Bank(const py::tuple& estimators) : Bank(estimators[0], static_cast<py::ssize_t>(estimators.size())) {
     const auto set = [&](auto& bank) {
-      using E = typename std::decay_t<decltype(bank)>::E;
-      for (std::size_t i = 0; i < bank.states.size(); ++i) {
-        const auto& given = estimators[i].template cast<const E&>();
-        if (!(given.settings() == bank.settings)) {
-          throw py::value_error("pickled state: got estimators of different settings, allowed: the same of all");
-        }
-        bank.states[i] = given.numbers();
+      for (std::size_t i = 0; i < estimators.size(); ++i) {
+        bank.states[i] = estimators[i].template cast<const typename std::decay_t<decltype(bank)>::E&>().numbers();
       }
     };
     std::visit(set, streams_);
   }
 
-  py::object update(const py::object& output, const py::object& regressor, const py::object& out) {
-    return take(false, output, regressor, out);
+  template <bool is_block>
+  py::object take(const py::object& output, const py::object& regressor, const py::object& out) {
+    require_idle(busy_, "bank");
+    return std::visit([&](auto& bank) { return bank.take(is_block, output, regressor, out, busy_); }, streams_);
   }
-  py::object process(const py::object& output, const py::object& regressor, const py::object& out) {
-    return take(true, output, regressor, out);
-  }
-
   void reset() {
     require_idle(busy_, "bank");
-    const auto fill = [](auto& bank) {
-      using E = typename std::decay_t<decltype(bank)>::E;
-      std::fill(bank.states.begin(), bank.states.end(), E(bank.settings).numbers());
-    };
-    std::visit(fill, streams_);
+    std::visit([](auto& bank) { bank.reset(); }, streams_);
   }
-
   py::ssize_t size() const {
     return std::visit([](const auto& bank) { return static_cast<py::ssize_t>(bank.states.size()); }, streams_);
   }
@@ -139,11 +165,7 @@ class Bank {
       throw py::index_error("stream: got " + std::to_string(given) + ", allowed: below " + std::to_string(size()));
     }
     require_idle(busy_, "bank");
-    const auto get = [&](const auto& bank) {
-      using E = typename std::decay_t<decltype(bank)>::E;
-      return py::cast(E(bank.settings, bank.states[static_cast<std::size_t>(i)]));
-    };
-    return std::visit(get, streams_);
+    return std::visit([&](const auto& bank) { return bank.at(i); }, streams_);
   }
   py::tuple estimators() const {
     py::tuple all(size());
@@ -167,59 +189,6 @@ class Bank {
   }
 
  private:
-  template <class Kind>
-  bool fill(py::handle estimator, py::ssize_t streams) {
-    const bool found = py::isinstance<Estimator<Kind>>(estimator);
-    if (found) {
-      const auto& given = estimator.cast<const Estimator<Kind>&>();
-      streams_ = Streams<Kind>{given.settings(), std::vector(static_cast<std::size_t>(streams), given.numbers())};
-    }
-    return found;
-  }
-
-  py::object take(bool is_block, const py::object& output, const py::object& regressor, const py::object& out) {
-    require_idle(busy_, "bank");
-    return std::visit([&](auto& bank) { return taken(bank, is_block, output, regressor, out); }, streams_);
-  }
-
-  template <class Kind>
-  py::object taken(Streams<Kind>& bank, bool is_block, const py::object& output, const py::object& regressor,
-                   const py::object& out) {
-    using Real = typename Streams<Kind>::Real;
-    constexpr int dense = py::array::c_style;
-    const auto streams = static_cast<py::ssize_t>(bank.states.size());
-    const auto matrix = [&](const py::object& value, const char* name, py::ssize_t frames) {
-      return is_block ? samples_of<Real, dense>(value, name, {frames, streams})
-                      : samples_of<Real, dense>(value, name, {streams});
-    };
-    const py::array y = matrix(output, "output", -1);
-    const py::ssize_t frames = is_block ? y.shape(0) : 1;
-    const py::array given = real_array(regressor, "regressor");
-    const bool is_shared = is_block && given.ndim() == 1;
-    const auto x =
-        is_shared ? samples_of<Real, dense>(given, "regressor", {frames}) : matrix(given, "regressor", frames);
-    const py::dtype& dtype = once<&py::dtype::of<Real>>();
-    py::array result =
-        is_block ? output_array(out, dtype, {frames, streams}, dense) : output_array(out, dtype, {streams}, dense);
-    const py::array outputs = apart_from(y, result), regressors = apart_from(x, result);
-    require_idle(busy_, "bank");  // making arrays of the arguments may have run other Python code
-    const InUse in_use(busy_);
-    auto* ratios = static_cast<Real*>(result.mutable_data());
-    auto *to_explain = static_cast<const Real*>(outputs.data()),
-         *explains = static_cast<const Real*>(regressors.data());
-    run_block(outputs.size(), [&] {
-      for (py::ssize_t frame = 0; frame < frames; ++frame) {
-        for (auto& state : bank.states) {
-          state.take(*to_explain++, *explains);
-          explains += is_shared ? 0 : 1;
-          *ratios++ = state.core.ratio();
-        }
-        explains += is_shared ? 1 : 0;
-      }
-    });
-    return std::move(result);
-  }
-
   std::variant<Streams<FixedKind<double>>, Streams<FixedKind<float>>, Streams<AdaptiveKind<double>>,
                Streams<AdaptiveKind<float>>, Streams<HandoverKind<double>>, Streams<HandoverKind<float>>>
       streams_;
@@ -248,8 +217,8 @@ void bind_banks(py::module_& module) {
   auto type = methods::define_class<Bank>(module, "Bank", "(estimator, streams)", class_doc, made, py::arg("estimator"),
                                           py::arg("streams"));
   methods::define_copies(type);
-  type.def("update", &Bank::update, output, regressor, out, update_doc)
-      .def("process", &Bank::process, output, regressor, out, process_doc)
+  type.def("update", &Bank::take<false>, output, regressor, out, update_doc)
+      .def("process", &Bank::take<true>, output, regressor, out, process_doc)
       .def("reset", &Bank::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
       .def("__len__", &Bank::size, "__len__(self, /)\n--\n\n")
       .def("__getitem__", &Bank::at, "__getitem__(self, stream, /)\n--\n\nA copy of the estimator of a stream.")
@@ -259,20 +228,11 @@ void bind_banks(py::module_& module) {
       .def_property_readonly(
           "settings", [](const Bank& bank) { return py::object(bank.at(py::int_(0)).attr("settings")); },
           "The parameters of all estimators, as a dict.");
-  const auto field = [&](const char* name, auto get, const char* doc) {
-    type.def_property_readonly(name, [get](const Bank& bank) { return bank.each(get); }, doc);
+  const auto add = [&](const char* name, auto get, const std::string& doc) {
+    const auto each = [get](const Bank& bank) { return bank.each(get); };
+    type.def_property_readonly(name, each, (doc + " An array, of each stream.").c_str());
   };
-  field("ratio", [](const auto& s) { return s.core.ratio(); }, "Estimated output / regressor of each stream.");
-  field("covariance", [](const auto& s) { return s.core.covariance(); }, "Unscaled covariance of each stream, 1/pF^2.");
-  field(
-      "innovation", [](const auto& s) { return s.innovation; },
-      "A-priori error of the last accepted sample of each stream, pF; nan before the first.");
-  field(
-      "statistic", [](const auto& s) { return s.core.statistic(); },
-      "CUSUM statistic of each stream; 0 without a detector.");
-  field("alarm", [](const auto& s) { return s.core.alarm(); }, "Whether the alarm of each stream is on.");
-  field("samples", [](const auto& s) { return std::uint64_t{s.samples}; }, "Samples of each stream accepted so far.");
-  field("rejected", [](const auto& s) { return std::uint64_t{s.rejected}; }, "Samples of each stream refused so far.");
+  visit_properties(add);
   const auto standard_error = [](const auto& s) {
     if constexpr (knows_its_error<std::decay_t<decltype(s.core)>>) {
       return standard_error_of(s.core);
@@ -281,6 +241,5 @@ void bind_banks(py::module_& module) {
       return s.core.ratio();
     }
   };
-  field("standard_error", standard_error,
-        "Standard deviation of the ratio of each stream, of HandoverRls only; nan where it is not known.");
+  add("standard_error", standard_error, std::string(standard_error_doc) + " Of HandoverRls only.");
 }

@@ -117,9 +117,9 @@ class Estimator {
     for (const Real value : numbers_of(state_.core)) {
       values.append(static_cast<double>(value));
     }
-    values.append(samples() == 0 ? py::object(py::none()) : py::object(py::float_(innovation())));
-    values.append(samples());
-    values.append(rejected());
+    values.append(state_.samples == 0 ? py::object(py::none()) : py::object(py::float_(state_.innovation)));
+    values.append(state_.samples);
+    values.append(state_.rejected);
     return py::tuple(values);
   }
 
@@ -149,19 +149,7 @@ class Estimator {
   }
 
   const Settings& settings() const { return settings_; }
-  const State& numbers() const {
-    require_idle(busy_, "estimator");
-    return state_;
-  }
-  py::dict settings_dict() const { return settings_.dict(); }
-  double ratio() const { return state_.core.ratio(); }
-  double covariance() const { return state_.core.covariance(); }
-  double statistic() const { return state_.core.statistic(); }
-  double standard_error() const { return standard_error_of(state_.core); }
-  bool alarm() const { return state_.core.alarm(); }
-  double innovation() const { return state_.innovation; }
-  std::size_t samples() const { return state_.samples; }
-  std::size_t rejected() const { return state_.rejected; }
+  const State& numbers() const { return state_; }
 
  private:
   // visit_state is noexcept: nothing may throw while it runs.
@@ -190,11 +178,11 @@ class Estimator {
     require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
     const InUse in_use(busy_);
     State next = state_;
-    const auto take = [&](auto outputs, auto regressors, auto results) {
+    const auto take = [&next, observe](auto outputs, auto regressors, auto results, py::ssize_t count) {
       Core core = next.core;
       Real innovation = next.innovation;
       std::size_t rejected = 0;
-      for (py::ssize_t i = 0; i < size; ++i) {
+      for (py::ssize_t i = 0; i < count; ++i) {
         const auto step = core.update(outputs[i], regressors[i]);
         if (PALPATE_UNLIKELY(!step.accepted)) {
           ++rejected;
@@ -206,10 +194,15 @@ class Estimator {
       next.core = core;
       next.innovation = innovation;
       next.rejected += rejected;
-      next.samples += static_cast<std::size_t>(size) - rejected;
+      next.samples += static_cast<std::size_t>(count) - rejected;
     };
-    const bool dense = y.dense() && x.dense() && to.dense();
-    run_block(size, [&] { dense ? take(y.items(), x.items(), to.items()) : take(y, x, to); });
+    run_block(size, [&] {
+      if (y.dense() && x.dense() && to.dense()) {
+        take(y.items(), x.items(), to.items(), size);
+      } else {
+        take(y, x, to, size);
+      }
+    });
     state_ = next;
     return written;
   }
@@ -218,3 +211,23 @@ class Estimator {
   State state_;
   bool busy_ = false;
 };
+
+/// The properties of an estimator, and of each stream of a bank: calls add(name, its value in a State, doc).
+template <class Add>
+void visit_properties(Add&& add) {
+  add("ratio", [](const auto& s) { return s.core.ratio(); }, "Estimated output / regressor.");
+  add(
+      "covariance", [](const auto& s) { return s.core.covariance(); },
+      "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.");
+  add(
+      "innovation", [](const auto& s) { return s.innovation; },
+      "A-priori error of the last accepted sample, pF; nan before the first.");
+  add(
+      "statistic", [](const auto& s) { return s.core.statistic(); },
+      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.");
+  add("alarm", [](const auto& s) { return s.core.alarm(); }, "Whether the alarm is on; False without a detector.");
+  add("samples", [](const auto& s) { return std::uint64_t{s.samples}; }, "Samples accepted so far.");
+  add("rejected", [](const auto& s) { return std::uint64_t{s.rejected}; }, "Samples refused so far.");
+}
+inline constexpr auto standard_error_doc =
+    "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.";

@@ -188,7 +188,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
   };
   const auto pickled = [](const py::object& self) {
     const auto& estimator = self.cast<const E&>();
-    return py::make_tuple(estimator.settings_dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
+    return py::make_tuple(estimator.settings().dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
   };
   const auto restored = [](const py::tuple& state) {
     return std::pair(E::restored(state[0], state[1]), state[2].cast<py::dict>());
@@ -203,24 +203,15 @@ void bind(py::module_& module, const char* name, const char* doc) {
       .def("trace", &E::trace, output, regressor, out, trace_doc)
       .def("reset", &E::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
       .def(py::pickle(pickled, restored))
-      .def_property_readonly("settings", &E::settings_dict,
-                             "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.")
-      .def_property_readonly("ratio", &E::ratio, "Estimated output / regressor.")
       .def_property_readonly(
-          "covariance", &E::covariance,
-          "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.")
-      .def_property_readonly("innovation", &E::innovation,
-                             "A-priori error of the last accepted sample, pF; nan before the first.")
-      .def_property_readonly(
-          "statistic", &E::statistic,
-          "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.")
-      .def_property_readonly("alarm", &E::alarm, "Whether the alarm is on; False without a detector.")
-      .def_property_readonly("samples", &E::samples, "Samples accepted so far.")
-      .def_property_readonly("rejected", &E::rejected, "Samples refused so far.");
+          "settings", [](const E& estimator) { return estimator.settings().dict(); },
+          "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
+  const auto add = [&](const char* property, auto get, const char* text) {
+    type.def_property_readonly(property, [get](const E& estimator) { return get(estimator.numbers()); }, text);
+  };
+  visit_properties(add);
   if constexpr (knows_its_error<typename E::Core>) {
-    type.def_property_readonly(
-        "standard_error", &E::standard_error,
-        "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
+    add("standard_error", [](const auto& s) { return standard_error_of(s.core); }, standard_error_doc);
   }
 }
 

@@ -13,7 +13,10 @@
 
 namespace methods {
 
-inline std::string shown(py::handle value) { return py::repr(value).cast<std::string>(); }
+/// As Python prints it, or the beginning of that.
+inline std::string shown(py::handle value) {
+  return py::module_::import("palpate.errors").attr("quoted")(value).cast<std::string>();
+}
 
 /// What float(value) gives. An integer beyond a double is a value out of range.
 inline double to_real(py::handle value, const char* name, const char* allowed = "a number") {
@@ -91,24 +94,17 @@ struct Numeric<Method> {
   static inline std::array<const char*, size> names;
   static inline PyMethodDef definition;
 
-  static T& object_of(PyObject* self) {
-    auto* const instance = reinterpret_cast<py::detail::instance*>(self);
-    void* const value = instance->simple_layout
-                            ? instance->simple_value_holder[0]  // else a Python class with several bound bases
-                            : instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).value_ptr();
-    if (!value) {
-      refuse_bare(sizeof(T));
-    }
-    return *static_cast<T*>(value);
-  }
-
   static PyObject* call(PyObject* self, PyObject* const* given, Py_ssize_t count) {
     try {
       if (count != static_cast<Py_ssize_t>(size)) {
         throw py::type_error("takes exactly " + std::to_string(size) + " numbers (" + std::to_string(count) +
                              " given)");
       }
-      T& object = object_of(self);
+      auto* const instance = reinterpret_cast<py::detail::instance*>(self);
+      void* const value = instance->simple_layout
+                              ? instance->simple_value_holder[0]  // else a Python class with several bound bases
+                              : instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).value_ptr();
+      T& object = *static_cast<T*>(value ? value : refuse_bare(sizeof(T)));
       std::array<double, size> values;
       for (std::size_t i = 0; i < size; ++i) {
         values[i] = PyFloat_CheckExact(given[i]) ? PyFloat_AS_DOUBLE(given[i]) : to_real(given[i], names[i]);
@@ -137,14 +133,12 @@ void define_numeric(py::class_<T>& type, const char* name, const char* doc, decl
 }  // namespace methods
 
 /// While a block is processed, and other threads may run.
-class InUse {
- public:
-  explicit InUse(bool& busy) : busy_(busy) { busy_ = true; }
+struct InUse {
+  explicit InUse(bool& flag) : busy(flag) { busy = true; }
   InUse(const InUse&) = delete;
-  ~InUse() { busy_ = false; }
+  ~InUse() { busy = false; }
 
- private:
-  bool& busy_;
+  bool& busy;
 };
 
 inline void require_idle(bool busy, const char* what) {

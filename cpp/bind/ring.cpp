@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <palpate/ring.hpp>
+#include <vector>
 
 #include "sample_rows.hpp"
 
@@ -65,31 +66,24 @@ struct SampleRow : palpate::rows::Row {
              whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, std::numeric_limits<std::int32_t>::max())}};
   }
 
-  py::tuple fields() const {
-    return py::make_tuple(seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status, t_uncertainty_us);
-  }
-
   static constexpr std::int32_t no_code = -1, last_code = std::numeric_limits<std::int32_t>::max(), unknown = -1;
 };
 
 class HeapStorage {
  public:
   using item_type = SampleRow;
-  explicit HeapStorage(std::size_t capacity) : capacity_(capacity), items_(new SampleRow[capacity]()) {}
-  std::size_t capacity() const noexcept { return capacity_; }
-  SampleRow* items() noexcept { return items_.get(); }
+  explicit HeapStorage(std::size_t capacity) : items_(capacity) {}
+  std::size_t capacity() const noexcept { return items_.size(); }
+  SampleRow* items() noexcept { return items_.data(); }
 
  private:
-  std::size_t capacity_;
-  std::unique_ptr<SampleRow[]> items_;
+  std::vector<SampleRow> items_;
 };
 
 using SampleRing = palpate::BasicRing<HeapStorage>;
-constexpr py::ssize_t default_capacity = 1024;
-constexpr std::size_t most = std::size_t{1} << 30;
 
 std::size_t power_of_two(py::ssize_t capacity) {
-  if (capacity < 2 || capacity > static_cast<py::ssize_t>(most)) {
+  if (capacity < 2 || capacity > py::ssize_t{1} << 30) {
     throw py::value_error("capacity: got " + std::to_string(capacity) + ", allowed: 2 <= capacity <= 2**30");
   }
   std::size_t power = 2;
@@ -107,7 +101,11 @@ class PyRing {
     require_open();
     return ring_->try_push(SampleRow::of(sample));
   }
-  static py::tuple row(const PyRing&, py::handle sample) { return SampleRow::of(sample).fields(); }
+  static py::tuple row(const PyRing&, py::handle sample) {
+    const auto r = SampleRow::of(sample);
+    return py::make_tuple(r.seq, r.t_hard_ns, r.t_soft_ns, r.hard_raw, r.soft_raw, r.hard, r.soft, r.status,
+                          r.t_uncertainty_us);
+  }
   std::size_t push_many(py::handle samples) {
     require_open();
     const auto rows = sample_rows<SampleRow>(samples, "samples");
@@ -145,15 +143,13 @@ class PyRing {
 
 constexpr auto ring_doc = R"(A queue of samples from one thread to one other, of fixed capacity and without locks.
 
+When it is full the newest samples are dropped: what is inside stays in order, and `dropped` counts them. One thread
+pushes, one other pops; the counters may be read from anywhere.
+
 Parameters
 ----------
 capacity : int, 2 to 2**30
     Samples that it holds, rounded up to a power of two.
-
-Notes
------
-When it is full the newest samples are dropped: what is inside stays in order, and `dropped` counts them. One thread
-pushes, one other pops; the counters may be read from anywhere.
 
 Examples
 --------
@@ -173,11 +169,6 @@ constexpr auto push_many_doc = R"(push_many(self, samples, /)
 
 Push an array of `dtype`, shape (n,), contiguous; return how many were accepted: the first ones. ValueError after `close`.)";
 
-constexpr auto pop_many_doc = R"(pop_many(self, out, /)
---
-
-Pop into an array of `dtype`, shape (n,), contiguous, the oldest first; return how many there were.)";
-
 constexpr auto push_doc = R"(push(self, sample, /)
 --
 
@@ -186,22 +177,19 @@ Push one `Sample`; return whether there was room. Its integers and real numbers 
 TypeError or ValueError for a field that is not a number (a bool is not), or outside its range: `seq` from 0 and times of
 64 bits, codes of 31 bits or -1, status 0 to 8, an uncertainty of 31 bits or -1. ValueError after `close`.)";
 
-constexpr auto row_doc = R"(row(self, sample, /)
---
-
-Return the fields of a `Sample` as the ring stores them, as int and float; errors as of `push`. Pushes nothing.)";
-
 }  // namespace
 
 void bind_ring(py::module_& module) {
-  const std::string parameters = "(capacity=" + std::to_string(default_capacity) + ")";
   const auto made = [](py::handle capacity) { return PyRing(methods::to_size(capacity, "capacity")); };
-  methods::define_class<PyRing>(module, "SampleRing", parameters, ring_doc, made,
-                                py::arg("capacity") = default_capacity)
+  methods::define_class<PyRing>(module, "SampleRing", "(capacity=1024)", ring_doc, made, py::arg("capacity") = 1024)
       .def("push", &PyRing::push, push_doc)
-      .def("row", &PyRing::row, row_doc)
+      .def("row", &PyRing::row,
+           "row(self, sample, /)\n--\n\nReturn the fields of a `Sample` as the ring stores them, as int and float; "
+           "errors as of `push`. Pushes nothing.")
       .def("push_many", &PyRing::push_many, push_many_doc)
-      .def("pop_many", &PyRing::pop_many, pop_many_doc)
+      .def("pop_many", &PyRing::pop_many,
+           "pop_many(self, out, /)\n--\n\nPop into an array of `dtype`, shape (n,), contiguous, the oldest first; "
+           "return how many there were.")
       .def("close", &PyRing::close, "close(self, /)\n--\n\nAccept no more samples; what is inside can still be popped.")
       .def("__len__", &PyRing::size, "__len__(self, /)\n--\n\n")
       .def("__repr__", &PyRing::repr, "__repr__(self, /)\n--\n\n")

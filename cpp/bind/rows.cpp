@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include <optional>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -12,77 +11,62 @@
 
 namespace {
 
-using palpate::rows::Form;
 using palpate::rows::Row;
 
-class OwnRows {
- public:
-  explicit OwnRows(const Form& form) : form_(form) {}
+constexpr py::ssize_t least = 512;  // rows: some 50 us; from here on other threads go on meanwhile
 
-  py::object parse(const py::bytes& text) const {
-    const char *at = PyBytes_AS_STRING(text.ptr()), *const end = at + PyBytes_GET_SIZE(text.ptr());
-    const py::ssize_t lines = count_lines(*this, text) + (at != end && end[-1] != '\n');
-    py::array found(once<&sample_dtype>(), lines);
-    auto* const rows = static_cast<Row*>(found.mutable_data());
-    run_block(lines, [&] { palpate::rows::parse_rows(at, end, form_, rows); }, least);
-    return at == end ? py::object(found) : py::none();
-  }
+py::ssize_t count_lines(const py::bytes& text) {
+  const char* const begin = PyBytes_AS_STRING(text.ptr());
+  return static_cast<py::ssize_t>(palpate::rows::count_lines(begin, begin + PyBytes_GET_SIZE(text.ptr())));
+}
 
-  static py::ssize_t count_lines(const OwnRows&, const py::bytes& text) {
-    const char* const begin = PyBytes_AS_STRING(text.ptr());
-    return static_cast<py::ssize_t>(palpate::rows::count_lines(begin, begin + PyBytes_GET_SIZE(text.ptr())));
-  }
+py::object parse_rows(const py::bytes& text, const std::optional<std::pair<std::int64_t, double>>& scale,
+                      bool uncertainty) {
+  const auto [zero, per_pF] = scale.value_or(std::pair<std::int64_t, double>(0, 1));
+  const palpate::rows::Form form{uncertainty, scale.has_value(), zero, per_pF};
+  const char *at = PyBytes_AS_STRING(text.ptr()), *const end = at + PyBytes_GET_SIZE(text.ptr());
+  const py::ssize_t lines = count_lines(text) + (at != end && end[-1] != '\n');
+  py::array found(once<&sample_dtype>(), lines);
+  auto* const rows = static_cast<Row*>(found.mutable_data());
+  run_block(lines, [&] { palpate::rows::parse_rows(at, end, form, rows); }, least);
+  return at == end ? py::object(found) : py::none();
+}
 
-  static py::object ordinary(const OwnRows&, py::handle samples, std::int64_t largest_code) {
-    const auto rows = sample_rows(samples, "samples");
-    if (rows.size == 0) {
-      return py::none();
+py::bytes format_rows(py::handle samples) {
+  const auto rows = sample_rows(samples, "samples");
+  std::vector<char> text(static_cast<std::size_t>(rows.size) * palpate::rows::longest_row);
+  char* end = text.data();
+  const auto write = [&] {
+    for (py::ssize_t i = 0; i < rows.size; ++i) {
+      end = palpate::rows::format_row(end, rows.items()[i]);
     }
-    const palpate::rows::Ordinary found(rows.items(), static_cast<std::size_t>(rows.size), largest_code);
-    const auto [holds, pause_s, before, hard, soft] = found;
-    return !holds ? py::object(py::none())
-                  : py::make_tuple(pause_s, before, py::make_tuple(hard.low, hard.high),
-                                   py::make_tuple(soft.low, soft.high));
+  };
+  run_block(rows.size, write, least);
+  return py::bytes(text.data(), static_cast<std::size_t>(end - text.data()));
+}
+
+py::object ordinary(py::handle samples, std::int64_t largest_code) {
+  const auto rows = sample_rows(samples, "samples");
+  if (rows.size == 0) {
+    return py::none();
   }
+  const palpate::rows::Ordinary found(rows.items(), static_cast<std::size_t>(rows.size), largest_code);
+  const auto [holds, pause_s, before, hard, soft] = found;
+  return !holds ? py::object(py::none())
+                : py::make_tuple(pause_s, before, py::make_tuple(hard.low, hard.high),
+                                 py::make_tuple(soft.low, soft.high));
+}
 
-  static py::bytes format(const OwnRows&, py::handle samples) {
-    const auto rows = sample_rows(samples, "samples");
-    std::vector<char> text(static_cast<std::size_t>(rows.size) * palpate::rows::longest_row);
-    char* end = text.data();
-    const auto write = [&] {
-      for (py::ssize_t i = 0; i < rows.size; ++i) {
-        end = palpate::rows::format_row(end, rows.items()[i]);
-      }
-    };
-    run_block(rows.size, write, least);
-    return py::bytes(text.data(), static_cast<std::size_t>(end - text.data()));
-  }
+constexpr auto parse_doc = R"(parse_rows(text, scale, uncertainty, /)
+--
 
- private:
-  static constexpr py::ssize_t least = 512;  // rows: some 50 us
-
-  Form form_;
-};
-
-constexpr auto rows_doc = R"(The rows of a recording as palpate writes them, as text and as samples.
+Return whole lines of a recording, bytes, as an array of `SampleRing.dtype`; None where a line is not plain: with blanks,
+a plus, more than 9 decimals of a time, or no row.
 
 scale: the code of 0 pF, and the codes for one pF, to compute capacitances from codes; None: codes are left out.
-uncertainty: whether the rows have the column `t_uncertainty_us`.
+uncertainty: whether the rows have the column `t_uncertainty_us`.)";
 
-Other threads go on meanwhile. `palpate.recording.rows` reads what is not plain, and says what is wrong.)";
-
-constexpr auto parse_doc = R"(parse(self, text, /)
---
-
-Return whole lines, bytes, as an array of `SampleRing.dtype`; None where a line is not plain: with blanks, a plus, more
-than 9 decimals of a time, or no row.)";
-
-constexpr auto lines_doc = R"(count_lines(self, text, /)
---
-
-Return the number of line ends in bytes.)";
-
-constexpr auto ordinary_doc = R"(ordinary(self, samples, largest_code, /)
+constexpr auto ordinary_doc = R"(ordinary(samples, largest_code, /)
 --
 
 Return the longest time from sample to sample, s, the sample before it, and (lowest, highest) of both channels, pF.
@@ -90,30 +74,14 @@ Return the longest time from sample to sample, s, the sample before it, and (low
 None where a sample is not ordinary: not the next one by its number, earlier than the one before, with a status, without
 a value, or with a code above the largest one. `samples` is an array of `SampleRing.dtype`, contiguous.)";
 
-constexpr auto format_doc = R"(format(self, samples, /)
---
-
-Return an array of `SampleRing.dtype`, contiguous, as lines, bytes.)";
-
-OwnRows made(const std::optional<std::pair<std::int64_t, double>>& scale, bool uncertainty) {
-  Form form;
-  form.codes = scale.has_value();
-  if (scale) {
-    std::tie(form.zero, form.per_pF) = *scale;
-  }
-  form.uncertainty = uncertainty;
-  return OwnRows(form);
-}
-
 }  // namespace
 
 void bind_rows(py::module_& module) {
-  methods::define_class<OwnRows>(module, "OwnRows", "(scale=None, *, uncertainty=True)", rows_doc, &made,
-                                 py::arg("scale") = py::none(), py::kw_only(), py::arg("uncertainty") = true)
-      .def("parse", &OwnRows::parse, parse_doc)
-      .def("count_lines", &OwnRows::count_lines, lines_doc)
-      .def("ordinary", &OwnRows::ordinary, ordinary_doc)
-      .def("format", &OwnRows::format, format_doc);
+  module.def("parse_rows", &parse_rows, parse_doc);
+  module.def("ordinary", &ordinary, ordinary_doc);
+  module.def("count_lines", &count_lines, "count_lines(text, /)\n--\n\nReturn the number of line ends in bytes.");
+  module.def("format_rows", &format_rows,
+             "format_rows(samples, /)\n--\n\nReturn an array of `SampleRing.dtype`, contiguous, as lines, bytes.");
 }
 
 #ifdef PALPATE_EXACT_ELSEWHERE

@@ -16,9 +16,8 @@ inline py::dtype sample_dtype() {
 /// The items of an array of samples, shape (n,), contiguous and aligned.
 template <class Row = palpate::rows::Row>
 View<Row> sample_rows(py::handle value, const char* name, int flags = 0) {
-  const bool is_array = py::isinstance<py::array>(value);
-  const py::array array = is_array ? py::reinterpret_borrow<py::array>(value) : py::array();
-  if (!is_array || !has_dtype(array, once<&sample_dtype>())) {
+  const auto array = py::reinterpret_borrow<py::array>(value);
+  if (!py::isinstance<py::array>(value) || !has_dtype(array, once<&sample_dtype>())) {
     const py::object got = py::getattr(value, "dtype", py::type::of(value));
     throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
                          ", allowed: a numpy array of SampleRing.dtype");

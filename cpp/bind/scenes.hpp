@@ -49,7 +49,7 @@ Settings settings_of(const Core& core = Core()) {
     settings.add("host_stamps", 0);
     settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
   }
-  settings.add_all(Kind::defaults());
+  for (const auto& [name, value] : Kind::defaults()) settings.add(name, value);
   return settings;
 }
 
@@ -105,5 +105,5 @@ inline const Scene& scene_named(const py::object& given) {
       return scene;
     }
   }
-  throw py::value_error("scene: got " + methods::shown(given) + allowed_names(py::str(given), scene_names()));
+  throw py::value_error("scene: " + unlike(given, scene_names()));
 }

@@ -29,12 +29,6 @@ const Settings::Setting* Settings::find(const std::string& name) const noexcept 
   return std::find_if(begin(), end(), [&](const Setting& s) { return name == s.name; });
 }
 
-bool Settings::operator==(const Settings& other) const {
-  return std::equal(begin(), end(), other.begin(), other.end(), [](const Setting& left, const Setting& right) {
-    return std::strcmp(left.name, right.name) == 0 && left.value == right.value;
-  });
-}
-
 py::dict Settings::dict() const {
   py::dict result;
   for (const auto& [name, value] : *this) {
@@ -65,8 +59,8 @@ Settings Settings::with(const char* owner, const py::dict& given) const {
     const auto name = key.cast<std::string>();
     const Setting* const setting = find(name);
     if (setting == end()) {
-      throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "'" +
-                           allowed_names(name, py::list(dict())));
+      throw py::type_error(std::string(owner) + ": " +
+                           unlike(py::str(name), py::list(dict()), "an unexpected keyword"));
     }
     all.set(setting->name, real_of(setting->name, value));
   }

@@ -14,10 +14,9 @@
 
 inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
 
-/// ", allowed: x, y; did you mean 'x'?": the name that a wrong one is most like, by palpate.errors.
-inline std::string allowed_names(const std::string& given, const py::list& names) {
-  const auto nearest = py::module_::import("palpate.errors").attr("nearest")(given, names);
-  return ", allowed: " + (py::str(", ").attr("join")(names) + nearest).cast<std::string>();
+/// "got 'x', allowed: y, z; did you mean 'y'?", by palpate.errors.
+inline std::string unlike(const py::object& given, const py::list& names, const char* what = "") {
+  return py::module_::import("palpate.errors").attr("unlike")(given, names, what).cast<std::string>();
 }
 
 inline void require(bool ok, const char* name, double value, const std::string& allowed) {
@@ -45,11 +44,6 @@ class Settings {
       }
     });
   }
-  void add_all(const Settings& others) noexcept {
-    for (const auto& [name, value] : others) {
-      add(name, value);
-    }
-  }
 
   /// The struct of the core with these settings.
   template <class Values>
@@ -68,7 +62,7 @@ class Settings {
   const Setting* end() const noexcept { return settings_.data() + size_; }
   std::size_t size() const noexcept { return size_; }
 
-  bool operator==(const Settings& other) const;
+  bool operator==(const Settings& other) const { return dict().equal(other.dict()); }
   /// As keywords: {name: value}; samples a whole number or None, seconds None for any, a switch True or False.
   py::dict dict() const;
   /// "steady=0.995, drift=0.75"

@@ -20,15 +20,11 @@ py::tuple flags(const R& touch) {
 }
 
 py::dict effects(const R& touch) {
-  py::dict effects;
-  if (touch.knows_error) {
-    effects["offset"] = touch.fitted.offset;
-    effects["drift"] = touch.fitted.drift;
-    effects["lag"] = touch.lag_ms();
-    effects["curve"] = touch.fitted.curve;
-    effects["shift"] = touch.shift;
-  }
-  return effects;
+  const auto& f = touch.fitted;
+  return touch.knows_error
+             ? py::dict(py::arg("offset") = f.offset, py::arg("drift") = f.drift, py::arg("lag") = touch.lag_ms(),
+                        py::arg("curve") = f.curve, py::arg("shift") = touch.shift)
+             : py::dict();
 }
 
 py::object plain(const py::object& value) {
@@ -137,11 +133,13 @@ void bind_touch(py::module_& module) {
         "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no "
         "standard "
         "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio), "
-        "\"one-sided\" (one channel did not change, or fell: a ratio below 0.02 or above 50); "
-        "the samples "
-        "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
-        "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "
-        "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact); \"gap\" "
-        "(`Tracker.gap` ended the "
-        "touch; or the baseline was measured after it, and no release has shown yet that this was without contact).");
+        "\"one-sided\" (one "
+        "channel did not change, or fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "
+        "\"offset\" (bumps not level), \"drift\" (of a baseline or of the object), \"lag\" (of a channel, or wrong "
+        "times), "
+        "\"curve\" (a gauge or bump that is not linear); and, known after the release: \"creep\" (a channel recovers "
+        "slowly), "
+        "\"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the touch; or the baseline was "
+        "measured after "
+        "it, and no release has shown yet that this was without contact).");
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "readings.hpp"
 #include "scenes.hpp"
-#include "tracker_docs.hpp"
 
 namespace {
 
 class PyTracker {
+ public:
+  /// What get(run) gives.
   template <class Get>
-  auto get(Get&& get) const {
-    return std::visit([&](const auto& run) { return get(run.core); }, run_);
+  auto of_run(Get&& get) const {
+    return std::visit(get, run_);
   }
 
- public:
   PyTracker(const Scene& scene, const Settings& settings)
       : scene_(scene.name), settings_(settings), run_(scene.run(settings)) {}
 
@@ -50,7 +50,7 @@ class PyTracker {
   }
 
   void tare(bool force) {
-    if (!force && pressed()) {
+    if (!force && of_run([](const auto& run) { return run.pressed(); })) {
       throw std::runtime_error(
           "tare: got it while the probe is in contact, allowed: without contact. Lift the probe, or force=True");
     }
@@ -63,50 +63,29 @@ class PyTracker {
     std::visit([&](auto& run) { run.gap(touches_); }, run_);
   }
 
-  py::list touches_since(py::handle count) const {
+  /// What of `all` comes after the first `count`.
+  template <class Items>
+  static py::list after(const Items& all, py::handle count) {
+    const py::ssize_t first = methods::to_size(count, "count");
+    if (first < 0) {
+      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
+    }
     py::list result;
-    for (std::size_t i = first_of(count); i < touches_.list.size(); ++i) {
-      result.append(py::cast(touches_.list[i]));
+    for (auto i = static_cast<std::size_t>(first); i < all.size(); ++i) {
+      result.append(all[i]);
     }
     return result;
   }
-  py::list revisions_since(py::handle count) const {
-    py::list result;
-    for (std::size_t i = first_of(count); i < touches_.revisions.size(); ++i) {
-      result.append(touches_.revisions[i]);
-    }
-    return result;
-  }
+  py::list touches_since(py::handle count) const { return after(touches_.list, count); }
+  py::list revisions_since(py::handle count) const { return after(touches_.revisions, count); }
 
   const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
   py::list touches() const { return touches_since(py::int_(0)); }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
-  std::uint32_t retaken() const {
-    return get([](const auto& core) { return core.retaken(); });
-  }
-  const char* state() const {
-    return std::visit([](const auto& run) { return run.state(); }, run_);
-  }
-  double ratio() const {
-    return get([](const auto& core) { return core.estimator.ratio(); });
-  }
-  double standard_error() const {
-    return get([](const auto& core) { return core.standard_error(); });
-  }
-  std::size_t readings() const {
-    return get([](const auto& core) { return core.readings(); });
-  }
 
  private:
-  static std::size_t first_of(py::handle count) {
-    const py::ssize_t first = methods::to_size(count, "count");
-    if (first < 0) {
-      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
-    }
-    return static_cast<std::size_t>(first);
-  }
   /// Take readings, and call `after` for each. Through a copy, as in Estimator: a reader in another thread sees the state
   /// before the block or the one after it, and a time that is refused changes nothing. A block of 256 takes some 15 us.
   template <class After>
@@ -135,55 +114,144 @@ class PyTracker {
         run_);
     touches_.append(block);
   }
-  bool pressed() const {
-    return std::visit([](const auto& run) { return run.pressed(); }, run_);
-  }
-
   const char* scene_;
   Settings settings_;
   AnyRun run_;
   Touches touches_;
   bool busy_ = false;
 };
-constexpr auto default_scene = "handheld";
+constexpr auto tracker_doc =
+    R"(All stages of a scene: takes readings of both channels, finds touches, estimates their ratios.
+
+Parameters
+----------
+scene : str
+    "fixed": clean changes of capacitance, always in contact. "paper": baseline, contact, and the paper's estimator
+    for 250 samples. "handheld": the channels aligned, `HandoverRls`, 6.5 s; a test of the model, and a revised result
+    after the release. "sliding": as handheld, but a touch ends at its release only.
+**settings
+    The length of a touch: `seconds` or `samples` (int), the other is None; None: it ends at its release only.
+    `full_scale` (pF: a reading of this size is saturated and left out), `release` (share of the press below which a
+    touch ends), `host_stamps` (the times are a computer's: smooth them), `hard_side` and `soft_side` (coefficients of
+    the two filters that align the channels, `slow_` for pairs of 28.5 to 40 ms; see
+    `palpate.pair_filter.matched_pair`), and the parameters of the scene's estimator. TypeError: not of this scene.
+
+Examples
+--------
+>>> import numpy as np, palpate
+>>> press = np.repeat([0.0, 0.25, 0.0], [60, 270, 30])
+>>> t = np.arange(360) * 0.026
+>>> tracker = palpate.Tracker("handheld")
+>>> rows = tracker.process(t, t + 0.013, 9 + 2.5 * press, 8 + press)
+>>> [(touch.samples, round(touch.ratio, 3)) for touch in tracker.touches]
+[(250, 2.5)]
+)";
+
+constexpr auto feed_doc = R"(feed($self, t_hard, t_soft, hard, soft, /)
+--
+
+Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.)";
+
+constexpr auto process_doc = R"(process(self, /, t_hard, t_soft, hard, soft)
+--
+
+Take a block of readings; the same bits as one `feed` for each.
+
+Parameters
+----------
+t_hard, t_soft : array_like, shape (n,)
+    Times of the two conversions: seconds as floats, or nanoseconds as integers.
+hard, soft : array_like, shape (n,), pF
+    Readings with their baseline; nan for a missing one.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    After each reading: `ratio`; `standard_error` (nan for the first samples, and in scenes without one); `alarm`;
+    `contact`; `touch`, the number of the running touch, counted from 1, or 0; `statistic` of the detector (of the
+    running touch, or of the last one; 0 without a detector); `hard_baseline` and `soft_baseline`, pF (0 in a scene
+    without, nan until the first is known); `revised`, whether this reading revised the last touch.
+
+Raises
+------
+ValueError
+    Arrays that are not one-dimensional or differ in length; a time that is not finite, or beyond int64.
+RuntimeError
+    The tracker is in use by another thread.
+)";
+
+constexpr auto take_doc = R"(take(self, /, t_hard, t_soft, hard, soft)
+--
+
+Take a block of readings as `process`, without rows: where only the touches count, in about half the time.)";
+
+constexpr auto gap_doc = R"(gap(self, /)
+--
+
+The readings from here on have another baseline: the board was opened again or replaced, or its range was moved.
+
+It ends a touch that is running, and measures the baseline again, with whatever the probe touches now. The flag "gap" is
+on that touch, and on the next ones until the release of one of them has shown that this baseline was measured without
+contact; or until `tare`. If it shows the opposite, that touch has the flag "baseline".)";
+
+constexpr auto tare_doc = R"(tare(self, /, force=False)
+--
+
+Measure the baseline again, with nothing touched: after a jump upwards, which the gate takes for an endless touch.
+
+In contact it raises RuntimeError, unless `force` is True: a baseline that was measured in contact is noticed at the
+release, and measured again.)";
 
 }  // namespace
 
 void bind_tracker(py::module_& module) {
   using T = PyTracker;
-  const std::string parameters = "(scene='" + std::string(default_scene) + "', **settings)";
   const auto made = [](const py::object& name, const py::kwargs& given) {
     const Scene& scene = scene_named(name);
     const Settings settings = scene.settings.with("Tracker", given);
     require(settings["full_scale"] > 0, "full_scale", settings["full_scale"], "0 < full_scale, pF");
     return T(scene, settings);
   };
-  auto type =
-      methods::define_class<T>(module, "Tracker", parameters, tracker_doc, made, py::arg("scene") = default_scene);
+  auto type = methods::define_class<T>(module, "Tracker", "(scene='handheld', **settings)", tracker_doc, made,
+                                       py::arg("scene") = "handheld");
   methods::define_numeric<&T::feed>(type, "feed", feed_doc, {"t_hard", "t_soft", "hard", "soft"});
   methods::define_display(type, "tracker");
+  const auto add = [&](const char* property, auto get, const char* doc) {
+    type.def_property_readonly(property, [get](const T& tracker) { return tracker.of_run(get); }, doc);
+  };
   const auto t_hard = py::arg("t_hard"), t_soft = py::arg("t_soft"), hard = py::arg("hard"), soft = py::arg("soft");
   type.def("process", &T::process, t_hard, t_soft, hard, soft, process_doc)
       .def("take", &T::take, t_hard, t_soft, hard, soft, take_doc)
-      .def("finish", &T::finish, finish_doc)
+      .def("finish", &T::finish,
+           "finish(self, /)\n--\n\nEnd the running touch and return it; None if no touch is running.")
       .def("tare", &T::tare, py::arg("force") = false, tare_doc)
       .def("gap", &T::gap, gap_doc)
-      .def("touches_since", &T::touches_since, touches_since_doc)
-      .def("revisions_since", &T::revisions_since, revisions_since_doc)
+      .def("touches_since", &T::touches_since,
+           "touches_since(self, count, /)\n--\n\nReturn the touches after the first `count`, in order of time.")
+      .def("revisions_since", &T::revisions_since,
+           "revisions_since(self, count, /)\n--\n\nReturn the numbers, from 1, of the touches that were revised after "
+           "the first `count` revisions, in order of time.")
       .def_property_readonly("scene", &T::scene, "Name of the scene.")
       .def_property_readonly("settings", &T::settings_dict,
                              "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
-      .def_property_readonly("state", &T::state,
-                             "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).")
-      .def_property_readonly("ratio", &T::ratio, "Ratio of the running touch, or of the last one.")
-      .def_property_readonly("standard_error", &T::standard_error,
-                             "Standard deviation of that ratio; nan if it is not known.")
-      .def_property_readonly("readings", &T::readings, "Readings taken so far.")
       .def_property_readonly("touches", &T::touches, "Every touch that has ended, in order of time.")
       .def_property_readonly("touch_count", &T::touch_count, "How many touches have ended.")
-      .def_property_readonly("revision_count", &T::revision_count, "How many touches were revised after their release.")
-      .def_property_readonly("retaken", &T::retaken,
-                             "How often the channels fell far below the baseline, which was then measured again: it "
-                             "had been measured in contact, or it jumped.");
+      .def_property_readonly("revision_count", &T::revision_count,
+                             "How many touches were revised after their release.");
+  add(
+      "state", [](const auto& run) { return run.state(); },
+      "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");
+  add(
+      "ratio", [](const auto& run) { return run.core.estimator.ratio(); },
+      "Ratio of the running touch, or of the last one.");
+  add(
+      "standard_error", [](const auto& run) { return run.core.standard_error(); },
+      "Standard deviation of that ratio; nan if it is not known.");
+  add("readings", [](const auto& run) { return run.core.readings(); }, "Readings taken so far.");
+  add(
+      "retaken", [](const auto& run) { return run.core.retaken(); },
+      "How often the channels fell far below the baseline, which was then measured again: it had been measured in "
+      "contact, "
+      "or it jumped.");
   module.attr("scenes") = py::tuple(scene_names());
 }

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from effort import draws, random_of
 from numpy.typing import NDArray
-from palpate._core import OwnRows
+from palpate import _core
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 from recording_bench import record
@@ -56,7 +56,7 @@ def test_the_core_counts_as_numpy_does(monkeypatch: pytest.MonkeyPatch) -> None:
         parts = blocks(rng.randrange(10**9))
         marked = frozenset({9} if rng.random() < 0.1 else ())
         found = surveyed(parts, marked)
-        ordinary += all(OwnRows().ordinary(part, 50) is not None for part in parts if len(part))
+        ordinary += all(_core.ordinary(part, 50) is not None for part in parts if len(part))
         with monkeypatch.context() as patch:
             patch.setattr(Survey, "_is_ordinary", lambda *_: False)
             assert found == surveyed(parts, marked)

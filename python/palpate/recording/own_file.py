@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from palpate._core import OwnRows
+from palpate import _core
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
@@ -22,7 +22,6 @@ from palpate.recording.survey import Survey
 from palpate.samples import DTYPE, Block, usable
 from palpate.tables.packed import file_errors, opened
 
-_OWN = OwnRows()
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
 _BEGIN = 1 << 16  # bytes in which a file is recognised
 _FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
@@ -69,7 +68,7 @@ class _Pass:
                 self.tail += data
                 continue
             lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
-            after = self.offset + len(lines), self.line + _OWN.count_lines(lines)
+            after = self.offset + len(lines), self.line + _core.count_lines(lines)
             yield lines
             self.offset, self.line = after
             self.tail = data[end:]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate._core import OwnRows
+from palpate import _core
 from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.errors import quoted
 from palpate.samples import Block, Status
@@ -98,7 +98,7 @@ _GOOD = dict(zip(COLUMNS, (b"0", b"0", b"0", b"-1", b"-1", b"0", b"0", b"-1", b"
 
 def format_rows(block: Block) -> bytes:
     """Return samples as lines: times in s with 9 decimals, capacitances with all digits."""
-    return OwnRows().format(np.ascontiguousarray(block))
+    return _core.format_rows(np.ascontiguousarray(block))
 
 
 def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
@@ -111,10 +111,10 @@ def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
 
 def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
     """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
-    rows = OwnRows(None if scale is None else (scale.zero, scale.per_pF), uncertainty=columns == COLUMNS)
-    block = rows.parse(data)
+    form = None if scale is None else (scale.zero, scale.per_pF), columns == COLUMNS
+    block = _core.parse_rows(data, *form)
     if block is None and b"inf" in data:
-        block = rows.parse(re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data))
+        block = _core.parse_rows(re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data), *form)
     if block is None:
         raise ValueError("a line is not a row of a recording")
     return block

@@ -4,11 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate._core import OwnRows
+from palpate import _core
 from palpate.recording.rows import Codes
 from palpate.samples import Block, Status, refused
 
-_OWN = OwnRows()
 
 
 @dataclass
@@ -113,7 +112,7 @@ class Survey:
 
     def _is_ordinary(self, block: Block) -> bool:
         """Fast path: True if the block has nothing to report, and its times and values were added."""
-        found = None if self.marked else _OWN.ordinary(np.ascontiguousarray(block), self.largest_code)
+        found = None if self.marked else _core.ordinary(np.ascontiguousarray(block), self.largest_code)
         seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
         if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
             return False
