@@ -38,7 +38,7 @@ def test_what_update_refuses(kind: Any, arguments: Any, error: type[Exception], 
 def test_self_is_checked(kind: Any) -> None:
     for method, arguments in (("update", (1.0, 1.0)), ("process", ([1.0], [1.0])), ("trace", ([1.0], [1.0]))):
         for wrong in (object(), 3, None, palpate.Tracker()):
-            with pytest.raises(TypeError, match="descriptor|incompatible function arguments"):
+            with pytest.raises(TypeError, match=r"descriptor|incompatible function arguments"):
                 getattr(kind, method)(wrong, *arguments)
         bare = kind.__new__(kind)
         with pytest.raises(TypeError, match=r"__init__\(\) has not been called"):
