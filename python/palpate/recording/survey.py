@@ -9,7 +9,6 @@ from palpate.recording.rows import Codes
 from palpate.samples import Block, Status, refused
 
 
-
 @dataclass
 class Survey:
     """Counts of rows, lost samples and faults in a recording.
