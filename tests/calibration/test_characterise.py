@@ -7,7 +7,7 @@ import numpy as np
 import palpate
 import pytest
 from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, unlevel
-from palpate.calibration.specimen_files import assign, read_moduli, write_session
+from palpate.calibration.specimen_files import bare, read_moduli, specimen_in, write_session
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.several import TOUCH_SCATTER
 from palpate.simulation.hand import Hand, session
@@ -100,19 +100,19 @@ def test_files_of_a_session(tmp_path: Path) -> None:
         write_session(tmp_path / "new", blocks, moduli)
 
 
-def test_files_are_assigned_by_name() -> None:
-    moduli = {"30 OO": 0.1, "30 A": 0.9, "gel": 1.0, "gel 2": 2.0}
-    names = ["30OO.csv", "30oo_1.csv", "30 OO-b.csv", "30-A.2026.csv", "gel.csv", "gel-2-a.csv", "gel 3.csv"]
-    found = assign([Path(n) for n in names], moduli)
-    assert [p.name for p in found["30 OO"]] == names[:3]
-    assert [p.name for p in found["30 A"]] == [names[3]]
-    assert [p.name for p in found["gel 2"]] == [names[5]]
-    assert [p.name for p in found["gel"]] == [names[4], names[6]]
-    with pytest.raises(
-        palpate.CalibrationError,
-        match=r"30O\.csv: no specimen has this name, allowed: a name that begins with one of 30 OO",
-    ):
-        assign([Path("30O.csv")], moduli)
+@pytest.mark.parametrize(
+    ("files", "specimen"),
+    [
+        (("30OO.csv", "30oo_1.csv", "30 OO-b.csv"), "30 OO"),
+        (("30-A.2026.csv",), "30 A"),
+        (("gel-2-a.csv",), "gel 2"),
+        (("gel.csv", "gel 3.csv"), "gel"),
+        (("30O.csv", "30O-12.csv", "30O.csv.gz"), "30O"),  # not one of those that are known
+    ],
+)
+def test_the_specimen_in_the_name_of_a_file(files: tuple[str, ...], specimen: str) -> None:
+    names = {bare(name): name for name in ("30 OO", "30 A", "gel", "gel 2")}
+    assert {specimen_in(Path(file), names) for file in files} == {specimen}
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,7 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
         ([one, one], 2, "got one twice"),
         ([one, "--calibration", one], 4, "not a calibration"),
         ([tmp_path / "table.csv"], 2, "palpate convert"),
-        ([folder / "session.csv", tmp_path / "other.csv"], 4, "30 OO has 0.2 MPa, but 0.143 MPa"),
+        ([folder / "session.csv", tmp_path / "other.csv"], 4, "30 OO: got 0.2 MPa, allowed: 0.143 MPa"),
     ]
     (tmp_path / "table.csv").write_text("a,b,c\n" + "1,2,3\n" * 20)
     other = copied(tmp_path / "other.csv", folder / "session.csv")

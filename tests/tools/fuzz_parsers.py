@@ -36,7 +36,7 @@ with imports:
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
-    from palpate.calibration.specimen_files import assign, read_moduli
+    from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import COMMANDS, config
     from palpate.kit import step as kit_step
     from palpate.live.access import Gatekeeper, new_token
@@ -127,7 +127,7 @@ def moduli(data: bytes) -> None:
     with suppress(CalibrationError):
         found = read_moduli(_file("moduli.csv", data))
         assert all(0 < value < math.inf for value in found.values())
-        assign([Path("70A-1.csv")], found)
+        specimen_in(Path("70A-1.csv"), {name: name for name in found})
 
 
 def kit_report(data: bytes) -> None:

@@ -3,11 +3,12 @@
 import csv
 import errno
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import CalibrationError, listed, nearest, quoted
+from palpate.errors import CalibrationError, quoted
 from palpate.files import read_bytes, write
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
@@ -57,21 +58,14 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
     return cells[0], modulus
 
 
-def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list[Path]]:
-    """Return the recordings of each specimen."""
-    # The file name is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
-    # `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` belong to `30 OO`.
-    names = {bare(name): name for name in moduli}
-    found: dict[str, list[Path]] = {name: [] for name in moduli}
-    for file in files:
-        stem = file.stem
-        ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
-        name = next((names[bare(stem[:end])] for end in ends if bare(stem[:end]) in names), None)
-        if name is None:
-            allowed = f"a name that begins with one of {listed(moduli)}{nearest(stem, moduli)}"
-            raise CalibrationError(f"{file}: no specimen has this name, allowed: {allowed}")
-        found[name].append(file)
-    return found
+def specimen_in(file: Path, names: Mapping[str, str]) -> str:
+    """Return the specimen in the name of a file, of names by bare name; else the name without a number at its end."""
+    # The name of the file is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
+    # `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` are of `30 OO`.
+    stem = file.stem
+    ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
+    found = (names[bare(stem[:end])] for end in ends if bare(stem[:end]) in names)
+    return next(found, "") or re.sub(r"[-_ .]\d{1,3}$", "", file.name.partition(".")[0]) or stem
 
 
 _SEPARATORS = dict.fromkeys(map(ord, "-_ ."))

@@ -1,7 +1,7 @@
 """`palpate calibrate`: fits a calibration to recordings."""
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +11,15 @@ from palpate import Calibration, Touch
 from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
-from palpate.calibration.specimen_files import assign, bare, read_moduli
+from palpate.calibration.specimen_files import read_moduli
 from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import recording_options
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free
 from palpate.cli.terminal import aligned
-from palpate.errors import CalibrationError, shortened
+from palpate.errors import CalibrationError, listed, nearest, shortened
 from palpate.extras import need
 from palpate.files import write
-from palpate.report.findings import Run, run_of
+from palpate.report.findings import Run, assigned, known_moduli, run_of
 from palpate.sentences import FLAGS
 from palpate.several import FEWEST, objections
 
@@ -118,13 +118,15 @@ def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
 
 def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...]) -> list[Specimen]:
     """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
-    moduli, names = _moduli(runs, table)
-    found: dict[str, list[Touch]] = {name: [] for name in moduli}
-    for name, place, touch, left_out in _assigned(runs, moduli, names):
-        found[name] += [] if left_out else [touch]
-        if against := [left_out] if left_out else objections(touch, accept):
-            reasons = ", ".join(_SHORT if flag == "short" else flag for flag in against)
-            click.echo(f"{name}: {place} is left out: {reasons}", err=True)
+    if table is None and (unnamed := next((run.recording.path for run in runs if not run.plan.touches), None)):
+        raise click.UsageError(
+            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
+            f"whose sidecar names no specimens, as {unnamed}"
+        )
+    moduli, differences = known_moduli(runs, read_moduli(table) if table else {})
+    for difference in differences:
+        click.echo(f"{difference}, as {table} says", err=True)
+    found = _touches(runs, moduli, accept)
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
         there = " ".join(sorted(flags)) or "none"
@@ -138,46 +140,25 @@ def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...])
     return kept
 
 
-def _moduli(runs: Sequence[Run], table: Path | None) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the modulus of each specimen, and its name by the bare name; a table has priority over the sidecars."""
-    if table is None and (unnamed := next((run.recording.path for run in runs if not run.plan.touches), None)):
-        raise click.UsageError(
-            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
-            f"whose sidecar names no specimens, as {unnamed}"
-        )
-    listed = read_moduli(table) if table else {}
-    moduli, names = dict(listed), {bare(name): name for name in listed}
-    for run in runs:
-        for given, modulus in run.plan.moduli.items() if run.plan.touches else ():
-            name = names.setdefault(bare(given), given)
-            known = moduli.setdefault(name, modulus)
-            if known == modulus:
-                continue
-            said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
-            if name not in listed:
-                raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
-            click.echo(f"{said}used: {known:g} MPa, as {table} says", err=True)
-    return moduli, names
-
-
-def _assigned(
-    runs: Sequence[Run], moduli: Mapping[str, float], names: Mapping[str, str]
-) -> Iterator[tuple[str, str, Touch, str]]:
-    """Yield the name of the specimen of each touch, where it is, the touch, and why it is left out; "": it is kept."""
-    by_name = assign([run.recording.path for run in runs if not run.plan.touches], moduli)
-    by_file = {file: name for name, files in by_name.items() for file in files}
+def _touches(runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...]) -> dict[str, list[Touch]]:
+    """Return the touches on each specimen, without those left out by hand; print what is left out, and why."""
+    found: dict[str, list[Touch]] = {name: [] for name in moduli}
     unknown = set[str]()
     for run in runs:
-        touches = run.found.touches
-        entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
-        for number, (touch, entry) in enumerate(zip(touches, entries, strict=True), 1):
-            given = by_file.get(run.recording.path) or (entry and entry.specimen)
-            left_out, place = entry.left_out if entry else "", f"touch {number} of {run.name}"
-            if not given:
+        for number, (touch, name, left_out) in enumerate(assigned(run, moduli), 1):
+            place = f"touch {number} of {run.name}"
+            if not name:
                 click.echo(f"{place} is left out: {left_out or 'no specimen is named for it'}", err=True)
-            elif name := names.get(bare(given)):
-                yield name, place, touch, left_out
+            elif name not in moduli and not run.plan.touches:
+                allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
+                raise CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")
+            elif name not in moduli:
+                unknown.add(name)
             else:
-                unknown.add(given)
-    for given in sorted(unknown):
-        click.echo(f"{given}: no modulus is known: the specimen is left out", err=True)
+                found[name] += [] if left_out else [touch]
+                if against := [left_out] if left_out else objections(touch, accept):
+                    reasons = ", ".join(_SHORT if flag == "short" else flag for flag in against)
+                    click.echo(f"{name}: {place} is left out: {reasons}", err=True)
+    for name in sorted(unknown):
+        click.echo(f"{name}: no modulus is known: the specimen is left out", err=True)
+    return found

@@ -1,6 +1,5 @@
 """What a report shows: recordings, the specimen of each touch and whether it is kept, and the result of each specimen."""
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, log, nan, sqrt
@@ -12,7 +11,7 @@ import numpy as np
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration, Modulus
 from palpate.calibration.curve_fit import Measured, variances
-from palpate.calibration.specimen_files import assign
+from palpate.calibration.specimen_files import bare, specimen_in
 from palpate.errors import CalibrationError
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
@@ -139,13 +138,9 @@ class Findings:
 
 
 def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:
-    """Return the touches with their specimens, and the result of each specimen.
-
-    The specimen comes from the session in the sidecar. Without one it comes from the name of the file, as
-    `palpate calibrate` finds it in the table of moduli, else the name without a number at its end.
-    """
-    touches = list(_touches(runs, calibration.accepted if calibration else (), moduli))
-    known = moduli or _moduli(runs)
+    """Return the touches with their specimens, and the result of each specimen."""
+    known, _ = known_moduli(runs, moduli)
+    touches = list(_touches(runs, calibration.accepted if calibration else (), known))
     groups: dict[str, list[Found]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
@@ -153,41 +148,43 @@ def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[s
     return Findings(runs, touches, results, calibration)
 
 
+def known_moduli(runs: Iterable[Run], table: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
+    """Return the modulus of each specimen, MPa: of a table, else of the sessions; and where a session differs from the table."""
+    moduli, names, differences = dict(table), {bare(name): name for name in table}, list[str]()
+    for run in runs:
+        for given, modulus in run.plan.moduli.items():
+            name = names.setdefault(bare(given), given)
+            known = moduli.setdefault(name, modulus)
+            said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
+            if known != modulus and name not in table:
+                raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
+            differences += [f"{said}used: {known:g} MPa"] if known != modulus else []
+    return moduli, differences
+
+
+def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str, str]]:
+    """Yield each touch, its specimen ("": unknown), and why it was left out by hand ("": it was not).
+
+    The session in the sidecar says it. Without touches in it the name of the file does.
+    """
+    touches, names = run.found.touches, {bare(name): name for name in moduli}
+    entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
+    of_file = "" if run.plan.touches else specimen_in(run.recording.path, names)
+    for touch, entry in zip(touches, entries, strict=True):
+        given = of_file or (entry and entry.specimen) or ""
+        yield touch, names.get(bare(given), given), entry.left_out if entry else ""
+
+
 def _touches(runs: Iterable[Run], accept: Collection[str], moduli: Mapping[str, float]) -> Iterator[Found]:
     number = 0
     for run in runs:
-        touches = run.found.touches
-        entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
-        planned = bool(run.plan.specimens) or any(entry and entry.specimen for entry in entries)
-        of_file = "" if planned else _named(run.recording.path, moduli)
-        for at, (touch, entry) in enumerate(zip(touches, entries, strict=True)):
+        whole = len(run.found.touches) - run.found.cut
+        for at, (touch, specimen, by_hand) in enumerate(assigned(run, moduli)):
             number += 1
-            said = tuple(advice_at_end(touch, cut=at >= len(touches) - run.found.cut))
+            said = tuple(advice_at_end(touch, cut=at >= whole))
             against = objections(touch, accept)
             reasons = [sentence for sentence in said if sentence.partition(":")[0] in against]
-            by_hand = [entry.left_out] if entry and entry.left_out else []
-            specimen = ((entry and entry.specimen) or "") if planned else of_file
-            yield Found(number, run, touch, specimen, (*by_hand, *reasons), said)
-
-
-def _named(path: Path, moduli: Mapping[str, float]) -> str:
-    """Return the specimen that the name of a file says."""
-    try:
-        return next(name for name, files in assign([path], moduli).items() if files)
-    except CalibrationError:
-        return re.sub(r"[-_ .]\d{1,3}$", "", path.name.partition(".")[0]) or path.stem
-
-
-def _moduli(runs: Iterable[Run]) -> dict[str, float]:
-    known: dict[str, float] = {}
-    for run in runs:
-        for name, modulus in run.plan.moduli.items():
-            if known.setdefault(name, modulus) != modulus:
-                raise CalibrationError(
-                    f"{run.recording.path}: {name} has {modulus:g} MPa, but {known[name]:g} MPa in a recording before: "
-                    "name a table with its modulus (--moduli)"
-                )
-    return known
+            yield Found(number, run, touch, specimen, (*filter(None, [by_hand]), *reasons), said)
 
 
 def _logarithms(touches: Iterable[Found]) -> list[float]:
