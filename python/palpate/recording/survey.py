@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate import _core
 from palpate.recording.rows import Codes
 from palpate.samples import Block, Status, refused
 
@@ -103,25 +102,10 @@ class Survey:
             return
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        if not self._is_ordinary(block):
-            self._add_steps(block)
-            self._add_values(block)
+        self._add_steps(block)
+        self._add_values(block)
         self.rows += len(block)
         self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
-
-    def _is_ordinary(self, block: Block) -> bool:
-        """Fast path: True if the block has nothing to report, and its times and values were added."""
-        found = None if self.marked else _core.ordinary(np.ascontiguousarray(block), self.largest_code)
-        seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
-            return False
-        pause_s, before, hard, soft = found
-        if self.last_seq is not None:
-            self._add_pause(ns / 1e9 - self.last_ns / 1e9, self.last_seq)
-        self._add_pause(pause_s, seq + before)
-        self._add_span("hard", *hard)
-        self._add_span("soft", *soft)
-        return True
 
     def _add_pause(self, seconds: float, seq: int) -> None:
         if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
