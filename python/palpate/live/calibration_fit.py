@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -133,23 +133,12 @@ class GuidedCalibration:
             "touches": sum(len(each.usable) for each in known),
             "missing": missing(known),
             "next": next_best(known),
-            "history": self._history(known),
             "points": _points(known, found),
             "verdict": verdict,
             "sound": bool(found and found.sound),
             "error": error,
             **_fitted(found),
         }
-
-    def _history(self, known: Sequence[KnownSpecimen]) -> list[float]:
-        """Return the relative standard error of the rigid ratio after each touch."""
-        found = []
-        for last in sorted(n for each in known for n, _, kept in each.touches if kept):
-            part = [replace(each, touches=tuple(row for row in each.touches if row[0] <= last)) for each in known]
-            with suppress(ValueError, PalpateError):
-                calibration = self._fit(part)[1]
-                found.append(float(calibration.fitted.covariance[0, 0] ** 0.5 / calibration.probe.rigid_ratio))
-        return found
 
 
 def missing(known: Sequence[KnownSpecimen]) -> list[str]:

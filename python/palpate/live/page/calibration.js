@@ -1,6 +1,6 @@
 // Guided calibration in words: the verdict, what is next, what is missing, eq. (2) so far. The plot is a chart.
 
-import { $, drawn, make } from "./dom.js";
+import { $, make } from "./dom.js";
 
 export class Calibrating {
   constructor(say) {
@@ -18,13 +18,13 @@ export class Calibrating {
     if (this.on) $("fitwords").replaceChildren(...this.words(calibration));
   }
 
-  words({ verdict, next, missing, parameters, points, history, error, saved, sound }) {
+  words({ verdict, next, missing, parameters, points, error, saved, sound }) {
     const say = (text, className = "") => make("p", { textContent: text, className });
     const out = (points ?? []).filter(({ kept }) => !kept);
     return [
       ...strong(verdict), ...strong(next), ...(missing ?? []).map((text) => say(text)), ...(error ? [say(error, "bad")] : []),
       this.buttons(saved, sound),
-      ...(parameters?.length ? [table(parameters)] : []), ...(history?.length > 1 ? [spark(history)] : []),
+      ...(parameters?.length ? [table(parameters)] : []),
       ...(out.length ? [say(`× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}`, "bad")] : []),
     ];
   }
@@ -48,12 +48,4 @@ function table(parameters) {
   const head = make("tr", {}, ...["eq. (2)", "value", "95 % interval"].map((text, i) => make("th", { textContent: text, className: i ? "" : "name" })));
   const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[name, value, interval].map((text) => make("td", { textContent: text }))));
   return make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows));
-}
-
-function spark(history) {
-  const most = Math.max(...history), per = (share) => `${(100 * share).toPrecision(2)} %`;
-  const points = history.map((share, i) => `${3 + (144 * i) / (history.length - 1)},${24 - (22 * share) / most}`).join(" ");
-  const words = `± of rigid_ratio: ${per(history[0])} to ${per(history.at(-1))}`;
-  const plot = drawn("svg", { viewBox: "0 0 150 26", role: "img", "aria-label": words }, drawn("polyline", { points, class: "l ratio" }));
-  return make("p", { className: "spark" }, plot, words);
 }
