@@ -1,6 +1,5 @@
 """`check` tells the truth about a file, and `read` opens what is left of one; tests/golden has more kinds of files."""
 
-from codecs import BOM_UTF8
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -60,14 +59,14 @@ def test_rows_that_were_changed(tmp_path: Path, edit: Callable[[bytes], bytes], 
 def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     path = record(tmp_path / "run.csv", [sample(i) for i in range(30_000)])
     lines = path.read_bytes().split(b"\n")
-    lines[0], lines[20_001] = BOM_UTF8 + lines[0], b"what is this?"
+    lines[20_001] = b"what is this?"
     path.write_bytes(b"\n".join(lines))
-    mark, cells = "begins with a byte order mark, put there by another program", "got 1 cells, allowed: 9"
-    with pytest.raises(RecordingError, match=f"run.csv, line 1: {mark}: damaged; palpate check"):
+    cells = "got 1 cells, allowed: 9"
+    with pytest.raises(RecordingError, match=f"run.csv, line 20002: {cells}: damaged; palpate check"):
         read(path)
     report = check(path)
     found = [(place.line, place.rows_before, place.reason) for place in report.damaged]
-    assert found == [(1, 0, mark), (20_002, 20_000, cells)]
+    assert found == [(20_002, 20_000, cells)]
     assert f"damaged: line 20002, 14 bytes ({cells}); 20000 rows before, 9999 after" in report.faults
 
 

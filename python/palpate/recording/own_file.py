@@ -16,14 +16,14 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
 from palpate.recording.recording import Mark, Recording
-from palpate.recording.rows import COLUMNS, HEADERS, Codes, codes_of, columns_of, is_whole, parse_rows, unreadable
+from palpate.recording.rows import COLUMNS, HEADERS, VERSIONS, Codes, codes_of, parse_rows, unreadable
 from palpate.recording.session import plan_of
 from palpate.recording.survey import Survey
 from palpate.samples import DTYPE, Block, usable
 from palpate.tables.packed import file_errors, opened
 
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
-_BEGIN = 1 << 16  # bytes in which a file is recognised
+_BEGIN = 256  # bytes in which a file is recognised
 _FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
 _CHUNK = 1 << 18  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
 _MOST_GAPS = 5  # in the notes
@@ -37,7 +37,7 @@ class Damage(NamedTuple):
     Attributes
     ----------
     line, lines : int
-        Number of its first line, from 1; number of lines. 0 lines: the header is missing there.
+        Number of its first line, from 1; number of lines.
     offset, bytes : int
         Where it begins in the file, and its length.
     rows_before : int
@@ -99,7 +99,7 @@ class Recorded:
     integrity : Integrity
         Whether the recording is as it was written; known after `blocks()`.
     headed : bool
-        Whether the first line is the header, after `blocks()`.
+        Whether the header is complete, after `blocks()`.
     columns : tuple of str
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
     codes : Codes or None
@@ -257,31 +257,22 @@ class Recorded:
         rows, self.headed = 0, False
         with file_errors(self.path, "cannot be read"), self._opened() as file:
             for lines in reading.pieces(file, chunk):
-                rest = self._without_header(reading, lines, damage) if reading.line == 1 else lines
+                rest = lines if self.headed else self._without_header(reading, lines)
                 block = self._block(reading, rest, rows, damage)
                 rows += len(block)
                 if len(block):
                     yield block
-        last, reading.seen.torn = self._last(reading, rows, damage)
-        reading.seen.rows = rows + len(last)
+        reading.seen.rows, reading.seen.torn = rows, self._torn(reading, rows, damage)
         self.seen = reading.seen
-        if len(last):
-            yield last
 
     def _opened(self) -> BinaryIO:
         return opened(self.path) if self.data is None else io.BytesIO(self.data)
 
-    def _without_header(self, reading: _Pass, lines: bytes, damage: list[Damage] | None) -> bytes:
+    def _without_header(self, reading: _Pass, lines: bytes) -> bytes:
         first, _, rest = lines.partition(b"\n")
-        line = first.removesuffix(b"\r")
-        self.columns = columns_of(lines.split(b"\n")) or COLUMNS
-        self.headed = line == ",".join(self.columns).encode()
-        if self.headed:
-            reading.offset, reading.line = len(first) + 1, 2
-            return rest
-        if unreadable(line, self.columns) is None:
-            self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-        return lines
+        self.columns, self.headed = VERSIONS[HEADERS.index(first.removesuffix(b"\r"))], True
+        reading.offset, reading.line = len(first) + 1, 2
+        return rest
 
     def _block(self, reading: _Pass, data: bytes, rows: int, damage: list[Damage] | None) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
@@ -300,20 +291,13 @@ class Recorded:
             number, offset = number + len(alike), offset + size
         return parse_rows(b"".join(good), self.columns, self.codes)
 
-    def _last(self, reading: _Pass, rows: int, damage: list[Damage] | None) -> tuple[Block, int]:
-        """Return a last row without a line end, and how many bytes are left: of an incomplete row, or zeros of a power cut."""
-        text, begin = reading.tail.partition(b"\0")[0], reading.offset
-        if begin == 0:
-            self.columns = columns_of([text]) or COLUMNS
-        row = text if is_whole(text, self.columns) else b""
-        if row and begin == 0:
-            self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-        left = len(reading.tail) - len(row)
-        if len(reading.tail.rstrip(b"\0")) - len(row) > _LONGEST_ROW:
-            reason = f"{left} bytes without a line end"
-            self._add(Damage(reading.line, 1, begin + len(row), left, rows + bool(row), reason), damage)
-            left = 0
-        return parse_rows(row, self.columns, self.codes), left
+    def _torn(self, reading: _Pass, rows: int, damage: list[Damage] | None) -> int:
+        """Return how many bytes are after the last line end: of an incomplete row, or zeros of a power cut."""
+        left = len(reading.tail)
+        if len(reading.tail.rstrip(b"\0")) <= _LONGEST_ROW:
+            return left
+        self._add(Damage(reading.line, 1, reading.offset, left, rows, f"{left} bytes without a line end"), damage)
+        return 0
 
     def _add(self, place: Damage, damage: list[Damage] | None) -> None:
         if damage is None:
@@ -326,16 +310,13 @@ class Recorded:
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and rows, or no row yet."""
+    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and the begin of a header."""
     with file_errors(path, "cannot be read"), opened(path) as file:
         begin = file.read(_BEGIN)
-    first, *others = begin.split(b"\n")
-    if first.removesuffix(b"\r") in HEADERS:
+    if begin.partition(b"\n")[0].removesuffix(b"\r") in HEADERS:
         return True
     try:
-        if sidecar.load(path) is None:
-            return False
+        has_sidecar = sidecar.load(path) is not None
     except RecordingError:
         return False
-    stopped = any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)
-    return stopped or columns_of([b"", *others]) is not None
+    return has_sidecar and any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)

@@ -1,7 +1,6 @@
 """The rows of a recording: samples as text, one line for each sample, and back, without any loss of digits."""
 
 import re
-from codecs import BOM_UTF8
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -89,7 +88,8 @@ def codes_of(device: Mapping[str, Any]) -> Codes:
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "t_uncertainty_us", "status")
 EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
 """Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
-HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
+VERSIONS = COLUMNS, EARLIER
+HEADERS = [",".join(columns).encode() for columns in VERSIONS]
 HEADER = HEADERS[0].decode() + "\n"
 
 _AD7746 = Codes()
@@ -99,14 +99,6 @@ _GOOD = dict(zip(COLUMNS, (b"0", b"0", b"0", b"-1", b"-1", b"0", b"0", b"-1", b"
 def format_rows(block: Block) -> bytes:
     """Return samples as lines: times in s with 9 decimals, capacitances with all digits."""
     return _core.format_rows(np.ascontiguousarray(block))
-
-
-def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
-    """Return the columns of a recording from its first lines: from its header, else from the first row; None: neither."""
-    if (first := lines[0].rstrip(b"\r\n")) in HEADERS:
-        return (COLUMNS, EARLIER)[HEADERS.index(first)]
-    rows = ((line, columns) for line in lines for columns in (COLUMNS, EARLIER))
-    return next((columns for line, columns in rows if unreadable(line, columns) is None), None)
 
 
 def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
@@ -124,8 +116,6 @@ def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     """Return why a line is not a row; None if it is one."""
     if zeros := line.count(b"\0"):
         return f"got {zeros} zero bytes, allowed: text"
-    if line.startswith(BOM_UTF8):
-        return "begins with a byte order mark, put there by another program"
     if line.count(b",") != len(columns) - 1:
         return f"got {line.count(b',') + 1} cells, allowed: {len(columns)}"
     if _is_row(line, columns):
@@ -133,11 +123,6 @@ def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     cells = list(zip(columns, line.rstrip(b"\r\n").split(b","), strict=True))
     name, cell = next((each for each in cells if not _is_cell(*each)), cells[-1])
     return f"{quoted(cell.decode('latin-1'))} is not a valid value for column {name}"
-
-
-def is_whole(line: bytes, columns: tuple[str, ...] = COLUMNS) -> bool:
-    """Return whether a line without a line end is still a complete row: its last cell has one digit."""
-    return len(line.rpartition(b",")[2]) == 1 and _is_row(line, columns)
 
 
 def _is_row(line: bytes, columns: tuple[str, ...] = COLUMNS) -> bool:
