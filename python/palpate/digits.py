@@ -60,19 +60,18 @@ def error(uncertainty: float) -> str:
     return number(uncertainty, uncertainty) if uncertainty == 0 or known(uncertainty) else "-"
 
 
-def plus_minus(value: float, uncertainty: float, unit: str = "") -> str:
+def plus_minus(value: float, uncertainty: float) -> str:
     """Return a value with its uncertainty, both with the same decimals; the text names an unknown uncertainty.
 
     Examples
     --------
-    >>> plus_minus(4.149, 0.1164), plus_minus(1.0954, 0.07, "MPa"), plus_minus(4.149, nan)
-    ('4.15 ± 0.12', '1.095 ± 0.070 MPa', '4.15, uncertainty not known')
+    >>> plus_minus(4.149, 0.1164), plus_minus(1.0954, 0.07), plus_minus(4.149, nan)
+    ('4.15 ± 0.12', '1.095 ± 0.070', '4.15, uncertainty not known')
     """
-    after = f" {unit}" if unit else ""
     if not known(uncertainty) or not isfinite(value):
-        return f"{number(value)}{after}, uncertainty not known"
+        return f"{number(value)}, uncertainty not known"
     last, top = _last(uncertainty), max(abs(value), uncertainty)
-    return f"{_written(value, last, top)} ± {_written(uncertainty, last, top)}{after}"
+    return f"{_written(value, last, top)} ± {_written(uncertainty, last, top)}"
 
 
 def between(value: float, low: float, high: float) -> tuple[str, str, str]:

@@ -54,8 +54,8 @@ def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
     return f"{got}, allowed: {', '.join(names) or 'none'}{nearest(given, names)}"
 
 
-def nearest(given: object, allowed: Iterable[str], prefix: str = "") -> str:
-    """Return the end of a message about a wrong name: the most similar name, after the prefix of all, or nothing.
+def nearest(given: object, allowed: Iterable[str]) -> str:
+    """Return the end of a message about a wrong name: the most similar name, or nothing.
 
     Examples
     --------
@@ -67,8 +67,8 @@ def nearest(given: object, allowed: Iterable[str], prefix: str = "") -> str:
         return ""
     from difflib import get_close_matches
 
-    names = {name.removeprefix(prefix).casefold(): name for name in allowed}
-    found = get_close_matches(text.removeprefix(prefix).casefold(), names, 1, _LIKE)
+    names = {name.casefold(): name for name in allowed}
+    found = get_close_matches(text.casefold(), names, 1, _LIKE)
     return f"; did you mean {names[found[0]]!r}?" if found else ""
 
 

@@ -181,15 +181,12 @@ def _lag(pairs: Aligned, ratio: float) -> float:
     return late / ratio if abs(late) > _PROVEN * error else 0.0
 
 
-def _noise2(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> Array:
-    """Return the variance of the windows by the noise of the readings."""
-    hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
-    return np.asarray(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
-
-
 def _scale(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> float:
+    """Return the scatter of the windows, at least by the noise of their readings."""
     seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
-    return max(seen, math.sqrt(float(np.median(_noise2(pairs, ratio, levels)))))
+    hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
+    noise2 = np.median(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
+    return max(seen, math.sqrt(float(noise2)))
 
 
 def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Any, Any]:

@@ -16,12 +16,12 @@ _POINTS = 400
 _DOTS: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
 
 
-def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: str = "eq. (2), fitted") -> None:
+def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
     """Draw the curve and the band for a single touch, over a logarithmic axis of moduli."""
     x, level, reach = band(calibration, _POINTS)
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
                     label="95 % of touches")  # fmt: skip
-    ax.plot(np.exp(x), level, color=colour, label=label)
+    ax.plot(np.exp(x), level, color=colour, label="eq. (2), fitted")
     ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {text.rigid(calibration)}")
     moduli_axis(ax)
     ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))

@@ -1,10 +1,8 @@
 """Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
 
 import csv
-import errno
-import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
@@ -82,23 +80,11 @@ def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
     return [*paths, folder / "moduli.csv", *map(sidecar.sidecar_path, paths)]
 
 
-def write_session(
-    folder: Path,
-    recordings: Mapping[str, Block],
-    moduli: Mapping[str, float],
-    *,
-    force: bool = False,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Path]:
-    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths."""
-    files = session_files(folder, recordings)
-    if there := [path for path in files if os.path.lexists(path) and not force]:
-        raise FileExistsError(errno.EEXIST, "already exists", str(there[0]))
+def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
+    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths. Files there are replaced."""
+    *paths, table = session_files(folder, recordings)[: len(recordings) + 1]
     folder.mkdir(parents=True, exist_ok=True)
-    *paths, table = files[: len(recordings) + 1]
-    for number, (path, block) in enumerate(zip(paths, recordings.values(), strict=True)):
-        if progress:
-            progress(number, len(paths))
+    for path, block in zip(paths, recordings.values(), strict=True):
         data = HEADER.encode() + format_rows(block)
         write(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}

@@ -58,7 +58,7 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
             seed, hand=hand, moduli=moduli, touches=touches, progress=lambda done, _: bar.update(done - bar.pos)
         )
     blocks = {name: run.block() for name, run in made.items()}
-    paths = [str(path) for path in write_session(folder, blocks, moduli, force=force)]
+    paths = [str(path) for path in write_session(folder, blocks, moduli)]
     show({"files": paths}, "\n".join(paths))
 
 

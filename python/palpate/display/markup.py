@@ -55,7 +55,7 @@ def channels(time: Array, hard: Array, soft: Array) -> Markup:
     return picture(480, 90, "both channels over time", *drawn)
 
 
-def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]:
+def envelope(x: Array, y: Array) -> tuple[Array, Array]:
     """Return a line of few points with the same extremes, in any group of neighbours: two for each column.
 
     Examples
@@ -64,7 +64,7 @@ def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]
     >>> len(x), float(y.min()), float(y.max())
     (480, 0.0, 6.0)
     """
-    begins = np.unique(np.linspace(0, len(y), columns, endpoint=False).astype(int))
+    begins = np.unique(np.linspace(0, len(y), _COLUMNS, endpoint=False).astype(int))
     if len(begins) == len(y):
         return x, y
     ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])

@@ -58,7 +58,7 @@ def written(path: Path, width_in: float, height_in: float) -> Iterator[Any]:
 
 
 @contextmanager
-def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_IN * 0.8) -> Iterator[Any]:
+def axes(ax: Any) -> Iterator[Any]:
     """Yield the axes to draw on: those given, or new ones in a figure of pyplot, which a notebook shows by itself.
 
     The style holds inside only; nothing is shown, and the caller's settings stay.
@@ -66,7 +66,7 @@ def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_I
     figure = None
     if ax is None:  # before the context: the first figure selects a notebook's backend, which its end would take back
         pyplot = need("matplotlib.pyplot", "science")
-        figure = pyplot.figure(figsize=(width_in, height_in), layout="constrained")
+        figure = pyplot.figure(figsize=(COLUMN_IN * 1.5, COLUMN_IN * 0.8), layout="constrained")
     with need("matplotlib", "science").rc_context(STYLE):
         yield figure.add_subplot() if figure else ax
 

@@ -79,8 +79,7 @@ def own_class(shown: object) -> Any:
 
 def estimator(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
-    given = _given(shown.settings, own_class(shown)().settings)
-    return f"<{type(shown).__name__}({', '.join(given)}): {measured(shown)}>"
+    return f"<{type(shown).__name__}({_given(shown, own_class(shown)().settings)}): {measured(shown)}>"
 
 
 def measured(shown: Any) -> str:
@@ -90,15 +89,15 @@ def measured(shown: Any) -> str:
     return f"ratio {found}, {counted(shown.samples, 'sample')}{rejected}"
 
 
-def _given(settings: dict[str, Any], defaults: dict[str, Any]) -> list[str]:
-    return [f"{name}={value!r}" for name, value in changed(settings, defaults).items()]
+def _given(shown: Any, defaults: dict[str, Any], *first: str) -> str:
+    return ", ".join([*first, *(f"{name}={value!r}" for name, value in changed(shown.settings, defaults).items())])
 
 
 def tracker(shown: "Tracker") -> str:
     """Return a tracker, with the settings that are not those of its scene."""
-    given = [repr(shown.scene), *_given(shown.settings, own_class(shown)(shown.scene).settings)]
+    given = _given(shown, own_class(shown)(shown.scene).settings, repr(shown.scene))
     found = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
-    return f"<{type(shown).__name__}({', '.join(given)}): {shown.state}{found}, {counted(shown.touch_count, 'touch')}>"
+    return f"<{type(shown).__name__}({given}): {shown.state}{found}, {counted(shown.touch_count, 'touch')}>"
 
 
 def running_ratio(shown: "Tracker") -> str:

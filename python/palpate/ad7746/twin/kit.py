@@ -176,7 +176,6 @@ _IN_PLACE = {
     "no answer": _SILENCE,
     "stall": Reply(error=errno.EPIPE),
     "line error": Reply(error=errno.EPROTO),
-    "babble": Reply(error=errno.EOVERFLOW),
     "unplug": Reply(error=errno.ESHUTDOWN),
 }
 _AFTER: dict[str, Callable[[Reply, float], Reply]] = {
