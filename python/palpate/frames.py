@@ -105,13 +105,10 @@ def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
     ['start', 'start_s', 'samples']
     """
     arrow = need("pyarrow", "tables")
-    rows = [{**record, **_plain(record)} for record in records]
+    effects = [{f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} for record in records]
+    rows = [{**one, **more, "flags": " ".join(one["flags"])} for one, more in zip(records, effects, strict=True)]
     fields = [
         arrow.field(name, arrow.type_for_alias(kind), metadata={"unit": _UNITS[name]} if name in _UNITS else None)
         for name, kind in _TOUCH.items()
     ]
     return arrow.table([[row[name] for row in rows] for name in _TOUCH], schema=arrow.schema(fields))
-
-
-def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
-    return {f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} | {"flags": " ".join(record["flags"])}

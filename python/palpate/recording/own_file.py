@@ -303,9 +303,6 @@ class Recorded:
         if damage is None:
             advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
             raise RecordingError(self.path, f"{place.reason}: {advice}", place.line)
-        if damage and damage[-1].offset + damage[-1].bytes == place.offset:  # it makes the last one longer
-            last = damage.pop()
-            place = last._replace(lines=last.lines + place.lines, bytes=last.bytes + place.bytes)
         damage.append(place)
 
 
