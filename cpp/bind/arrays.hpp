@@ -23,7 +23,7 @@
 constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
 constexpr int writeable = py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
 /// Lengths; -1 for any.
-using Shape = std::initializer_list<py::ssize_t>;
+using Shape = std::vector<py::ssize_t>;
 
 /// What Make() gives, made by the first call and kept for as long as the process lives.
 template <auto Make>
@@ -54,7 +54,7 @@ py::dtype dtype_of(const std::vector<Column>& columns) {
 
 inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
 
-inline void require_shape(const py::array& array, const char* name, Shape shape) {
+inline void require_shape(const py::array& array, const char* name, const Shape& shape) {
   const auto fits = [](py::ssize_t wanted, py::ssize_t found) { return wanted < 0 || wanted == found; };
   if (std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim(), fits)) {
     return;
@@ -87,7 +87,7 @@ inline py::array real_array(const py::object& value, const char* name) {
 
 /// `value` as an array that the loops can read: the caller's own where its type allows it, a copy elsewhere.
 template <class Real, int flags = 0>
-py::array samples_of(const py::object& value, const char* name, Shape shape) {
+py::array samples_of(const py::object& value, const char* name, const Shape& shape) {
   constexpr int needed = flags | aligned;
   const py::array array = real_array(value, name);
   require_shape(array, name, shape);
@@ -96,7 +96,7 @@ py::array samples_of(const py::object& value, const char* name, Shape shape) {
 }
 
 /// `out` itself, checked, or a new array where it is None.
-inline py::array output_array(const py::object& out, const py::dtype& dtype, Shape shape, int flags = 0) {
+inline py::array output_array(const py::object& out, const py::dtype& dtype, const Shape& shape, int flags = 0) {
   if (out.is_none()) {
     return py::array(dtype, shape);
   }

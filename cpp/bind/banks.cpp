@@ -8,6 +8,7 @@
 
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
+#include "vectors.hpp"
 
 namespace {
 
@@ -16,7 +17,7 @@ constexpr auto class_doc =
 
 Parameters
 ----------
-estimator : Rls, AdaptiveRls, HandoverRls, or one of them in float32
+estimator : Rls, AdaptiveRls, HandoverRls, VectorRls, or one of them in float32
     Every stream begins as a copy of it, with its settings and its state.
 streams : int, 1 <= streams <= 2**32
     Number of streams; `bank[i]` is a copy of the estimator of one.
@@ -68,9 +69,22 @@ numpy.ndarray, shape (n, streams)
 )";
 
 /// The estimators of a bank, of one kind.
+/// Take a sample of a stream, and write the results where the returned place ends.
+template <class State, class Real>
+Real* taken(State& state, Real output, const Real* regressor, Real* to) {
+  state.take(output, *regressor);
+  *to = state.core.ratio();
+  return to + 1;
+}
+double* taken(VectorEstimator::State& state, double output, const double* regressors, double* to) {
+  VectorEstimator::take(state, output, regressors);
+  return std::copy_n(state.core.coefficients(), state.core.coefficient_count(), to);
+}
+
 template <class Kind>
 struct Streams {
-  using E = Estimator<Kind>;
+  static constexpr bool is_vector = std::is_same_v<Kind, VectorKind>;
+  using E = std::conditional_t<is_vector, VectorEstimator, Estimator<Kind>>;
   using Real = typename E::Real;
   Settings settings;
   std::vector<typename E::State> states;
@@ -82,33 +96,40 @@ struct Streams {
                   bool& busy) {
     constexpr int dense = py::array::c_style;
     const auto streams = static_cast<py::ssize_t>(states.size());
-    const auto matrix = [&](const py::object& value, const char* name, py::ssize_t frames) {
-      return is_block ? samples_of<Real, dense>(value, name, {frames, streams})
-                      : samples_of<Real, dense>(value, name, {streams});
+    py::ssize_t width = 1, count = 1;  // of the regressors and of the results of a stream
+    if constexpr (is_vector) {
+      width = static_cast<py::ssize_t>(states[0].core.size());
+      count = static_cast<py::ssize_t>(states[0].core.coefficient_count());
+    }
+    // (frames, streams, last), without the axes that are not there.
+    const auto shape = [&](py::ssize_t frames, bool each, py::ssize_t last) {
+      Shape lengths;
+      for (const auto& [axis, length] : {std::pair(is_block, frames), {each, streams}, {is_vector && last > 0, last}}) {
+        if (axis) {
+          lengths.push_back(length);
+        }
+      }
+      return lengths;
     };
-    const py::array y = matrix(output, "output", -1);
+    const py::array y = samples_of<Real, dense>(output, "output", shape(-1, true, 0));
     const py::ssize_t frames = is_block ? y.shape(0) : 1;
     const py::array given = real_array(regressor, "regressor");
-    const bool is_shared = is_block && given.ndim() == 1;
-    const auto x =
-        is_shared ? samples_of<Real, dense>(given, "regressor", {frames}) : matrix(given, "regressor", frames);
-    const py::dtype& dtype = once<&py::dtype::of<Real>>();
-    py::array result =
-        is_block ? output_array(out, dtype, {frames, streams}, dense) : output_array(out, dtype, {streams}, dense);
+    const bool is_shared = is_block && given.ndim() == 1 + is_vector;
+    const py::array x = samples_of<Real, dense>(given, "regressor", shape(frames, !is_shared, width));
+    py::array result = output_array(out, once<&py::dtype::of<Real>>(), shape(frames, true, count), dense);
     const py::array outputs = apart_from(y, result), regressors = apart_from(x, result);
     require_idle(busy, "bank");  // making arrays of the arguments may have run other Python code
     const InUse in_use(busy);
-    auto* ratios = static_cast<Real*>(result.mutable_data());
+    auto* to = static_cast<Real*>(result.mutable_data());
     auto *to_explain = static_cast<const Real*>(outputs.data()),
          *explains = static_cast<const Real*>(regressors.data());
     run_block(outputs.size(), [&] {
       for (py::ssize_t frame = 0; frame < frames; ++frame) {
         for (auto& state : states) {
-          state.take(*to_explain++, *explains);
-          explains += is_shared ? 0 : 1;
-          *ratios++ = state.core.ratio();
+          to = taken(state, *to_explain++, explains, to);
+          explains += is_shared ? 0 : width;
         }
-        explains += is_shared ? 1 : 0;
+        explains += is_shared ? width : 0;
       }
     });
     return std::move(result);
@@ -122,7 +143,7 @@ class Bank {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
     }
     const auto is_of = [&](auto kind) {
-      using E = Estimator<decltype(kind)>;
+      using E = typename Streams<decltype(kind)>::E;
       const bool found = py::isinstance<E>(estimator);
       if (found) {
         const auto& given = estimator.cast<const E&>();
@@ -132,9 +153,10 @@ class Bank {
       return found;
     };
     if (!(is_of(FixedKind<double>()) || is_of(FixedKind<float>()) || is_of(AdaptiveKind<double>()) ||
-          is_of(AdaptiveKind<float>()) || is_of(HandoverKind<double>()) || is_of(HandoverKind<float>()))) {
+          is_of(AdaptiveKind<float>()) || is_of(HandoverKind<double>()) || is_of(HandoverKind<float>()) ||
+          is_of(VectorKind()))) {
       throw py::type_error("estimator: got " + methods::shown(estimator) +
-                           ", allowed: an Rls, AdaptiveRls or HandoverRls, for example palpate.HandoverRls()");
+                           ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
     }
   }
   /// Of copies of all its estimators.
@@ -190,7 +212,8 @@ class Bank {
 
  private:
   std::variant<Streams<FixedKind<double>>, Streams<FixedKind<float>>, Streams<AdaptiveKind<double>>,
-               Streams<AdaptiveKind<float>>, Streams<HandoverKind<double>>, Streams<HandoverKind<float>>>
+               Streams<AdaptiveKind<float>>, Streams<HandoverKind<double>>, Streams<HandoverKind<float>>,
+               Streams<VectorKind>>
       streams_;
   bool busy_ = false;
 };
@@ -232,14 +255,26 @@ void bind_banks(py::module_& module) {
     const auto each = [get](const Bank& bank) { return bank.each(get); };
     type.def_property_readonly(name, each, (doc + " An array, of each stream.").c_str());
   };
-  visit_properties(add);
-  const auto standard_error = [](const auto& s) {
-    if constexpr (knows_its_error<std::decay_t<decltype(s.core)>>) {
-      return standard_error_of(s.core);
-    } else {
-      throw py::attribute_error("standard_error: got a bank of estimators without it, allowed: HandoverRls");
-      return s.core.ratio();
-    }
+  visit_counts(add);
+  const auto attribute = [&](const char* name, const char* owners) {
+    const auto get = [=](const Bank& bank) {
+      py::list values;
+      for (const py::handle estimator : bank.estimators()) {
+        if (!py::hasattr(estimator, name)) {
+          throw py::attribute_error(std::string(name) + ": got a bank of estimators without it, allowed: " + owners);
+        }
+        values.append(estimator.attr(name));
+      }
+      return py::array(values);
+    };
+    const std::string doc = std::string("Of ") + owners + ", as there: an array, of each stream.";
+    type.def_property_readonly(name, get, doc.c_str());
   };
-  add("standard_error", standard_error, std::string(standard_error_doc) + " Of HandoverRls only.");
+  const auto scalars = "Rls, AdaptiveRls and HandoverRls";
+  attribute("ratio", scalars);
+  attribute("covariance", "all estimators");
+  attribute("standard_error", "HandoverRls");
+  for (const char* name : {"coefficients", "standard_errors", "degrees_of_freedom"}) {
+    attribute(name, "VectorRls");
+  }
 }

@@ -208,26 +208,61 @@ class Estimator {
   }
 
   Settings settings_;
+
+ protected:
   State state_;
   bool busy_ = false;
 };
 
+/// What all estimators have in Python; `explains` is the name of the second argument.
+template <class E>
+void define_estimator(py::class_<E>& type, const char* process_doc, const char* trace_doc, const char* explains) {
+  const auto pickled = [](const py::object& self) {
+    const auto& estimator = self.cast<const E&>();
+    return py::make_tuple(estimator.settings().dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
+  };
+  const auto restored = [](const py::tuple& state) {
+    return std::pair(E(E::restored(state[0], state[1])), state[2].cast<py::dict>());
+  };
+  const auto output = py::arg("output"), regressor = py::arg(explains);
+  const auto out = py::arg("out") = py::none();
+  methods::define_display(type, "estimator");
+  methods::define_copies(type);
+  type.def("process", &E::process, output, regressor, out, process_doc)
+      .def("trace", &E::trace, output, regressor, out, trace_doc)
+      .def("reset", &E::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
+      .def(py::pickle(pickled, restored))
+      .def_property_readonly(
+          "settings", [](const E& estimator) { return estimator.settings().dict(); },
+          "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
+}
+
+/// A property that is get(State).
+template <class E, class Get>
+void define_number(py::class_<E>& type, const char* name, Get get, const char* doc) {
+  type.def_property_readonly(name, [get](const E& estimator) { return get(estimator.numbers()); }, doc);
+}
+
 /// The properties of an estimator, and of each stream of a bank: calls add(name, its value in a State, doc).
+template <class Add>
+void visit_counts(Add&& add) {
+  add(
+      "innovation", [](const auto& s) { return s.innovation; },
+      "A-priori error of the last accepted sample, in the unit of the output; nan before the first.");
+  add(
+      "statistic", [](const auto& s) { return s.core.statistic(); },
+      "CUSUM statistic: in AdaptiveRls in the unit of the output, else in standard deviations; 0 without a detector.");
+  add("alarm", [](const auto& s) { return s.core.alarm(); }, "Whether the alarm is on; False without a detector.");
+  add("samples", [](const auto& s) { return std::uint64_t{s.samples}; }, "Samples accepted so far.");
+  add("rejected", [](const auto& s) { return std::uint64_t{s.rejected}; }, "Samples refused so far.");
+}
 template <class Add>
 void visit_properties(Add&& add) {
   add("ratio", [](const auto& s) { return s.core.ratio(); }, "Estimated output / regressor.");
   add(
       "covariance", [](const auto& s) { return s.core.covariance(); },
       "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.");
-  add(
-      "innovation", [](const auto& s) { return s.innovation; },
-      "A-priori error of the last accepted sample, pF; nan before the first.");
-  add(
-      "statistic", [](const auto& s) { return s.core.statistic(); },
-      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.");
-  add("alarm", [](const auto& s) { return s.core.alarm(); }, "Whether the alarm is on; False without a detector.");
-  add("samples", [](const auto& s) { return std::uint64_t{s.samples}; }, "Samples accepted so far.");
-  add("rejected", [](const auto& s) { return std::uint64_t{s.rejected}; }, "Samples refused so far.");
+  visit_counts(add);
 }
 inline constexpr auto standard_error_doc =
     "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.";

@@ -186,29 +186,10 @@ void bind(py::module_& module, const char* name, const char* doc) {
     Kind::check(settings);
     return E(settings);
   };
-  const auto pickled = [](const py::object& self) {
-    const auto& estimator = self.cast<const E&>();
-    return py::make_tuple(estimator.settings().dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
-  };
-  const auto restored = [](const py::tuple& state) {
-    return std::pair(E::restored(state[0], state[1]), state[2].cast<py::dict>());
-  };
-  const auto output = py::arg("output"), regressor = py::arg("regressor");
-  const auto out = py::arg("out") = py::none();
   auto type = methods::define_class<E>(module, name, "(*, " + Kind::defaults().text() + ")", doc, made);
   methods::define_numeric<&E::update>(type, "update", update_doc, {"output", "regressor"});
-  methods::define_display(type, "estimator");
-  methods::define_copies(type);
-  type.def("process", &E::process, output, regressor, out, process_doc)
-      .def("trace", &E::trace, output, regressor, out, trace_doc)
-      .def("reset", &E::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
-      .def(py::pickle(pickled, restored))
-      .def_property_readonly(
-          "settings", [](const E& estimator) { return estimator.settings().dict(); },
-          "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
-  const auto add = [&](const char* property, auto get, const char* text) {
-    type.def_property_readonly(property, [get](const E& estimator) { return get(estimator.numbers()); }, text);
-  };
+  define_estimator(type, process_doc, trace_doc, "regressor");
+  const auto add = [&](const char* property, auto get, const char* text) { define_number(type, property, get, text); };
   visit_properties(add);
   if constexpr (knows_its_error<typename E::Core>) {
     add("standard_error", [](const auto& s) { return standard_error_of(s.core); }, standard_error_doc);

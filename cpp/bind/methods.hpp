@@ -84,50 +84,66 @@ void define_display(py::class_<T>& type, const char* kind) {
   type.def("_repr_html_", written_by("palpate.display.cards"), "_repr_html_(self, /)\n--\n\n");
 }
 
-/// A method that is called for each sample, with numbers by place: a descriptor of the interpreter, as pybind11's
-/// dispatcher takes 60 to 100 ns a call, ten times the estimator's own work.
-template <auto Method>
-struct Numeric;
-template <class T, class Result, class... Numbers, Result (T::*Method)(Numbers...)>
-struct Numeric<Method> {
-  static constexpr std::size_t size = sizeof...(Numbers);
-  static inline std::array<const char*, size> names;
-  static inline PyMethodDef definition;
+template <class T>
+T& object_of(PyObject* self) {
+  auto* const instance = reinterpret_cast<py::detail::instance*>(self);
+  void* const value = instance->simple_layout
+                          ? instance->simple_value_holder[0]  // else a Python class with several bound bases
+                          : instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).value_ptr();
+  if (!value) {
+    refuse_bare(sizeof(T));
+  }
+  return *static_cast<T*>(value);
+}
 
-  static PyObject* call(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+/// A method that is called for each sample: a descriptor of the interpreter, as pybind11's dispatcher takes 60 to 100 ns a
+/// call, ten times the estimator's own work. Here the doc says "$self": inspect leaves it out of what is bound.
+template <auto Function, class T>
+void define_fast(py::class_<T>& type, const char* name, const char* doc) {
+  static PyMethodDef definition;
+  const auto call = [](PyObject* self, PyObject* const* given, Py_ssize_t count) -> PyObject* {
     try {
-      if (count != static_cast<Py_ssize_t>(size)) {
-        throw py::type_error("takes exactly " + std::to_string(size) + " numbers (" + std::to_string(count) +
-                             " given)");
-      }
-      auto* const instance = reinterpret_cast<py::detail::instance*>(self);
-      void* const value = instance->simple_layout
-                              ? instance->simple_value_holder[0]  // else a Python class with several bound bases
-                              : instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).value_ptr();
-      T& object = *static_cast<T*>(value ? value : refuse_bare(sizeof(T)));
-      std::array<double, size> values;
-      for (std::size_t i = 0; i < size; ++i) {
-        values[i] = PyFloat_CheckExact(given[i]) ? PyFloat_AS_DOUBLE(given[i]) : to_real(given[i], names[i]);
-      }
-      const auto apply = [&](auto... numbers) { return (object.*Method)(numbers...); };
-      return py::detail::make_caster<Result>::cast(std::apply(apply, values), py::return_value_policy::move, {}).ptr();
+      auto result = Function(self, given, count);
+      using Caster = py::detail::make_caster<decltype(result)>;
+      return Caster::cast(std::move(result), py::return_value_policy::move, {}).ptr();
     } catch (py::error_already_set& error) {
       error.restore();
     } catch (...) {
       py::detail::try_translate_exceptions();
     }
     return nullptr;
+  };
+  PyObject* (*const function)(PyObject*, PyObject* const*, Py_ssize_t) = call;
+  definition = {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, doc};
+  auto* const descriptor = PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), &definition);
+  type.attr(name) = py::reinterpret_steal<py::object>(descriptor);
+}
+
+/// With numbers by place.
+template <auto Method>
+struct Numeric;
+template <class T, class Result, class... Numbers, Result (T::*Method)(Numbers...)>
+struct Numeric<Method> {
+  static constexpr std::size_t size = sizeof...(Numbers);
+  static inline std::array<const char*, size> names;
+
+  static Result call(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+    if (count != static_cast<Py_ssize_t>(size)) {
+      throw py::type_error("takes exactly " + std::to_string(size) + " numbers (" + std::to_string(count) + " given)");
+    }
+    T& object = object_of<T>(self);
+    std::array<double, size> values;
+    for (std::size_t i = 0; i < size; ++i) {
+      values[i] = PyFloat_CheckExact(given[i]) ? PyFloat_AS_DOUBLE(given[i]) : to_real(given[i], names[i]);
+    }
+    const auto apply = [&](auto... numbers) { return (object.*Method)(numbers...); };
+    return std::apply(apply, values);
   }
 };
-
-/// Put it on the type. Here the doc says "$self": inspect leaves it out of what is bound.
 template <auto Method, class T>
 void define_numeric(py::class_<T>& type, const char* name, const char* doc, decltype(Numeric<Method>::names) names) {
-  using M = Numeric<Method>;
-  M::names = names;
-  M::definition = {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&M::call)), METH_FASTCALL, doc};
-  auto* const descriptor = PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), &M::definition);
-  type.attr(name) = py::reinterpret_steal<py::object>(descriptor);
+  Numeric<Method>::names = names;
+  define_fast<&Numeric<Method>::call>(type, name, doc);
 }
 
 }  // namespace methods

@@ -8,14 +8,21 @@ namespace {
 
 bool is_samples(const char* name) { return std::strcmp(name, "samples") == 0; }
 bool is_length(const char* name) { return is_samples(name) || std::strcmp(name, "seconds") == 0; }
-bool is_switch(const char* name) { return std::strcmp(name, "host_stamps") == 0; }
+bool is_size(const char* name) { return std::strcmp(name, "size") == 0; }
+bool is_switch(const char* name) {
+  return std::strcmp(name, "host_stamps") == 0 || std::strcmp(name, "intercept") == 0;
+}
 
 double real_of(const char* name, py::handle value) {
   if (value.is_none() && is_length(name)) {
     return 0;
   }
   const double real = methods::to_real(value, name);
-  if (is_samples(name)) {
+  if (is_size(name)) {
+    require(real >= 1 && real <= 8 && real == std::floor(real), name, real, "a whole number, 1 to 8");
+  } else if (is_switch(name)) {
+    require(real == 0 || real == 1, name, real, "True or False");
+  } else if (is_samples(name)) {
     require(real >= 1 && real <= 4e9 && real == std::floor(real), name, real, "a whole number >= 1, or None");
   } else if (is_length(name)) {
     require(real > 0 && real <= 9e9, name, real, "0 < seconds <= 9e9, or None");
@@ -36,7 +43,7 @@ py::dict Settings::dict() const {
       result[name] = py::none();
     } else if (is_switch(name)) {
       result[name] = py::bool_(value != 0);
-    } else if (is_samples(name)) {
+    } else if (is_samples(name) || is_size(name)) {
       result[name] = py::int_(static_cast<std::uint32_t>(value));
     } else {
       result[name] = py::float_(value);

@@ -84,15 +84,19 @@ class Settings {
 
 /// Covariance and information are kept to the normal numbers of Real, where arithmetic is exact to an eps and fast.
 template <class Real>
-void check_prior(const Settings& s) {
+void check_covariance(const Settings& s) {
   constexpr double smallest = std::numeric_limits<Real>::min();
-  const double largest = 1 / smallest, ratio = s["initial_ratio"];
-  const double initial = s["initial_covariance"], most = s["max_covariance"];
-  require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+  const double largest = 1 / smallest, initial = s["initial_covariance"], most = s["max_covariance"];
   require(most >= smallest && most <= largest, "max_covariance", most,
           number(smallest) + " <= max_covariance <= " + number(largest));
   require(initial >= smallest && initial <= most, "initial_covariance", initial,
           number(smallest) + " <= initial_covariance <= max_covariance (" + number(most) + ")");
+}
+template <class Real>
+void check_prior(const Settings& s) {
+  const double ratio = s["initial_ratio"];
+  require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+  check_covariance<Real>(s);
 }
 
 inline void require_share(const Settings& s, const char* name) {

@@ -16,6 +16,7 @@ from palpate._core import (
     SampleRing,
     Touch,
     Tracker,
+    VectorRls,
     __version__,
 )
 from palpate.errors import (
@@ -75,6 +76,7 @@ __all__ = [
     "Stream",
     "Touch",
     "Tracker",
+    "VectorRls",
     "__version__",
     "advice",
     "agreement",

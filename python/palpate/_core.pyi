@@ -1,5 +1,6 @@
 # The compiled module as type checkers see it; tests/binding/test_stub.py compares it with the module.
 # Classes with an underscore only share declarations; the module does not have them.
+from collections.abc import Sequence
 from typing import (
     Any,
     ClassVar,
@@ -129,7 +130,38 @@ class _HandoverRls(_Estimator[_Real]):
 class HandoverRls(_HandoverRls[np.float64]): ...
 class HandoverRls32(_HandoverRls[np.float32]): ...
 
-_AnyEstimator: TypeAlias = Rls | Rls32 | AdaptiveRls | AdaptiveRls32 | HandoverRls | HandoverRls32
+class VectorRls(_Resettable):
+    def __init__(
+        self,
+        size: int,
+        *,
+        intercept: bool = False,
+        steady: float = 0.995,
+        drift: float = 0.75,
+        threshold: float = 12.0,
+        clip: float = 3.0,
+        alarmed: float = 0.0,
+        initial_covariance: float = 1e300,
+        max_covariance: float = 1e300,
+    ) -> None: ...
+    def update(self, output: float, regressors: Sequence[float] | NDArray[np.floating[Any]], /) -> float: ...
+    def process(
+        self, output: ArrayLike, regressors: ArrayLike, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def trace(
+        self, output: ArrayLike, regressors: ArrayLike, out: NDArray[np.void] | None = None
+    ) -> NDArray[np.void]: ...
+    coefficients: Final[NDArray[np.float64]]
+    covariance: Final[NDArray[np.float64]]
+    standard_errors: Final[NDArray[np.float64]]
+    degrees_of_freedom: Final[float]
+    innovation: Final[float]
+    statistic: Final[float]
+    alarm: Final[bool]
+    samples: Final[int]
+    rejected: Final[int]
+
+_AnyEstimator: TypeAlias = Rls | Rls32 | AdaptiveRls | AdaptiveRls32 | HandoverRls | HandoverRls32 | VectorRls
 
 class Bank(_Resettable):
     def __init__(self, estimator: _AnyEstimator, streams: SupportsIndex) -> None: ...
@@ -143,6 +175,9 @@ class Bank(_Resettable):
     innovation: Final[NDArray[Any]]
     statistic: Final[NDArray[Any]]
     standard_error: Final[NDArray[Any]]
+    coefficients: Final[NDArray[np.float64]]
+    standard_errors: Final[NDArray[np.float64]]
+    degrees_of_freedom: Final[NDArray[np.float64]]
     alarm: Final[NDArray[np.bool_]]
     samples: Final[NDArray[np.uint64]]
     rejected: Final[NDArray[np.uint64]]

@@ -120,7 +120,7 @@ def estimator(shown: Any) -> Markup:
     if "threshold" in shown.settings:
         alarm = ", alarm" if shown.alarm else ""
         facts["statistic"] = f"{digits.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
-    return _card(type(shown).__name__, facts, _settings(shown.settings, text.own_class(shown)().settings))
+    return _card(type(shown).__name__, facts, _settings(shown.settings, text.defaults(shown)))
 
 
 def tracker(shown: "Tracker") -> Markup:

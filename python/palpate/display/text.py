@@ -77,16 +77,25 @@ def own_class(shown: object) -> Any:
     return next(kind for kind in type(shown).__mro__ if kind.__module__ == "palpate")
 
 
+def defaults(shown: Any) -> dict[str, Any]:
+    """Return the default settings of an estimator, of its size."""
+    size = {name: value for name, value in shown.settings.items() if name == "size"}
+    return dict(own_class(shown)(**size).settings)
+
+
 def estimator(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
-    return f"<{type(shown).__name__}({_given(shown, own_class(shown)().settings)}): {measured(shown)}>"
+    return f"<{type(shown).__name__}({_given(shown, defaults(shown) | {'size': None})}): {measured(shown)}>"
 
 
 def measured(shown: Any) -> str:
     """Return what an estimator has found, and of how many samples."""
     rejected = f", {shown.rejected:,} rejected" if shown.rejected else ""
-    found = ratio(shown.ratio, getattr(shown, "standard_error", float("nan")))
-    return f"ratio {found}, {counted(shown.samples, 'sample')}{rejected}"
+    samples = f"{counted(shown.samples, 'sample')}{rejected}"
+    if hasattr(shown, "coefficients"):
+        pairs = zip(shown.coefficients.tolist(), shown.standard_errors.tolist(), strict=True)
+        return f"coefficients {', '.join(ratio(*pair) for pair in pairs)}, {samples}"
+    return f"ratio {ratio(shown.ratio, getattr(shown, 'standard_error', float('nan')))}, {samples}"
 
 
 def _given(shown: Any, defaults: dict[str, Any], *first: str) -> str:

@@ -1,6 +1,7 @@
 """Reference of VectorRls: normal equations, solved anew for each sample, and all samples kept."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,16 +82,65 @@ class _Fit:
         self.information = self.information + information * np.eye(len(self.moments), dtype=int)
         self.moments = self.information @ self.coefficients
 
-    def errors(self) -> tuple[Any, Any]:
-        """Return the variances of the coefficients and the degrees of freedom."""
+    def errors(self, prior: Any) -> tuple[Any, Any]:
+        """Return the variances of the coefficients and the degrees of freedom; `prior`: information without a sample."""
         size = len(self.moments)
         inverse = solved(self.information, np.eye(size, dtype=int).astype(object) + 0 * self.information)
         determined = np.trace(inverse @ self.squares)
         left = self.count - determined
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
-        variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
+        variances = np.diag(inverse @ (self.squares @ inverse + prior * inverse)) * self.residuals / left
         return variances, left * self.count / self.count_squares
+
+
+@dataclass
+class _Detector:
+    """A two-sided CUSUM for each coefficient, then one of magnitudes, and the scale of what they add up."""
+
+    drift: Any
+    threshold: Any
+    clip: Any
+    switches: bool
+    sides: Any
+    mean: Any
+    alarm: bool = False
+    seen: int = 0
+
+    def scale(self, output: Any, number: Callable[[Any], Any]) -> Any:
+        scale = number(1.2533141) * self.mean * (1 + number(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
+        return max(scale, abs(output) * number(ROUNDING) + number(1e-300))
+
+    def take(self, z: Any, scale: Any, rest: Any, weight: Any, number: Callable[[Any], Any]) -> bool:
+        """Return whether z is an outlier."""
+        limit = self.clip * scale
+        outlier = self.seen >= WARM_UP and abs(z) > limit
+        clipped = (limit if z > 0 else -limit) if outlier else z
+        if self.seen >= WARM_UP:
+            sides = 0 * self.sides if self.alarm and not self.switches else self.sides
+            signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
+            steps = [*(signed - self.drift), *(-signed - self.drift), abs(clipped) / scale - (self.drift + number(0.8))]
+            self.sides = np.array([max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object)
+            self.alarm = bool(max(self.sides) > self.threshold / (4 if self.alarm and self.switches else 1))
+        if weight > number(0.1):
+            self.seen += 1
+            share = number(0.02) if self.seen * number(0.02) >= 1 else number(1) / self.seen
+            self.mean += share * (abs(clipped) - self.mean)
+        return bool(outlier)
+
+
+def _handed_over(
+    fit: _Fit, samples: list[Any], least: Any, scale: Any, number: Callable[[Any], Any]
+) -> tuple[int, _Fit]:
+    """Return how many of the last samples make a change before them most likely, and their fit."""
+    latest, gain, found = _Fit(2 * least, fit.coefficients), number(0), []
+    for m, (output, regressors) in enumerate(reversed(samples), 1):
+        gain += (output - regressors @ fit.coefficients) ** 2
+        _, weight, latest = latest.add(number(1), (output, regressors), number)
+        gain -= 2 * scale**2 * (1 - weight) / (1 + weight)
+        found.append((gain - latest.residuals, m, latest))
+    _, m, best = max(found, key=lambda one: one[0])
+    return m, best
 
 
 def vector_rls(
@@ -122,58 +172,35 @@ def vector_rls(
     Examples
     --------
     >>> trace = vector_rls([3.0, 5.0, 7.0], [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]])
-    >>> trace.coefficients[-1].round(12)
+    >>> trace.coefficients[-1].round(9)
     array([2., 1.])
     """
-    forgetting, slack, limit, clipping, fast = map(number, (steady, drift, threshold, clip, alarmed))
+    forgetting, fast, least = number(steady), number(alarmed), 1 / number(max_covariance)
     y = np.array([number(v) for v in np.asarray(output, object)], object)
     x = np.array([[number(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
-    size = x.shape[1]
-    least = 1 / number(max_covariance)
-    guarded = max(1 / number(initial_covariance), least)
+    guarded, held = max(1 / number(initial_covariance), least), 0
     fit = _Fit(guarded, 0 * x[0])
-    sides = np.array([number(0)] * (2 * size + 1), object)
-    alarm, held, seen, mean = False, 0, 0, number(0)
+    sides = np.array([number(0)] * (2 * x.shape[1] + 1), object)
+    detector = _Detector(number(drift), number(threshold), number(clip), bool(fast), sides, number(0))
     rows: list[tuple[Any, ...]] = []
-    for k in range(len(y)):
-        sample = y[k], x[k]
-        innovation = y[k] - x[k] @ fit.coefficients
+    for k, sample in enumerate(zip(y, x, strict=True)):
+        innovation = sample[0] - sample[1] @ fit.coefficients
         rest, weight, following = fit.add(forgetting, sample, number)
-        z = innovation * number(weight) ** number(0.5)
-        scale = number(1.2533141) * mean * (1 + number(3) / seen if WARM_UP <= seen < 64 else 1)
-        scale = max(scale, abs(y[k]) * number(ROUNDING) + number(1e-300))
-        outlier = seen >= WARM_UP and abs(z) > clipping * scale
-        clipped = (clipping * scale if z > 0 else -clipping * scale) if outlier else z
-        held = min(held + 1, WINDOW)
-        if seen >= WARM_UP:
-            sides = 0 * sides if alarm and not fast else sides
-            signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
-            steps = [*(signed - slack), *(-signed - slack), abs(clipped) / scale - (slack + number(0.8))]
-            sides = np.array([max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object)
-            alarm = bool(max(sides) > (limit / 4 if alarm and fast else limit))
-        if weight > number(0.1):
-            seen += 1
-            mean += (number(0.02) if seen * number(0.02) >= 1 else number(1) / seen) * (abs(clipped) - mean)
-        if alarm and not fast:
-            latest, gain, best = _Fit(2 * least, fit.coefficients), number(0), None
-            for m in range(1, held + 1):
-                each = y[k + 1 - m], x[k + 1 - m]
-                gain += (each[0] - each[1] @ fit.coefficients) ** 2
-                _, weight, latest = latest.add(number(1), each, number)
-                gain -= 2 * scale**2 * (1 - weight) / (1 + weight)
-                if best is None or gain - latest.residuals > best[0]:
-                    best = gain - latest.residuals, m, latest
-            assert best is not None
-            _, held, fit = best
+        scale, held = detector.scale(sample[0], number), min(held + 1, WINDOW)
+        outlier = detector.take(innovation * number(weight) ** number(0.5), scale, rest, weight, number)
+        if detector.alarm and not fast:
+            samples = list(zip(y, x, strict=True))[k + 1 - held : k + 1]
+            held, fit = _handed_over(fit, samples, least, scale, number)
             guarded = 2 * least
         elif fast or not outlier:
-            factor = fast if alarm else forgetting
-            fit = fit.add(factor, sample, number)[2] if alarm else following
+            factor = fast if detector.alarm else forgetting
+            fit = fit.add(factor, sample, number)[2] if detector.alarm else following
             guarded *= factor
             if guarded < least:
                 fit.strengthened(2 * least - guarded)
                 guarded = 2 * least
-        variances, degrees = fit.errors()
-        rows.append((fit.coefficients, variances ** number(0.5) if degrees else variances, innovation, max(sides), degrees, alarm))
-    columns = [np.array(column, float) for column in zip(*rows, strict=True)]
-    return VectorTrace(*columns[:5], columns[5].astype(bool))
+        variances, degrees = fit.errors(guarded)
+        errors = variances ** number(0.5) if degrees else variances
+        rows.append((fit.coefficients, errors, innovation, max(detector.sides), degrees, detector.alarm))
+    numbers = [np.array(column, float) for column in zip(*rows, strict=True)]
+    return VectorTrace(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5].astype(bool))

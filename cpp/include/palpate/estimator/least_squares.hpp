@@ -150,14 +150,18 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     this->substitute(result);
   }
 
-  /// Variances of theta for noise of variance 1, the diagonal of P Q P: at most that of P, which it is without forgetting.
-  /// Returns the trace of P Q, how many coefficients the samples determine.
-  constexpr Real leverages(Real (&result)[Size]) const noexcept {
+  /// Variances of theta for noise of variance 1, the diagonal of P (Q + prior) P: at most that of P, which it is without
+  /// forgetting. `prior` is the information that no sample gave. Returns the trace of P Q, how many coefficients the
+  /// samples determine.
+  constexpr Real leverages(Real (&result)[Size], Real prior) const noexcept {
     Real trace = 0;
     for (int c = 0; c < Size; ++c) {
       Real column[Size] = {}, basis[Size] = {};
       covariance(c, column);
-      const Real square = quadratic(column);
+      Real square = quadratic(column);
+      for (const Real value : column) {
+        square += product(product(prior, value), value);
+      }
       result[c] = square > 0 && square < column[c] ? square : column[c];
       basis[c] = 1;
       this->substitute(basis, c);

@@ -134,7 +134,7 @@ class VectorRls : public Parameters {
   /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN, and 0 degrees of freedom,
   /// before Size + 4 samples, in total and since the last change.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
-    const Real left = fit_.count - fit_.leverages(result);
+    const Real left = fit_.count - fit_.leverages(result, guarded_);
     const bool settled = fit_.count > Size + Real(3.5) && left > 0;
     for (Real& value : result) {
       value = settled ? square_root(product(value, fit_.residuals / left)) : std::numeric_limits<Real>::quiet_NaN();

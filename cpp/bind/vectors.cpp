@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include "vectors.hpp"
+
+namespace {
+
+constexpr auto class_doc = R"(Recursive least squares for several coefficients, output = coefficients @ regressors + noise.
+
+Parameters
+----------
+size : int
+    Number of regressors, 1 to 8, or to 7 with an intercept.
+intercept : bool
+    A last coefficient that is a constant.
+steady : float, 0 < steady <= 1
+    Forgetting factor; the memory is about 2 / (1 - steady) samples.
+drift, threshold : float, standard deviations
+    Of the CUSUM on the innovations, a two-sided one for each coefficient.
+clip : float, standard deviations
+    The detector limits a larger innovation to this; the coefficients leave it out.
+alarmed : float, 0 <= alarmed <= steady
+    0: at an alarm the coefficients are computed again from the samples since the change, at most 32. Otherwise the
+    forgetting factor during an alarm, as in `AdaptiveRls`, and no sample is left out.
+initial_covariance : float, 1/regressor^2
+    Of the coefficients before the first sample, which are 0; the default says nothing about them.
+max_covariance : float, 1/regressor^2
+    Bound on the covariance in each direction: without excitation a coefficient stays as it is.
+
+Notes
+-----
+Without a prior the coefficients are those of least squares with the weights steady**age, from the first sample on. They
+are computed by square-root-free Givens rotations (Gentleman 1973): the error grows with the condition of the regressors,
+not with its square. A coefficient that the samples do not determine stays, with a large standard error.
+`coefficients` +- t `standard_errors` is an interval, with t the quantile of Student's distribution for
+`degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`); it takes the noise for white. Any units.
+
+Examples
+--------
+>>> import palpate
+>>> line = palpate.VectorRls(1, intercept=True)
+>>> for x, y in [(1.0, 3.0), (2.0, 5.0), (3.0, 7.0)]:
+...     innovation = line.update(y, (x,))
+>>> line.coefficients.round(9)
+array([2., 1.])
+)";
+
+constexpr auto update_doc = R"(update($self, output, regressors, /)
+--
+
+Take one sample and return its innovation.
+
+Parameters
+----------
+output : float
+regressors : sequence of float, or numpy.ndarray, shape (size,)
+    Positional only, both.
+
+Returns
+-------
+float
+    Output minus its prediction with the coefficients before. A sample that is not finite, or too large (1e139 is not), is
+    refused: the state stays, and `rejected` counts it.
+
+Raises
+------
+TypeError, ValueError
+    Not two arguments; not numbers, or not `size` of them.
+RuntimeError
+    The estimator is in use by another thread.
+)";
+constexpr auto process_doc = R"(process(self, /, output, regressors, out=None)
+--
+
+Take a block of samples; the same bits as one `update` for each.
+
+Parameters
+----------
+output : array_like of real numbers, shape (n,)
+regressors : array_like of real numbers, shape (n, size)
+out : numpy.ndarray, shape (n, size), or (n, size + 1) with an intercept, contiguous, optional
+    Where the coefficients are written.
+
+Returns
+-------
+numpy.ndarray, of the shape of `out`
+    The coefficients after each sample.
+
+Raises
+------
+TypeError, ValueError
+    Values that are not real numbers; another shape; another type of `out`.
+RuntimeError
+    The estimator is in use by another thread.
+)";
+constexpr auto trace_doc = R"(trace(self, /, output, regressors, out=None)
+--
+
+Take a block of samples and return the whole state after each; parameters and errors as of `process`.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    `coefficients` and `standard_errors`, each of as many numbers; `innovation` (nan in the row of a refused sample);
+    `statistic`; `alarm`.
+)";
+
+/// The numbers of a tuple, a list, an array, or of anything else that numpy makes an array of.
+AnyVector::Numbers values_of(py::handle given, std::size_t size) {
+  AnyVector::Numbers values;
+  if (PyTuple_CheckExact(given.ptr()) && static_cast<std::size_t>(PyTuple_GET_SIZE(given.ptr())) == size) {
+    for (std::size_t i = 0; i < size; ++i) {
+      PyObject* const item = PyTuple_GET_ITEM(given.ptr(), static_cast<py::ssize_t>(i));
+      values[i] = PyFloat_CheckExact(item) ? PyFloat_AS_DOUBLE(item) : methods::to_real(item, "regressors");
+    }
+    return values;
+  }
+  const auto length = static_cast<py::ssize_t>(size);
+  const py::array array = samples_of<double>(py::reinterpret_borrow<py::object>(given), "regressors", {length});
+  const View<const double> view(array);
+  for (std::size_t i = 0; i < size; ++i) {
+    values[i] = view[static_cast<py::ssize_t>(i)];
+  }
+  return values;
+}
+
+double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+  if (count != 2) {
+    throw py::type_error("takes exactly an output and regressors (" + std::to_string(count) + " given)");
+  }
+  return methods::object_of<VectorEstimator>(self).update(given[0], given[1]);
+}
+
+py::array numbers(const AnyVector::Numbers& values, const AnyVector& core) {
+  return py::array_t<double>(static_cast<py::ssize_t>(core.coefficient_count()), values.data());
+}
+
+py::dtype row_dtype(std::size_t count) {
+  const py::dtype real = py::dtype::of<double>();
+  const py::object vector = py::dtype::from_args(py::make_tuple(real, py::make_tuple(count)));
+  const auto place = [count](std::size_t vectors, std::size_t reals) { return 8 * (vectors * count + reals); };
+  py::list names, formats, offsets;
+  const auto add = [&](const char* name, const py::object& format, std::size_t offset) {
+    names.append(name), formats.append(format), offsets.append(offset);
+  };
+  add("coefficients", vector, 0);
+  add("standard_errors", vector, place(1, 0));
+  add("innovation", real, place(2, 0));
+  add("statistic", real, place(2, 1));
+  add("alarm", py::dtype::of<bool>(), place(2, 2));
+  return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(place(2, 3)));
+}
+
+}  // namespace
+
+template <std::size_t... I>
+AnyVector::Cores AnyVector::made(const Settings& s, std::index_sequence<I...>) {
+  const palpate::Kept<palpate::VectorSettings<double>> kept{s.values<palpate::VectorSettings<double>>()};
+  Cores cores;
+  const auto index = static_cast<std::size_t>(s["size"] + s["intercept"]) - 1;
+  ((index == I ? void(cores.emplace<I>(kept, s["initial_covariance"])) : void()), ...);
+  return cores;
+}
+
+AnyVector::AnyVector(const Settings& s)
+    : size_(static_cast<std::size_t>(s["size"])),
+      intercept_(s["intercept"] != 0),
+      core_(made(s, std::make_index_sequence<most>())) {}
+
+Settings VectorKind::defaults() {
+  using V = palpate::VectorSettings<double>;
+  Settings settings;
+  settings.add("size", 1);
+  settings.add("intercept", 0);
+  settings.add_fields<V>(false);
+  settings.add("initial_covariance", palpate::VectorRls<double, 1>::default_covariance);
+  settings.add_fields<V>(true);
+  return settings;
+}
+
+void VectorKind::check(const Settings& s) {
+  const double most = s["intercept"] != 0 ? 7 : 8;
+  require(s["size"] <= most, "size", s["size"], most == 8 ? "1 to 8" : "1 to 7 with an intercept");
+  require_share(s, "steady");
+  require(s["clip"] > 0 && s["clip"] <= 100, "clip", s["clip"], "0 < clip <= 100");
+  require(s["drift"] >= 0 && s["drift"] < s["clip"], "drift", s["drift"],
+          "0 <= drift < clip (" + number(s["clip"]) + ")");
+  require(s["threshold"] > 0, "threshold", s["threshold"], "0 < threshold");
+  require(s["alarmed"] >= 0 && s["alarmed"] <= s["steady"], "alarmed", s["alarmed"],
+          "0, or alarmed <= steady (" + number(s["steady"]) + ")");
+  check_covariance<double>(s);
+}
+
+double VectorEstimator::update(py::handle output, py::handle regressors) {
+  require_idle(busy_, "estimator");
+  const double y = methods::to_real(output, "output");
+  const AnyVector::Numbers values = values_of(regressors, state_.core.size());
+  require_idle(busy_, "estimator");  // a number's own code may have run
+  return take(state_, y, values.data()).innovation;
+}
+
+template <class Observe>
+py::object VectorEstimator::block(const py::object& output, const py::object& regressors, const py::object& out,
+                                  const py::dtype& dtype, py::ssize_t columns, Observe observe) {
+  require_idle(busy_, "estimator");
+  constexpr int dense = py::array::c_style;
+  const auto width = static_cast<py::ssize_t>(state_.core.size());
+  const py::array y_given = samples_of<double, dense>(output, "output", {-1});
+  const py::ssize_t size = y_given.shape(0);
+  const py::array x_given = samples_of<double, dense>(regressors, "regressors", {size, width});
+  const py::array written = columns > 0 ? output_array(out, dtype, {size, columns}, dense)
+                                        : output_array(out, dtype, {size}, dense);
+  const py::array y_apart = apart_from(y_given, written), x_apart = apart_from(x_given, written);
+  require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
+  const InUse in_use(busy_);
+  State next = state_;
+  const auto loop = [&next, observe, size, width](const double* y, const double* x, double* to) {
+    for (py::ssize_t i = 0; i < size; ++i) {
+      const auto step = take(next, y[i], x + i * width);
+      to = observe(to, next.core, step);
+    }
+  };
+  const auto* const y = static_cast<const double*>(y_apart.data());
+  const auto* const x = static_cast<const double*>(x_apart.data());
+  auto* const to = static_cast<double*>(const_cast<void*>(written.data()));
+  run_block(size, [&] { loop(y, x, to); }, 256);
+  state_ = next;
+  return written;
+}
+
+py::object VectorEstimator::process(const py::object& output, const py::object& regressors, const py::object& out) {
+  const auto write = [](double* to, const AnyVector& core, const auto&) {
+    return std::copy_n(core.coefficients(), core.coefficient_count(), to);
+  };
+  const auto columns = static_cast<py::ssize_t>(state_.core.coefficient_count());
+  return block(output, regressors, out, once<&py::dtype::of<double>>(), columns, write);
+}
+
+py::object VectorEstimator::trace(const py::object& output, const py::object& regressors, const py::object& out) {
+  const auto write = [](double* to, const AnyVector& core, const auto& step) {
+    const std::size_t count = core.coefficient_count();
+    to = std::copy_n(core.coefficients(), count, to);
+    to = std::copy_n(core.standard_errors().begin(), count, to);
+    *to++ = step.accepted ? step.innovation : std::numeric_limits<double>::quiet_NaN();
+    *to++ = core.statistic();
+    *to = 0;
+    std::memset(to, core.alarm(), 1);
+    return to + 1;
+  };
+  return block(output, regressors, out, row_dtype(state_.core.coefficient_count()), 0, write);
+}
+
+void bind_vectors(py::module_& module) {
+  using E = VectorEstimator;
+  const auto made = [](const py::args& places, const py::kwargs& given) {
+    py::dict all = given;
+    if (places.size() > 1 || places.size() + given.contains("size") != 1) {
+      throw py::type_error("VectorRls: got " + std::to_string(places.size()) +
+                           " values without a name, allowed: size, once; the others by name");
+    }
+    if (!places.empty()) {
+      all["size"] = places[0];
+    }
+    const Settings settings = VectorKind::defaults().with("VectorRls", all);
+    VectorKind::check(settings);
+    return E(settings);
+  };
+  std::string parameters = VectorKind::defaults().text();
+  parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", steady")) + ")";
+  auto type = methods::define_class<E>(module, "VectorRls", parameters, class_doc, made);
+  methods::define_fast<&update>(type, "update", update_doc);
+  define_estimator(type, process_doc, trace_doc, "regressors");
+  const auto add = [&](const char* name, auto get, const char* doc) { define_number(type, name, get, doc); };
+  visit_counts(add);
+  add("coefficients", [](const auto& s) { return numbers(s.core.all_coefficients(), s.core); },
+      "Estimates, shape (size,), or (size + 1,) with the intercept last.");
+  add("covariance", [](const auto& s) {
+    const auto count = static_cast<py::ssize_t>(s.core.coefficient_count());
+    py::array_t<double> matrix({count, count});
+    for (py::ssize_t c = 0; c < count; ++c) {
+      std::copy_n(s.core.covariance(static_cast<int>(c)).begin(), count, matrix.mutable_data(c, 0));
+    }
+    return matrix;
+  }, "Unscaled covariance P, square, 1/regressor^2: for noise of variance 1 and without forgetting.");
+  add("standard_errors", [](const auto& s) { return numbers(s.core.standard_errors(), s.core); },
+      "Standard deviations of the coefficients; nan before size + 4 samples, also after a change.");
+  add("degrees_of_freedom", [](const auto& s) { return s.core.degrees_of_freedom(); },
+      "Of `standard_errors`, for Student's t; 0 while they are nan.");
+}
