@@ -155,8 +155,9 @@ class Bank {
     if (!(is_of(FixedKind<double>()) || is_of(FixedKind<float>()) || is_of(AdaptiveKind<double>()) ||
           is_of(AdaptiveKind<float>()) || is_of(HandoverKind<double>()) || is_of(HandoverKind<float>()) ||
           is_of(VectorKind()))) {
-      throw py::type_error("estimator: got " + methods::shown(estimator) +
-                           ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
+      throw py::type_error(
+          "estimator: got " + methods::shown(estimator) +
+          ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
     }
   }
   /// Of copies of all its estimators.

@@ -3,7 +3,8 @@
 
 namespace {
 
-constexpr auto class_doc = R"(Recursive least squares for several coefficients, output = coefficients @ regressors + noise.
+constexpr auto class_doc =
+    R"(Recursive least squares for several coefficients, output = coefficients @ regressors + noise.
 
 Parameters
 ----------
@@ -206,8 +207,8 @@ py::object VectorEstimator::block(const py::object& output, const py::object& re
   const py::array y_given = samples_of<double, dense>(output, "output", {-1});
   const py::ssize_t size = y_given.shape(0);
   const py::array x_given = samples_of<double, dense>(regressors, "regressors", {size, width});
-  const py::array written = columns > 0 ? output_array(out, dtype, {size, columns}, dense)
-                                        : output_array(out, dtype, {size}, dense);
+  const py::array written =
+      columns > 0 ? output_array(out, dtype, {size, columns}, dense) : output_array(out, dtype, {size}, dense);
   const py::array y_apart = apart_from(y_given, written), x_apart = apart_from(x_given, written);
   require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
   const InUse in_use(busy_);
@@ -270,18 +271,24 @@ void bind_vectors(py::module_& module) {
   define_estimator(type, process_doc, trace_doc, "regressors");
   const auto add = [&](const char* name, auto get, const char* doc) { define_number(type, name, get, doc); };
   visit_counts(add);
-  add("coefficients", [](const auto& s) { return numbers(s.core.all_coefficients(), s.core); },
+  add(
+      "coefficients", [](const auto& s) { return numbers(s.core.all_coefficients(), s.core); },
       "Estimates, shape (size,), or (size + 1,) with the intercept last.");
-  add("covariance", [](const auto& s) {
-    const auto count = static_cast<py::ssize_t>(s.core.coefficient_count());
-    py::array_t<double> matrix({count, count});
-    for (py::ssize_t c = 0; c < count; ++c) {
-      std::copy_n(s.core.covariance(static_cast<int>(c)).begin(), count, matrix.mutable_data(c, 0));
-    }
-    return matrix;
-  }, "Unscaled covariance P, square, 1/regressor^2: for noise of variance 1 and without forgetting.");
-  add("standard_errors", [](const auto& s) { return numbers(s.core.standard_errors(), s.core); },
+  add(
+      "covariance",
+      [](const auto& s) {
+        const auto count = static_cast<py::ssize_t>(s.core.coefficient_count());
+        py::array_t<double> matrix({count, count});
+        for (py::ssize_t c = 0; c < count; ++c) {
+          std::copy_n(s.core.covariance(static_cast<int>(c)).begin(), count, matrix.mutable_data(c, 0));
+        }
+        return matrix;
+      },
+      "Unscaled covariance P, square, 1/regressor^2: for noise of variance 1 and without forgetting.");
+  add(
+      "standard_errors", [](const auto& s) { return numbers(s.core.standard_errors(), s.core); },
       "Standard deviations of the coefficients; nan before size + 4 samples, also after a change.");
-  add("degrees_of_freedom", [](const auto& s) { return s.core.degrees_of_freedom(); },
+  add(
+      "degrees_of_freedom", [](const auto& s) { return s.core.degrees_of_freedom(); },
       "Of `standard_errors`, for Student's t; 0 while they are nan.");
 }

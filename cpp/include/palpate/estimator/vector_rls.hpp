@@ -15,11 +15,11 @@ namespace palpate {
 /// Settings of VectorRls. drift, threshold and clip are in standard deviations of the innovations.
 template <class Real>
 struct VectorSettings {
-  Real steady = Real(0.995);       ///< forgetting factor
-  Real drift = Real(0.75);         ///< slack of the CUSUM
-  Real threshold = Real(12);       ///< its limit
-  Real clip = Real(3);             ///< limits an innovation in the CUSUM; one above it does not change the coefficients
-  Real alarmed = Real(0);          ///< forgetting factor from an alarm until a quarter of threshold; 0: an alarm is a hand-over
+  Real steady = Real(0.995);  ///< forgetting factor
+  Real drift = Real(0.75);    ///< slack of the CUSUM
+  Real threshold = Real(12);  ///< its limit
+  Real clip = Real(3);        ///< limits an innovation in the CUSUM; one above it does not change the coefficients
+  Real alarmed = Real(0);  ///< forgetting factor from an alarm until a quarter of threshold; 0: an alarm is a hand-over
   /// 1 / max_covariance: so little that no coefficient shows it, and above subnormal numbers.
   Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-300);
 
@@ -67,10 +67,12 @@ class VectorRls : public Parameters {
   static constexpr int regressors = Regressors;  ///< without the intercept
   static constexpr int window = 32;              ///< most samples of a hand-over
   static constexpr int warm_up = 8;              ///< innovations before the detector starts
-  static constexpr Real default_covariance = 1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
+  static constexpr Real default_covariance =
+      1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 
   /// With these settings, and coefficients 0 of this covariance, 1 / regressor^2.
-  constexpr explicit VectorRls(const Parameters& parameters = Parameters(), Real covariance = default_covariance) noexcept
+  constexpr explicit VectorRls(const Parameters& parameters = Parameters(),
+                               Real covariance = default_covariance) noexcept
       : Parameters(parameters), fit_(larger(1 / covariance, settings.min_information)), guarded_(fit_.diagonal[0]) {}
 
   /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
