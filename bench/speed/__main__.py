@@ -31,6 +31,9 @@ LIMITS: list[tuple[str, str, float]] = [
     ("Python process, 2000", "AdaptiveRls", 1.05),
     ("Python process, 250", "AdaptiveRls, 250 samples", 1.2),
     ("Python update", "math.hypot", 0.65),
+    ("VectorRls, slope and intercept", "AdaptiveRls", 5.0),
+    ("Python VectorRls update, a tuple", "Python update", 1.5),
+    ("Python VectorRls update, an array", "Python update", 3.0),
     ("Python Bank of 64 AdaptiveRls", "AdaptiveRls", 1.5),
     ("Python Bank of 64 HandoverRls", "HandoverRls", 1.5),
     ("Python ring, 250", "Python deque, 250", 0.02),
@@ -45,6 +48,7 @@ LIMITS: list[tuple[str, str, float]] = [
 SHORT = {
     "AdaptiveRls": "`AdaptiveRls`, block",
     "HandoverRls": "`HandoverRls`, block",
+    "VectorRls, slope and intercept": "`VectorRls`, slope and intercept, C++",
     "the paper's form literally": "the paper's equations as printed, block, C++",
     "Python Bank of 64 AdaptiveRls": "`Bank` of 64 `AdaptiveRls`, from Python, a stream's sample",
     "Python update": "`AdaptiveRls.update`, from Python",

@@ -105,11 +105,11 @@ def error_of(ratio: Any) -> float:
     return float(np.sqrt(np.mean((half / TRUTH - 1) ** 2)))
 
 
-def repeated(call: Callable[[float, float], Any]) -> Callable[[], None]:
-    """Return a loop of 2,000 calls with two floats: the cost of a call from Python, with its share of the loop."""
+def repeated(call: Callable[[float, Any], Any], b: Any = 0.25) -> Callable[[], None]:
+    """Return a loop of 2,000 calls with a float and b: the cost of a call from Python, with its share of the loop."""
 
     def loop() -> None:
-        a, b = 0.625, 0.25
+        a = 0.625
         for _ in range(200):
             call(a, b), call(a, b), call(a, b), call(a, b), call(a, b)
             call(a, b), call(a, b), call(a, b), call(a, b), call(a, b)
@@ -123,6 +123,8 @@ def call_work() -> Iterator[Work]:
     error = error_of([checked(a, b) for a, b in zip(*(values.tolist() for values in press(500)), strict=True)])
     yield Work("Python update", 2000, repeated(palpate.AdaptiveRls().update), error=error)
     yield Work("math.hypot", 2000, repeated(math.hypot))
+    for name, row in (("a tuple", (0.25, 1.0)), ("an array", np.array([0.25, 1.0]))):
+        yield Work(f"Python VectorRls update, {name}", 2000, repeated(palpate.VectorRls(2).update, row))
 
 
 def block_work() -> Iterator[Work]:

@@ -85,6 +85,11 @@ struct Alone {
   }
 };
 
+struct Line : VectorRls<double, 1, true> {
+  void update(double output, double regressor) { VectorRls::update(output, &regressor); }
+  double ratio() const { return coefficients()[0]; }
+};
+
 /// A subject on its way through the readings, part by part, and from the start again at the end.
 template <class Subject>
 class Walk {
@@ -233,6 +238,7 @@ int main(int argc, char** argv) {
   bench.add<Adaptive>("AdaptiveRls, idle", untouched);
   bench.add<Adaptive>("AdaptiveRls, 250 samples", changes, 250);
   bench.add<Alone<Hand>>("HandoverRls", changes);
+  bench.add<Alone<Line>>("VectorRls, slope and intercept", changes);
   bench.add<FixedTracker<double>>("scene fixed", readings);
   bench.add<PaperTracker<double>>("scene paper", readings);
   bench.add<HandheldTracker<double>>("scene handheld", readings);
