@@ -136,7 +136,7 @@ struct Run {
             start_s,
             period_s(),
             core.settings.samples > 0 || core.settings.seconds > 0,
-            core.settings.initial_covariance,
+            core.initial_covariance(),
             knows_its_error<decltype(core.estimator)>,
             unproven};
   }

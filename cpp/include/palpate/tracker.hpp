@@ -159,6 +159,14 @@ class Tracker : public Settings,
   /// Number of all readings so far.
   constexpr std::size_t readings() const noexcept { return readings_; }
 
+  /// Covariance of the initial ratio. The default means unknown for a noise of a probe in pF, from 1e-5 on; with less noise,
+  /// as of signals in another unit, it follows from the noise.
+  constexpr Real initial_covariance() const noexcept {
+    const Real most = Estimator::default_covariance, square = product(soft_baseline.noise(), soft_baseline.noise());
+    const bool unknown = fits && settings.initial_covariance == most;
+    return unknown && product(square, most) < 1 ? 16 / square : settings.initial_covariance;
+  }
+
   /// Standard error of the running touch, from the noise of the readings and of the estimator, and from the errors of
   /// the baselines, which are common to all samples of a touch; NaN until the first sample.
   constexpr Real standard_error() const noexcept {
@@ -239,7 +247,7 @@ class Tracker : public Settings,
   constexpr void start() noexcept {
     running_ = open_ = true;
     full_ = false;
-    estimator.reset(settings.initial_ratio, settings.initial_covariance);
+    estimator.reset(settings.initial_ratio, initial_covariance());
     counts_ = Counts();
     const auto age = static_cast<std::size_t>(gate.age());
     counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;

@@ -14,7 +14,7 @@ FIRST = 32  # values of the first level, and of the exponential means
 CLIP = 3.0  # standard deviations
 LONGEST = 64  # memory of the running mean, values
 PROVEN = 160  # values until a drift may be found
-LEAST_NOISE = 1e-6  # pF
+LEAST_NOISE = 1e-6
 PER_MAGNITUDE = 1.2533141  # standard deviation over mean magnitude, sqrt(pi / 2)
 
 
@@ -98,9 +98,15 @@ def first_level(values: ArrayLike) -> Level:
 
 
 def noise_floor(values: Array) -> float:
-    """Return the lower limit of the noise, pF: half the smallest step of the values (a code), or 1e-6 pF."""
+    """Return the lower limit of the noise, pF: half the smallest step of the values (a code), or `least_noise`."""
     steps = np.diff(np.unique(values))
-    return float(steps.min() / 2) if len(steps) and steps.min() > 2 * LEAST_NOISE else LEAST_NOISE
+    least = least_noise(float(np.median(values)))
+    return float(steps.min() / 2) if len(steps) and steps.min() > 2 * least else least
+
+
+def least_noise(level: float) -> float:
+    """Return the lower limit of the noise of values without visible noise: 2^-20 of the level, at most 1e-6 pF."""
+    return min(LEAST_NOISE, abs(level) / 2**20 + 1e-18)
 
 
 def next_level(before: Level, value: float, floor: float) -> Level:
@@ -173,5 +179,5 @@ class Baseline:
 
     def keep(self) -> None:
         """Stop collecting; the old level stays."""
-        self.ready, self._floor = True, LEAST_NOISE
+        self.ready, self._floor = True, least_noise(float(self.now.weights @ self.now.values))
         self.mark()

@@ -10,9 +10,11 @@ from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
 from palpate.reference.noise import FEWEST
 
 
-def _begin() -> _Handover:
-    """Return the estimator of `handover_rls` with its defaults, which the scene "handheld" uses, too."""
-    return begun(**{**(handover_rls.__kwdefaults__ or {}), "number": float})
+def estimator(noise: float = 1.0) -> _Handover:
+    """Return the one of `handover_rls` with its defaults; below a noise of 1e-5 the initial covariance follows from it."""
+    given = {**(handover_rls.__kwdefaults__ or {}), "number": float}
+    initial = given["initial_covariance"]
+    return begun(**given | {"initial_covariance": 16 / noise**2 if noise**2 * initial < 1 else initial})
 
 
 @dataclass
@@ -41,7 +43,7 @@ class Estimate:
     alarms: int = 0
     refused: int = 0
     fit: Fit = field(default_factory=Fit)
-    _state: _Handover = field(default_factory=_begin)
+    _state: _Handover = field(default_factory=estimator)
     _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of the readings, and their weights
     _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 

@@ -119,7 +119,8 @@ class _Handover:
         forgetting = self.steady
         if self.noise.drifts():
             forgetting = min(forgetting, self.instrument**2 * (1 / self.noise.least_share() - 1) / self.information)
-        self.information = self._bounded(forgetting * self.information + w * regressor)
+        left = forgetting * self.information
+        self.information = left + w * regressor if w * regressor > 0 else self._bounded(left)
         self.ratio += w / self.information * e
         self.squares = forgetting**2 * self.squares + w * w
         self.weight = forgetting * self.weight + 1
@@ -129,7 +130,7 @@ class _Handover:
         since = (self.up if self.up.statistic > self.down.statistic else self.down).samples
         samples = since[self.guard :] or since[-1:]
         self.squares = sum((w * w for w, _, _ in samples), self.number(0))
-        self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)))
+        self.information = sum((w * x for w, _, x in samples), self.number(0))
         self.ratio = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
         self.weight = self.number(len(samples))
 
@@ -154,7 +155,7 @@ class _Handover:
         self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
 
     def _bounded(self, information: Any) -> Any:
-        return max(information, self.least)
+        return max(information, min(self.least, self.information))
 
     def standard_error(self) -> Any:
         if self.noise.weight < FEWEST or self.weight < SETTLED:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import matched_pair
-from palpate.reference.estimate import Estimate
+from palpate.reference.estimate import Estimate, estimator
 from palpate.reference.idle import Idle
 from palpate.reference.model import LEAST, Misfit
 from palpate.reference.revision import Known, Revised, line_share, revised
@@ -127,7 +127,9 @@ class _Tracker:
             )
         alarm = False
         if event == "begun":
-            self._touch, self._running, self._known = Estimate(max(number + 1 - self._idle.gate.age, 0)), True, None
+            begin = max(number + 1 - self._idle.gate.age, 0)
+            self._touch = Estimate(begin, _state=estimator(self._idle.soft.now.noise))
+            self._running, self._known = True, None
         elif event in ("released", "idle"):
             self.finish()
         if event == "idle":

@@ -23,7 +23,7 @@ struct HandoverSettings {
   Real clip = Real(3);                 ///< limits an innovation in the CUSUM; one above it does not change the ratio
   Real smoothing = Real(0.0625);       ///< share of a new regressor in the instrument
   Real guard = Real(2);                ///< first samples after a change that a hand-over leaves out: filters smear them
-  Real min_information = Real(1e-12);  ///< 1 / max_covariance
+  Real min_information = Real(1e-12);  ///< 1 / max_covariance: the limit where the regressor is 0
 
   /// As FixedForgetting::visit_fields.
   template <class Visit>
@@ -230,7 +230,8 @@ class Handover : public Parameters {
   /// R' = lambda R + w x,  r' = r + (w / R') e.
   constexpr Estimate followed(const WeightedSample<Real>& s, const Counted& counted) const noexcept {
     const Real forgetting = counted.forgetting;
-    const Real information = bounded(product(forgetting, sums_.information) + product(s.weight, s.regressor));
+    const Real added = product(s.weight, s.regressor), left = product(forgetting, sums_.information);
+    const Real information = added > 0 ? left + added : bounded(left);
     const Real gain = s.weight / information;
     const Real squares = product(product(forgetting, forgetting), sums_.squares) + product(s.weight, s.weight);
     return {
@@ -252,7 +253,6 @@ class Handover : public Parameters {
     const bool any = side.sums.count > 0;
     Sums<Real> sums =
         any ? side.sums : Sums<Real>{product(s.weight, s.regressor), product(s.weight, s.weight), Real(1)};
-    sums.information = bounded(sums.information);
     const Real ratio = (any ? side.weighted_output : product(s.weight, s.output)) / sums.information;
     return is_finite(ratio) ? Estimate{ratio, sums, Real(0)} : usual;
   }
@@ -271,7 +271,8 @@ class Handover : public Parameters {
   }
 
   constexpr Real bounded(Real information) const noexcept {
-    return information > settings.min_information ? information : settings.min_information;
+    const Real least = sums_.information < settings.min_information ? sums_.information : settings.min_information;
+    return information > least ? information : least;
   }
 
   PALPATE_COLD static constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {

@@ -37,7 +37,7 @@ template <class Real>
 struct BaselineSettings {
   Real clip = Real(3);            ///< limits the deviation of one value, standard deviations
   Real longest = Real(64);        ///< memory of the running mean, values
-  Real least_noise = Real(1e-6);  ///< pF: lower limit, for data without visible noise
+  Real least_noise = Real(1e-6);  ///< lower limit for data without visible noise; of smaller signals 2^-20 of the level
 
   /// As FixedForgetting::visit_fields.
   template <class Visit>
@@ -133,7 +133,7 @@ class Baseline : public Settings {
   /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
     filled_ = Size;
-    halves_.value(noise_floor) = settings.least_noise;
+    halves_.value(noise_floor) = halves_.least(settings.least_noise, now_.mean);
     mark();
   }
   /// Whether all Size values are collected.

@@ -34,8 +34,8 @@ class Halves {
   constexpr Summary summary(Real clip, Real least_noise) const noexcept {
     Summary found{};
     const Ranks ranks = merged();
-    found.floor =
-        ranks.step > 2 * least_noise && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : least_noise;
+    const Real lowest = least(least_noise, ranks.median);
+    found.floor = ranks.step > 2 * lowest && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : lowest;
     // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations.
     const Real wide = (ranks.upper - ranks.lower) / Real(1.25);
     found.noise = wide > found.floor ? wide : found.floor;
@@ -44,6 +44,13 @@ class Halves {
       add_line(found);
     }
     return found;
+  }
+
+  /// The lower limit of the noise of data without visible noise: `most`, or 2^-20 of a level that is smaller than 2^20 of it,
+  /// so that it fits any unit.
+  static constexpr Real least(Real most, Real level) noexcept {
+    const Real relative = magnitude(level) / (1 << 20) + Real(1e-18);
+    return relative < most ? relative : most;
   }
 
   constexpr Real& value(int i) noexcept { return values_[i]; }
