@@ -21,7 +21,8 @@ from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, S
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
 from palpate.sources.lines import COLUMNS as NAMES
-from palpate.sources.lines import MARKS, NANOSECONDS, PICOFARADS, UNUSED, WHOLE
+from palpate.sources.lines import MARKS, NANOSECONDS, UNUSED, WHOLE
+from palpate.tables.units import PICOFARADS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -29,6 +29,7 @@ def touches(  # type: ignore[overload-overlap]
     recording: One,
     *,
     scene: "_Scene" = "handheld",
+    unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
@@ -38,6 +39,7 @@ def touches(
     recording: Iterable[One],
     *,
     scene: "_Scene" = "handheld",
+    unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
@@ -46,6 +48,7 @@ def touches(
     recording: One | Iterable[One],
     *,
     scene: "_Scene" = "handheld",
+    unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
@@ -63,8 +66,10 @@ def touches(
         measurement.
     scene : str
         As in `Tracker`.
+    unit : str, optional
+        As in `palpate.read`; of paths and data frames.
     reading : mapping, optional
-        Keywords of `palpate.read` for paths and data frames, for example {"unit": "fF"}.
+        More keywords of `palpate.read` for them, for example {"columns": {"hard": 2, "soft": 3}}.
     jobs : int
         Threads for several recordings, 1 or more. The results are the same bit for bit. The estimator runs in all of
         them at once, and so does waiting for a slow disk; the text of files is read by one at a time. Of an iterator no
@@ -103,7 +108,8 @@ def touches(
     """
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
-    one = partial(_of_one, scene=scene, reading=reading or {}, settings=settings)
+    asked = {**(reading or {}), **({} if unit is None else {"unit": unit})}
+    one = partial(_of_one, scene=scene, reading=asked, settings=settings)
     if not _is_several(recording):
         return one(recording)
     given: dict[str, Any] = {**settings}
@@ -117,6 +123,8 @@ def touches(
 def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> Touches:
     if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **reading)
+    elif "unit" in reading and not isinstance(recording, str | os.PathLike):
+        raise ValueError(f"unit: got {reading['unit']!r} with a recording in memory, allowed: with a path or a table")
     if not isinstance(recording, str | os.PathLike):
         return tracked(recording, scene=scene, **settings).touches
     try:

@@ -6,7 +6,7 @@ the same way, so the results have the same bits.
 
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import IntFlag
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -160,6 +160,17 @@ def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, An
     if "host_stamps" in Tracker(scene).settings:
         settings["host_stamps"] = instrument.get("stamps") == "host"
     return settings
+
+
+def require_scale(scene: "_Scene", unit: str, given: Collection[str]) -> None:
+    """Ask for the settings that a scene has in pF, if the signals have another unit; handheld and sliding have none."""
+    known = Tracker(scene).settings
+    missing = [name for name in _IN_PF if name in known and name not in given and "clip" not in known]
+    if unit != "pF" and missing:
+        raise ValueError(f"{', '.join(missing)}: got none for signals in {unit}, allowed: numbers; handheld needs none")
+
+
+_IN_PF = ("drift", "threshold", "initial_covariance", "max_covariance")
 
 
 class Epoch(NamedTuple):

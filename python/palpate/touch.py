@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from palpate._core import Touch, Tracker
 from palpate.extras import display
 from palpate.frames import Framed, arrow_of_touches
-from palpate.samples import RETAKEN, Block, settings_for, usable
+from palpate.samples import RETAKEN, Block, require_scale, settings_for, usable
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -25,6 +25,8 @@ class Touches(list[Touch], Framed):
     ----------
     notes, doubts : tuple of str
         Those of the recording, as in `palpate.Recording`.
+    unit : str
+        Of both signals.
 
     Examples
     --------
@@ -34,6 +36,7 @@ class Touches(list[Touch], Framed):
 
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    unit: str = "pF"
 
     @overload
     def __getitem__(self, index: SupportsIndex, /) -> Touch: ...
@@ -48,6 +51,7 @@ class Touches(list[Touch], Framed):
     def of(self, recording: Any) -> "Touches":
         """Take over the notes and doubts of a recording."""
         self.notes, self.doubts = (tuple(getattr(recording, name, ())) for name in ("notes", "doubts"))
+        self.unit = getattr(recording, "unit", "pF")
         return self
 
     def __repr__(self) -> str:
@@ -153,6 +157,7 @@ def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySet
     stamps = "host" if getattr(recording, "host_stamps", False) else "converter"
     given: dict[str, Any] = settings_for(scene, {"full_scale_pF": recording.full_scale_pF, "stamps": stamps})
     given |= settings
+    require_scale(scene, getattr(recording, "unit", "pF"), settings)
     if not timed(recording):
         given = _without_times(scene, given)
     return Tracker(scene, **given)

@@ -80,9 +80,12 @@ def test_units(tmp_path: Path, header: str, factors: tuple[float, float], note: 
         ("t_s,C1,C2", (0.005, 0.005), {}, "unit: got none in the header, and values of about 0.04"),
         ("t_s,C1 (fF),C2", (1, 1e3), {}, "unit: got about 0.008 pF in C1 and 5 pF in C2"),
         ("t_s,C1 (V),C2 (V)", (1, 1), MAP, "in V, allowed: a capacitance"),
-        ("t_s,C1_counts,C2_counts", (1, 1), MAP, "in counts, allowed: .*--unit aF"),
+        ("t_s,C1_counts,C2_counts", (1, 1), MAP, "in counts, allowed: .*--unit counts"),
         ("t_s,C1 (0.1 pF),C2", (1, 1), MAP, "in 0.1 pF, allowed: .* without a scale"),
-        ("t_s,C1,C2", (1, 1), {"unit": "pf"}, "unit: got 'pf', allowed: aF, fF, pF"),
+        *[
+            ("t_s,C1,C2", (1, 1), {"unit": unit}, f"unit: got '{unit}', allowed: aF, fF, pF.* or another unit, as N")
+            for unit in ("pf", "PF", "pG", "kF", "p", "ppF", "")
+        ],
         ("t_s,C1,C2", (1, 1), {"time_unit": "h"}, "time_unit: got 'h', allowed: s, sec, ms"),
         ("t_s,C1,C2", (1, 1), {"rate": 0}, "rate: got 0, allowed: a number above 0"),
         ("t_s,C1,C2", (1, 1), {"decimal": ","}, "decimal: got ',', allowed: point, comma"),
@@ -101,6 +104,16 @@ def test_what_is_asked_or_refused(
 def test_a_unit_that_the_header_contradicts_is_told(tmp_path: Path) -> None:
     recording = read(table(tmp_path, "t_s,C1 (pF),C2"), unit="fF")
     assert (recording.hard[0], recording.notes) == (0.006, ("the header of C1 says pF: fF is used, as asked",))
+
+
+@pytest.mark.parametrize("unit", ["N", "mm", "mV", "nN", "%", "counts", "kilogauss", "1"])
+def test_signals_of_another_unit_are_used_as_they_are(tmp_path: Path, unit: str) -> None:
+    recording = read(table(tmp_path, f"t_s,A ({unit}),B", scaled(1e-6, 1e6)), columns=MAP["columns"], unit=unit)
+    assert (recording.hard[0], recording.soft[0], recording.unit) == (6e-6, 4e6, unit)
+    assert (recording.full_scale_pF, recording.notes) == (np.inf, ())
+    assert f"hard = A ({unit}), {unit}" in recording.understood or f"hard = A, {unit}" in recording.understood
+    told = read(table(tmp_path, "t_s,C1 (pF),C2"), unit=unit).notes
+    assert told == (f"the header of C1 says pF: {unit} is used, as asked",)
 
 
 def test_a_rate_in_place_of_times(tmp_path: Path) -> None:

@@ -113,7 +113,7 @@ _EXCITATION = click.option("--excitation", metavar="PINS", help="Excitation pins
 _READING = [
     click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
                  help="Columns of a table of another program: names, or positions counted from 1; also time=COL."),
-    click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else by size]"),
+    click.option("--unit", help="Unit of the capacitances, aF to F; or of two other signals, as N.  [default: from the header, else by size]"),
     click.option("--time-unit", help="Unit of the times, ns to d.  [default: from the header, else by size]"),
     click.option("--rate", type=click.FloatRange(min=0, min_open=True),
                  help="Pairs a second, for a table without usable times."),

@@ -140,6 +140,7 @@ def replayed(
     again = palpate.offline(recording, **tracking) if offline else None
     of_tracker = tracked(recording, **tracking)
     touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
+    other = {} if recording.unit == "pF" else {"unit": recording.unit}
     document = {
         "file": str(file),
         "scene": tracking["scene"],
@@ -147,6 +148,7 @@ def replayed(
         "palpate": palpate.__version__,
         "rows": recording.survey.rows,
         "notes": list(notes),
+        **other,
         "touches": touch_table.records(touches, cut=of_tracker.cut),
     }
     reliable = bool(touches) and not recording.doubts
@@ -156,6 +158,7 @@ def replayed(
     if calibration:
         notes += doubts_of_origin(calibration.about, tracking["scene"])
         found.add_moduli(calibration, touches)
+    found.below += [f"unit: {unit}; of the covariance: 1/({unit})^2" for unit in other.values() if touches]
     found.below += touch_table.advised(document["touches"])
     if again is not None:
         found.add_offline(again)
@@ -170,7 +173,7 @@ def _plain(value: Any) -> Any:
 
 
 def _why_not(recording: AnyRecording) -> str:
-    spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
+    spans = [f"{name} {high - low:.3g} {recording.unit}" for name, (low, high) in recording.survey.spans_pF.items()]
     if len(spans) < 2:
         return "a channel has no values"
     return f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit"

@@ -78,7 +78,7 @@ def recording(shown: "Recording", ax: Any = None) -> Any:
         t_hard, t_soft = (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
         for name, t, readings, colour in (("hard", t_hard, shown.hard, HARD), ("soft", t_soft, shown.soft, SOFT)):
             change, level_pF = changes(readings)
-            drawn.plot(t, change, color=colour, label=f"{name}, from {digits.number(level_pF)} pF")
+            drawn.plot(t, change, color=colour, label=f"{name}, from {digits.number(level_pF)} {shown.unit}")
         for row in shown.gap_rows:
             drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
         for at_s, name in shown.marks if timed else ():
@@ -87,7 +87,7 @@ def recording(shown: "Recording", ax: Any = None) -> Any:
                 drawn.annotate(name, (at_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), va="top", ha="left",
                                textcoords="offset points", rotation=90, fontsize=6, parse_math=False)  # fmt: skip
         drawn.set_xlabel("time, s" if timed else "pair")
-        drawn.set_ylabel("change, pF")
+        drawn.set_ylabel(f"change, {shown.unit}")
         drawn.legend(**_ABOVE)
     return drawn
 

@@ -17,6 +17,7 @@ from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 from palpate.tables.table import DECIMALS, Asked, Table
+from palpate.tables.units import unit_read
 
 _GAP = "as a column of the table says"
 _ROWS = 1 << 16  # of a block
@@ -57,6 +58,7 @@ class Foreign:
         """Take over what a recording says of its samples."""
         recording = self.recording
         self.full_scale_pF: float = recording.full_scale_pF
+        self.unit: str = recording.unit
         self.host_stamps: bool = recording.host_stamps
         self.zero_utc_ns: int | None = recording.zero_utc_ns
         self.understood: str = recording.understood
@@ -73,6 +75,7 @@ class Foreign:
     def describe(self) -> dict[str, Any]:
         """Return what is known of the instrument: the file name and full scale."""
         known = {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+        known |= {"unit": self.unit} if self.unit != "pF" else {}
         return known | ({"stamps": "host"} if self.host_stamps else {})
 
     def blocks(self, _damage: object = None) -> Iterator[Block]:
@@ -110,7 +113,8 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     found = channels(table, wanted, soft)
     has_own_names = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
     notes = (*found.notes, AS_TABLE) if has_own_names else found.notes
-    recording = Recording(*found.arrays, notes, zero_utc_ns=found.zero_utc_ns, understood=found.said)
+    unit = unit_read(wanted.unit or "pF")
+    recording = Recording(*found.arrays, notes, unit=unit, zero_utc_ns=found.zero_utc_ns, understood=found.said)
     return Foreign(path, recording, found.unused)
 
 
@@ -173,7 +177,8 @@ def read(
         has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
         palpate's own files.
     unit : str, optional
-        Unit of both capacitances, aF to F. Default: the unit in the header, else pF.
+        Unit of both capacitances, aF to F: they are converted to pF. Or of two other signals, any text, as "N": their
+        values are used as they are. Default: the unit in the header, else pF.
     time_unit : str, optional
         Unit of the times, ns to d. Default: the unit in the header, else the one that makes sense.
     rate : float, optional

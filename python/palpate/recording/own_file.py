@@ -152,6 +152,7 @@ class Recorded:
         self.columns: tuple[str, ...] = COLUMNS
         self.codes: Codes | None = None
         self.full_scale_pF: float = math.inf
+        self.unit: str = str(self.describe().get("unit", "pF"))
         self.settings: dict[str, Any] = sidecar.settings_of(self.document)
         self.host_stamps: bool = self.describe().get("stamps") == "host"
         self.zero_utc_ns: int | None = sidecar.zero_of(self.document)[0]
@@ -244,6 +245,7 @@ class Recorded:
         return Recording(
             *(block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, *usable(block, self.full_scale_pF)),
             notes=self.notes,
+            unit=self.unit,
             full_scale_pF=self.full_scale_pF,
             host_stamps=self.host_stamps,
             doubts=self.doubts,

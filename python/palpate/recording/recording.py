@@ -48,7 +48,7 @@ class Recording(Framed):
     t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
         Times of the readings of each channel, s; nan if the file has no times, equal if it has one time for both.
     hard, soft : numpy.ndarray, shape (n,)
-        Capacitances, pF, baseline included; nan for a missing value.
+        Capacitances, pF, or signals in `unit`, baseline included; nan for a missing value.
     notes : tuple of str
         Remarks on the data: rows without a value, an incomplete last row, times that go back.
     full_scale_pF : float
@@ -65,6 +65,8 @@ class Recording(Framed):
         Of a table of another program: one line that says which columns and units were used.
     marks : tuple of Mark
         From the sidecar of palpate's own files, in the order in which they were made.
+    unit : str
+        Of the values: pF, or as given to `palpate.read`.
     plan : Plan
         The session in the sidecar: specimens, which touch was on which of them, what is left out, notes; empty without one.
 
@@ -95,6 +97,7 @@ class Recording(Framed):
     zero_utc_ns: int | None = None
     understood: str = ""
     marks: tuple[Mark, ...] = ()
+    unit: str = "pF"
     plan: Plan = Plan()  # noqa: RUF009  it cannot be changed
 
     def __len__(self) -> int:
@@ -136,7 +139,7 @@ class Recording(Framed):
         return str(display("cards.recording", self))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the change of both channels over time, pF, with the marks, and a dashed line at each gap.
+        """Draw the change of both channels over time, with the marks, and a dashed line at each gap.
 
         Parameters
         ----------

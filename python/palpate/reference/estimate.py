@@ -12,9 +12,8 @@ from palpate.reference.noise import FEWEST
 
 def estimator(noise: float = 1.0) -> _Handover:
     """Return the one of `handover_rls` with its defaults; below a noise of 1e-5 the initial covariance follows from it."""
-    given = {**(handover_rls.__kwdefaults__ or {}), "number": float}
-    initial = given["initial_covariance"]
-    return begun(**given | {"initial_covariance": 16 / noise**2 if noise**2 * initial < 1 else initial})
+    unknown = {"initial_covariance": 16 / noise**2} if noise**2 * 1e10 < 1 else {}
+    return begun(**{**(handover_rls.__kwdefaults__ or {}), "number": float, **unknown})
 
 
 @dataclass

@@ -127,8 +127,8 @@ class _Tracker:
             )
         alarm = False
         if event == "begun":
-            begin = max(number + 1 - self._idle.gate.age, 0)
-            self._touch = Estimate(begin, _state=estimator(self._idle.soft.now.noise))
+            begin, noise = max(number + 1 - self._idle.gate.age, 0), self._idle.soft.now.noise
+            self._touch = Estimate(begin, _state=estimator(noise))
             self._running, self._known = True, None
         elif event in ("released", "idle"):
             self.finish()

@@ -14,7 +14,7 @@ from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import anything, checked, choice, number
 from palpate.tables.table import DECIMALS, parsed_map
-from palpate.tables.units import PICOFARADS, SECONDS
+from palpate.tables.units import SECONDS, checked_unit
 
 _NOTHING = np.empty(0, DTYPE)
 # Message of a source that was stopped before the end of its file, where the checksum is compared.
@@ -31,7 +31,7 @@ class FileSource(Stoppable):
             raise ValueError(f"rate: got none, allowed: {RATE}")
         # For `palpate.touches`, as of a recording.
         self.blocks, self.timed, self.tares = recording.blocks, recording.timed, recording.tares
-        self.full_scale_pF, self.host_stamps = recording.full_scale_pF, recording.host_stamps
+        self.full_scale_pF, self.host_stamps, self.unit = recording.full_scale_pF, recording.host_stamps, recording.unit
         self.gap_marks = recording.gap_marks
         self.live: bool = speed is not None
         self.real_time: bool = False
@@ -125,7 +125,7 @@ def _marked(block: Block) -> Block:
 
 _ALLOWED = {
     "columns": anything,
-    "unit": choice(*PICOFARADS),
+    "unit": checked_unit,
     "time_unit": choice(*SECONDS),
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),

@@ -12,13 +12,13 @@ from palpate.ad7746.datasheet import LAST_CODE, capacitance_pF, saturated
 from palpate.errors import quoted
 from palpate.samples import Sample, Status
 from palpate.sources import options
+from palpate.tables.units import PICOFARADS, checked_unit, unit_read
 
 Values = dict[str, Any]  # Role -> value: pF (float; nan: no value), ns (int), or a whole number.
 UNUSED = "-"  # Name of a column that is not used; its cells may be any text.
 TIMES = ("t", "t_hard", "t_soft")
 CHANNELS = ("hard", "soft")
 NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
-PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "F": 1e12}
 # Columns of whole numbers, with their range.
 WHOLE = {
     "seq": (0, 2**32 - 1),
@@ -61,7 +61,7 @@ class Grammar:
     # capacitances whose name has none, pF.
 
     def __init__(
-        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit: float | None = None
+        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit: float | str = 0.0
     ) -> None:
         if columns and pattern:
             raise ValueError(
@@ -70,7 +70,10 @@ class Grammar:
         self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
         self.by_order = False
         self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
-        self._given, self._pattern, self._unit_pF = columns, pattern, unit
+        self._given, self._pattern = columns, pattern
+        self.unit, self._unit_pF = (
+            ("pF", unit) if isinstance(unit, float) else (unit_read(unit), PICOFARADS.get(unit, 1.0))
+        )
         self._sized = False
 
     def read(self, line: bytes) -> Values:
@@ -253,10 +256,11 @@ def _complete(name: str, value: str, names: list[str], allowed: str) -> tuple[Li
     return found
 
 
-def _unit(name: str, value: Any) -> float:
+def _unit(name: str, value: Any) -> float | str:
     """Return a unit, or the size of one count of a converter, pF."""
-    allowed = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
-    return PICOFARADS[value] if value in PICOFARADS else float(options.number(0, above=True)(allowed, value))
+    if isinstance(value, str) and not _NUMBER.fullmatch(value):
+        return checked_unit(name, value)
+    return float(options.number(0, above=True)(f"{name} ({', '.join(PICOFARADS)}, or pF of one count)", value))
 
 
 OF_LINES: dict[str, options.Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}

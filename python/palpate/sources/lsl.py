@@ -15,8 +15,9 @@ from palpate.errors import DeviceNotFound, ProtocolError, listed, quoted
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.lines import COLUMNS, PICOFARADS, LineColumn
+from palpate.sources.lines import COLUMNS, LineColumn
 from palpate.sources.options import Check, checked, choice, number, text
+from palpate.tables.units import PICOFARADS, checked_unit, unit_read
 
 # Labels of the channels of palpate's own stream of samples. gaps: number of gaps of the source so far.
 SAMPLES = ("hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps")
@@ -106,11 +107,12 @@ class Channels:
         for name in ("hard", "soft"):
             place = _place(name, labels, asked.get(name), there)
             unit = asked.get("unit") or units[place] or _column(labels[place]).unit
-            if unit not in PICOFARADS:
+            if unit not in PICOFARADS and not asked.get("unit"):
                 said = f"the stream says {quoted(units[place])} for {name}, channel {there[place]}"
-                raise ValueError(f"unit: {said}; allowed: unit=, one of {', '.join(PICOFARADS)}")
+                raise ValueError(f"unit: {said}; allowed: unit=, one of {', '.join(PICOFARADS)}, or another, as N")
             self.names[name] = f"{labels[place] or place + 1}, {unit}"
-            self._found.append((place, PICOFARADS[unit]))
+            self._found.append((place, PICOFARADS.get(unit, 1.0)))
+        self.unit = unit_read(unit)
         if self._found[0][0] == place:
             raise ValueError(f"hard, soft: got {there[place]} for both, allowed: two channels")
         self._extra = {label: labels.index(label) for label in SAMPLES[2:] if own and label in labels}
@@ -207,6 +209,7 @@ class LslSource(Stoppable):
             "name": "LSL stream",
             "stream": own,
             "channels": self._channels.names,
+            **({"unit": self._channels.unit} if self._channels.unit != "pF" else {}),
             "clock": f"{self._clock}; ns since the stream was opened",
             "stamps": self._stamps or ("converter" if said("stamps") == "converter" else "host"),
             **{name: value for name, value in numbers.items() if value},
@@ -307,7 +310,7 @@ _STREAM: dict[str, Check] = {"stamps": choice("converter", "host"), "replug": nu
 def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
     """Return the source of `lsl:NAME`: the stream with this name and these options."""
     texts = dict.fromkeys((*_WHICH, "hard", "soft"), text)
-    allowed = {**texts, **_STREAM, "unit": choice(*PICOFARADS), "wait": number(0, 86400)}
+    allowed = {**texts, **_STREAM, "unit": checked_unit, "wait": number(0, 86400)}
     given = checked("lsl", options, allowed)
     wanted = {"name": address} if address else {}
     wanted |= {_WHICH[name]: given[name] for name in _WHICH if name in given}

@@ -188,6 +188,7 @@ class SerialSource(Stoppable):
             "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
             "stamps": "converter" if unit else "host",
             **({"full_scale_pF": SATURATED_PF} if has_codes else {}),
+            **({"unit": self._grammar.unit} if self._grammar.unit != "pF" else {}),
         }
         return self._described
 

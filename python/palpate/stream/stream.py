@@ -14,7 +14,7 @@ from palpate._core import Touch, Tracker
 from palpate.extras import display
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
-from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, saturated, settings_for
+from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, require_scale, saturated, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described
@@ -45,6 +45,8 @@ class Stream:
         Default: ``Tracker(scene, **settings)`` with the full scale of the source. A tracker of your own without
         `full_scale` counts saturated samples as refused.
     scene : str
+    unit : str, optional
+        As in `palpate.read`; for a name of a file, a serial port or a stream. Default: as the source says, else pF.
     record : path-like, optional
         NAME.csv: every sample is written there, also if the consumer is too slow. NAME.json has the description.
     capacity : int, optional
@@ -95,6 +97,7 @@ class Stream:
         tracker: Tracker | None = None,
         *,
         scene: "_Scene" = "handheld",
+        unit: str | None = None,
         record: str | os.PathLike[str] | None = None,
         capacity: int | None = None,
         keep: int | None = None,
@@ -116,14 +119,17 @@ class Stream:
                 sidecar_path(Path(record))
             queue = None if capacity is None else SampleQueue(capacity)
             self._memory = None if keep is None else Memory(keep)
+            if unit is not None and not isinstance(source, str):
+                raise ValueError(f"unit: got {unit!r} and a source, allowed: with a name; palpate.open takes it, too")
             if isinstance(source, str):
-                source = open_source(source)
+                source = open_source(source, **({} if unit is None else {"unit": unit}))
                 on_failure.callback(source.close)
             self.source: Source = source
             self._listeners = Listeners(notify or source.notify)
             source.notify = self._listeners.message
             device = described(source)
             if tracker is None:
+                require_scale(scene, device.get("unit", "pF"), given)
                 self.tracker = Tracker(scene, **{**settings_for(scene, device), **given})
             self._queue = queue or SampleQueue(capacity_for(device, _LAG_S, _LEAST))
             on_failure.pop_all()

@@ -69,7 +69,7 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
         _require_samples(side.value.table, asked)
     found = [absent(name, side.value.numbers()) for name, side in zip(("hard", "soft"), sides, strict=True)]
     units, told = _units([hard.value, soft.value], [values for values, _ in found], asked)
-    scales = [PICOFARADS[unit] for unit in units]
+    scales = [PICOFARADS.get(unit, 1.0) for unit in units]
     values = [each if scale == 1 else each * scale for (each, _), scale in zip(found, scales, strict=True)]
     stamps, joined = _both_times(hard, soft, asked), list[str]()
     arrays = (stamps[0].seconds, stamps[1].seconds, values[0], values[1])
@@ -151,13 +151,14 @@ def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[
     """Return the units of the channels, and notes: as asked, by the header, or by the size of the values."""
     stated = [each.stated_unit for each in both]
     if wanted := asked.unit:
-        odd = [each for each in both if PICOFARADS.get(each.stated_unit or wanted) != PICOFARADS[wanted]]
+        scales = [PICOFARADS.get(unit, unit) for unit in (*(each or wanted for each in stated), wanted)]
+        odd = [each for each, scale in zip(both, scales, strict=False) if scale != scales[-1]]
         told = [f"the header of {each.label} says {each.stated_unit}: {wanted} is used, as asked" for each in odd]
         return [wanted] * 2, told
     allowed = ", ".join(PICOFARADS)
     for column in both:
         if column.stated_unit and not column.in_farads:
-            other = "numbers that are proportional to it, both on one scale: --unit aF"
+            other = "two signals of another kind: their unit, as --unit counts"
             got = f"{quoted(column.name)}, in {column.stated_unit}"
             raise ask("column", got, f"a capacitance in one of {allowed}, without a scale; {other}")
     some = [np.abs(each[:: max(1, len(each) // _SOME)]) for each in values]  # not the largest: it may be a wrong one

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, listed, nearest, quoted, shortened, unlike
-from palpate.tables.units import OVERLOAD, PICOFARADS, SECONDS, bare, simple_name, stated_unit, to_number
+from palpate.tables.units import OVERLOAD, PICOFARADS, SECONDS, bare, checked_unit, simple_name, stated_unit, to_number
 
 Array = NDArray[np.float64]
 DECIMALS = {"point": ".", "comma": ","}
@@ -123,10 +123,11 @@ class Asked:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        words: dict[str, Collection[str]] = {"unit": PICOFARADS, "time_unit": SECONDS, "decimal": DECIMALS}
+        words: dict[str, Collection[str]] = {"time_unit": SECONDS, "decimal": DECIMALS}
         for name, allowed in words.items():
             if (value := getattr(self, name)) is not None and value not in allowed:
                 raise ValueError(f"{name}: {unlike(value, allowed)}")
+        checked_unit("unit", "pF" if self.unit is None else self.unit)
         columns, needed = self.columns or {}, {"hard"} if self.soft else {"hard", "soft"}
         if self.columns is not None and not needed <= set(columns) <= {"hard", "soft", "time", "soft_time"}:
             raise ask("columns", listed(columns) or "none", "hard, soft and, if wanted, time, soft_time")

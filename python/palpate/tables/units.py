@@ -4,8 +4,11 @@ import math
 import re
 from collections.abc import Collection
 
+from palpate.errors import unlike
+
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86400.0}
+_OTHER_UNITS = frozenset("mgsANVWJCTKLlHSΩ%1")  # how "mm", "nN" and the like end, which are one letter from mF and nF
 _WORDS = {
     "second": "s", "seconds": "s", "secs": "s", "lsl_timestamp": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
     "usec": "us", "micros": "us", "microseconds": "us", "nanos": "ns", "nanoseconds": "ns", "minutes": "min", "days": "d",
@@ -13,6 +16,32 @@ _WORDS = {
 _LAST = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$|(?:^|[\s_/])([^\s_/()\[\]]+)\s*$")
 _OTHERS = ("%", "percent", "mv", "volt", "volts", "hz", "counts", "count", "cnt", "raw", "lsb", "adc", "digits", "codes",
            "norm", "normalized", "rel")  # fmt: skip
+
+
+def checked_unit(name: str, value: object) -> str:
+    """Return a unit of two signals: one of capacitance, or any text that is not one of these with a wrong letter.
+
+    Examples
+    --------
+    >>> checked_unit("unit", "N"), unit_read("N"), unit_read("fF")
+    ('N', 'N', 'pF')
+    """
+    text = value.strip() if isinstance(value, str) else ""
+    slip = any(_one_letter(text.casefold(), unit.casefold()) for unit in PICOFARADS)
+    if not text or (slip and text not in PICOFARADS and text[-1] not in _OTHER_UNITS):
+        raise ValueError(f"{name}: {unlike(value, PICOFARADS)}; or another unit, as N; not one so like these")
+    return text
+
+
+def _one_letter(one: str, other: str) -> bool:
+    """Return whether two texts differ by one letter at most: more, less, or another one."""
+    short, long = sorted((one, other), key=len)
+    return any(short[:i] + short[i + (len(short) == len(long)) :] == long[:i] + long[i + 1 :] for i in range(len(long)))
+
+
+def unit_read(unit: str) -> str:
+    """Return the unit of the values that are read: pF of any capacitance, else as given."""
+    return "pF" if unit in PICOFARADS else unit
 
 
 def last_word(name: str) -> str:
