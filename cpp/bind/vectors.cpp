@@ -252,15 +252,12 @@ py::object VectorEstimator::trace(const py::object& output, const py::object& re
 void bind_vectors(py::module_& module) {
   using E = VectorEstimator;
   const auto made = [](const py::args& places, const py::kwargs& given) {
-    py::dict all = given;
-    if (places.size() > 1 || places.size() + given.contains("size") != 1) {
+    const Settings named = VectorKind::defaults().with("VectorRls", given);
+    if (places.size() + given.contains("size") != 1) {
       throw py::type_error("VectorRls: got " + std::to_string(places.size()) +
-                           " values without a name, allowed: size, once; the others by name");
+                           " values without a name, allowed: size; the others by name");
     }
-    if (!places.empty()) {
-      all["size"] = places[0];
-    }
-    const Settings settings = VectorKind::defaults().with("VectorRls", all);
+    const Settings settings = places.empty() ? named : named.with("VectorRls", py::dict(py::arg("size") = places[0]));
     VectorKind::check(settings);
     return E(settings);
   };
