@@ -141,8 +141,8 @@ class VectorRls(_Resettable):
         threshold: float = 12.0,
         clip: float = 3.0,
         alarmed: float = 0.0,
-        initial_covariance: float = 1e300,
-        max_covariance: float = 1e300,
+        initial_covariance: float = 1e280,
+        max_covariance: float = 1e280,
     ) -> None: ...
     def update(self, output: float, regressors: Sequence[float] | NDArray[np.floating[Any]], /) -> float: ...
     def process(

@@ -131,7 +131,11 @@ def test_what_a_block_refuses() -> None:
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ((palpate.Tracker(), 3), TypeError, "estimator: got .*, allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls"),
+        (
+            (palpate.Tracker(), 3),
+            TypeError,
+            "estimator: got .*, allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls",
+        ),
         ((palpate.Rls, 3), TypeError, "estimator: got <class"),
         ((palpate.Rls(), 0), ValueError, r"streams: got 0, allowed: 1 <= streams <= 2\*\*32"),
         ((palpate.Rls(), 2.5), TypeError, "streams: got 2.5, allowed: a whole number"),

@@ -110,7 +110,7 @@ class _Detector:
 
     def scale(self, output: Any, number: Callable[[Any], Any]) -> Any:
         scale = number(1.2533141) * self.mean * (1 + number(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
-        return max(scale, abs(output) * number(ROUNDING) + number(1e-300))
+        return max(scale, abs(output) * number(ROUNDING) + number(1e-280))
 
     def take(self, z: Any, scale: Any, rest: Any, weight: Any, number: Callable[[Any], Any]) -> bool:
         """Return whether z is an outlier."""
@@ -153,8 +153,8 @@ def vector_rls(
     threshold: float = 12.0,
     clip: float = 3.0,
     alarmed: float = 0.0,
-    initial_covariance: float = 1e300,
-    max_covariance: float = 1e300,
+    initial_covariance: float = 1e280,
+    max_covariance: float = 1e280,
     number: Callable[[Any], Any] = float,
 ) -> VectorTrace:
     """Recursive least squares for several coefficients, output = regressors @ coefficients + noise.

@@ -52,6 +52,7 @@ template <class Real, int Size>
 struct LeastSquares : TriangularFactor<Real, Size> {
   using Factor = TriangularFactor<Real, Size>;
   using Sample = Row<Real, Size>;
+  static constexpr Real normal = std::numeric_limits<Real>::min() * 1024;
   using Factor::above, Factor::coefficients, Factor::diagonal, Factor::projected, Factor::upper;
   Real squares[above + Size] = {};    // Q, sum of weight^2 x x', row by row up to the diagonal
   Real residuals = 0;                 // sum of weight (output - theta' x)^2
@@ -66,13 +67,12 @@ struct LeastSquares : TriangularFactor<Real, Size> {
   }
 
   /// The factor after a sample, and what is left of the sample. A regressor that is a combination of those before it, as
-  /// far as `tolerance` of its root mean square can tell, says nothing.
-  PALPATE_ONCE constexpr Factor rotated(Real forgetting, Real tolerance, Sample& row) const noexcept {
+  /// far as 1 / resolution of its mean square can tell, says nothing.
+  PALPATE_ONCE constexpr Factor rotated(Real forgetting, Real resolution, Sample& row) const noexcept {
     Factor next;
-    const Real square = product(tolerance, tolerance);
     for (int i = 0, j = 0; i < Size; ++i) {
       Real x = row.regressors[i];
-      if (PALPATE_UNLIKELY(product(product(x, x), count_squares) < product(square, squares[i * (i + 3) / 2]))) {
+      if (PALPATE_UNLIKELY(product(product(x, x), product(resolution, count_squares)) < squares[i * (i + 3) / 2])) {
         x = row.regressors[i] = 0;
       }
       const Real weighted = product(row.weight, x), discounted = product(forgetting, diagonal[i]);
@@ -106,21 +106,26 @@ struct LeastSquares : TriangularFactor<Real, Size> {
   }
 
   /// Both in one. Returns the weight of the residual, 1 / (1 + x' P x / forgetting).
-  constexpr Real add(Real forgetting, Real tolerance, const Sample& sample) noexcept {
+  constexpr Real add(Real forgetting, Real resolution, const Sample& sample) noexcept {
     Sample row = sample;
-    const Factor next = rotated(forgetting, tolerance, row);
+    const Factor next = rotated(forgetting, resolution, row);
     accept(forgetting, sample, row, next);
     return row.weight;
   }
 
-  /// Add `information` in each direction; the coefficients stay.
+  /// Add `information` in each direction; the coefficients stay. What has decayed stays above subnormal numbers, where
+  /// arithmetic takes ten times as long.
   PALPATE_COLD constexpr void strengthen(Real information) noexcept {
+    residuals += normal;
+    for (Real& square : squares) {
+      square += normal;
+    }
     Factor next = *this;
     for (int i = 0; i < Size; ++i) {
       Sample row;
       row.regressors[i] = 1;
       row.weight = information;
-      next = rotated(Real(1), Real(0), row);
+      next = rotated(Real(1), std::numeric_limits<Real>::infinity(), row);
       for (int k = 0; k < Size; ++k) {
         next.projected[k] = next.coefficients[k] = coefficients[k];
       }
@@ -128,6 +133,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     }
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = i + 1; k < Size; ++k, ++j) {
+        upper[j] = magnitude(upper[j]) < normal ? Real(0) : upper[j];
         projected[i] += product(upper[j], coefficients[k]);
       }
     }

@@ -21,7 +21,7 @@ struct VectorSettings {
   Real clip = Real(3);        ///< limits an innovation in the CUSUM; one above it does not change the coefficients
   Real alarmed = Real(0);  ///< forgetting factor from an alarm until a quarter of threshold; 0: an alarm is a hand-over
   /// 1 / max_covariance: so little that no coefficient shows it, and above subnormal numbers.
-  Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-300);
+  Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-280);
 
   /// As FixedForgetting::visit_fields.
   template <class Visit>
@@ -80,7 +80,7 @@ class VectorRls : public Parameters {
     const Sample sample = sample_of(output, values);
     const Real innovation = innovation_of(sample, fit_);
     Sample row = sample;
-    const auto next = fit_.rotated(settings.steady, rounding, row);
+    const auto next = fit_.rotated(settings.steady, resolution, row);
     if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
       return {innovation, alarm_, false, false};
     }
@@ -158,6 +158,7 @@ class VectorRls : public Parameters {
 
  private:
   static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
+  static constexpr Real resolution = 1 / (rounding * rounding);
 
   static constexpr Real larger(Real left, Real right) noexcept { return left > right ? left : right; }
 
@@ -199,7 +200,7 @@ class VectorRls : public Parameters {
   PALPATE_ONCE constexpr void learn(Real clipped, Real weight) noexcept {
     if (PALPATE_LIKELY(weight > Real(0.1))) {
       seen_ += 1;
-      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), clipped - mean_magnitude_);
+      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), clipped + Fit::normal - mean_magnitude_);
     }
   }
 
@@ -242,7 +243,7 @@ class VectorRls : public Parameters {
   /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
   PALPATE_COLD constexpr void adapt(const Sample& sample, Real scale) noexcept {
     if (settings.alarmed > 0) {
-      fit_.add(settings.alarmed, rounding, sample);
+      fit_.add(settings.alarmed, resolution, sample);
       guard(settings.alarmed);
       return;
     }
@@ -254,7 +255,7 @@ class VectorRls : public Parameters {
     for (std::uint32_t m = 1; m <= held; ++m) {
       const Sample& each = samples_[(next_ + window - m) % window];
       const Real innovation = innovation_of(each, before);
-      const Real weight = latest.add(Real(1), rounding, each);
+      const Real weight = latest.add(Real(1), resolution, each);
       gain += product(innovation, innovation) - product(price, (1 - weight) / (1 + weight));
       if (gain - latest.residuals > most && latest.finite()) {
         most = gain - latest.residuals;
