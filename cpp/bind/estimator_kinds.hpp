@@ -41,8 +41,8 @@ struct AdaptiveKind {
   using Core = palpate::AdaptiveRls<Real>;
 
   static Settings defaults() {
-    return defaults_of<palpate::AdaptiveRls<double>, palpate::SwitchedForgetting<double>, palpate::Cusum<double>,
-                       palpate::BoundedCovariance<double>>();
+    return defaults_of<palpate::AdaptiveRls<double>, palpate::SwitchedForgetting<double>,
+                       palpate::CusumSettings<double>, palpate::BoundedCovariance<double>>();
   }
   static void check(const Settings& s) {
     require_share(s, "steady");
@@ -56,7 +56,7 @@ struct AdaptiveKind {
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {
-    return Core(s.values<palpate::SwitchedForgetting<Real>>(), s.values<palpate::Cusum<Real>>(),
+    return Core(s.values<palpate::SwitchedForgetting<Real>>(), {{s.values<palpate::CusumSettings<Real>>()}},
                 s.values<palpate::BoundedCovariance<Real>>(), static_cast<Real>(s["initial_ratio"]),
                 static_cast<Real>(s["initial_covariance"]));
   }

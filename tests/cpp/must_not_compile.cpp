@@ -16,7 +16,7 @@ void use() {
   Rls<float>().covariance() = 1.0f;
 #elif CASE == 2  // palpate::Rls: Real must be float or double
   Rls<int>().update(1, 1);
-#elif CASE == 3  // Forgetting, Detector and Bound must be of the same Real as the estimator
+#elif CASE == 3  // a Forgetting needs real_type, which is the estimator's Real
   Rls<float, SwitchedForgetting<double> >().update(1.0f, 1.0f);
 #elif CASE == 4  // palpate::Align: Ticks must be an integer of 32 or 64 bits
   HandheldTracker<double, double> tracker;

@@ -121,6 +121,35 @@ constexpr auto springs = Elasticity<double>::of_stiffness(800, 100);
 constexpr double shown = 800.0 * (400 + 100) / (100.0 * (400 + 800));
 static_assert(magnitude(springs.modulus(shown) - 400) < 1e-12 * 400 && magnitude(springs.ratio(400) - shown) < 1e-15);
 
+// A policy with a state: a refused sample leaves it as it was, and reset() begins it again.
+struct Growing {
+  using real_type = double;
+  double taken = 0;
+  constexpr double discount(double information, double, double, bool) noexcept {
+    taken += 1;
+    return information;
+  }
+  constexpr void reset() noexcept { taken = 0; }
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(taken);
+  }
+};
+bool keeps_its_state() noexcept {
+  Rls<double, Growing, Cusum<double>> estimator;
+  estimator.update(3.0, 1.0);
+  estimator.update(std::numeric_limits<double>::quiet_NaN(), 1.0);
+  const bool taken = estimator.alarm() && estimator.statistic() > 0 && estimator.forgetting().taken == 1;
+  int numbers = 0;
+  estimator.visit_state([&](double&) { ++numbers; });
+  estimator.reset();
+  return taken && numbers == 4 && !estimator.alarm() && estimator.forgetting().taken == 0;
+}
+
+// What is derived from an estimator with a standard error has one.
+struct Derived : Handover<double> {};
+static_assert(knows_its_error<Derived> && !knows_its_error<AdaptiveRls<double>>);
+
 // Null policies cost nothing, and the real ones their parameters.
 static_assert(sizeof(Rls<float>) == 2 * sizeof(float) && sizeof(Rls<double>) == 2 * sizeof(double));
 static_assert(sizeof(Rls<float, FixedForgetting<float>>) == 3 * sizeof(float));
@@ -139,5 +168,5 @@ static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTra
 int main() {
   const auto again = touch<double>();
   const bool same = again.ratio() == in_double.ratio() && again.statistic() == in_double.statistic();
-  return same && touches(HandheldTracker<double>(), 1e-3) == 2 && gated_touches() ? 0 : 1;
+  return same && touches(HandheldTracker<double>(), 1e-3) == 2 && gated_touches() && keeps_its_state() ? 0 : 1;
 }

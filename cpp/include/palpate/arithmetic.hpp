@@ -52,6 +52,21 @@
 
 namespace palpate {
 
+#if defined(__GNUC__) || defined(__clang__)
+namespace detail {
+inline void stay() noexcept { __asm__ volatile(""); }
+}  // namespace detail
+#endif
+
+/// In a branch: it stays one. Of a branch without it a compiler may make a select, which waits for both of its sides.
+constexpr void keep_branch() noexcept {
+#if defined(__GNUC__) || defined(__clang__)
+  if (!__builtin_is_constant_evaluated()) {
+    detail::stay();
+  }
+#endif
+}
+
 /// Whether a type is one of those that the headers compute with.
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;

@@ -16,7 +16,7 @@ template <class Real>
 using Forgetting = Constant<defaults<SwitchedForgetting<Real>>>;
 /// The detector of the paper.
 template <class Real>
-using Detector = Constant<defaults<Cusum<Real>>>;
+using Detector = Cusum<Real, Constant<defaults<CusumSettings<Real>>>>;
 /// The bound of the covariance.
 template <class Real>
 using Bound = Constant<defaults<BoundedCovariance<Real>>>;

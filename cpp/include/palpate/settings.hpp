@@ -25,19 +25,32 @@ template <const auto& values>
 struct Constant {
   static constexpr const auto& settings = values;  ///< the constant
 };
-
-/// The policy itself, or the one that a Constant names.
-template <class Policy>
-constexpr const Policy& policy_in(const Policy& policy) noexcept {
-  return policy;
-}
-/// The same for a Constant.
+/// Whether a type is one.
+template <class Type>
+inline constexpr bool is_constant = false;
 template <const auto& values>
-constexpr const auto& policy_in(const Constant<values>&) noexcept {
-  return values;
-}
-/// Its type.
+inline constexpr bool is_constant<Constant<values>> = true;
+
+namespace detail {
+// Whether a type has the members in the expression Needs.
+template <class Void, template <class...> class Needs, class Type>
+inline constexpr bool allows = false;
+template <template <class...> class Needs, class Type>
+inline constexpr bool allows<std::void_t<Needs<Type>>, Needs, Type> = true;
+template <template <class...> class Needs, class Type>
+inline constexpr bool has = allows<void, Needs, Type>;
+
+// The policy itself, or the one that a Constant names, which is const.
 template <class Policy>
-using policy_type = std::decay_t<decltype(policy_in(std::declval<const Policy&>()))>;
+constexpr auto& policy_in(Policy& policy) noexcept {
+  if constexpr (is_constant<std::remove_const_t<Policy>>) {
+    return policy.settings;
+  } else {
+    return policy;
+  }
+}
+template <class Policy>
+using policy_type = std::remove_reference_t<decltype(policy_in(std::declval<Policy&>()))>;
+}  // namespace detail
 
 }  // namespace palpate

@@ -16,12 +16,17 @@
 
 namespace palpate {
 
-/// Whether an estimator has a standard error: only Handover does.
+namespace detail {
+template <class Estimator, class Real = typename Estimator::real_type>
+using Scatters =
+    decltype(Real(std::declval<Estimator&>().long_run_variance()), Real(std::declval<Estimator&>().leverage()),
+             Real(std::declval<Estimator&>().innovation_variance()), Real(std::declval<Estimator&>().count()),
+             Real(std::declval<Estimator&>().information()), bool(std::declval<Estimator&>().settled()));
+}  // namespace detail
+
+/// Whether an estimator has a standard error: the members of Handover of which one is made.
 template <class Estimator>
-inline constexpr bool knows_its_error = false;
-/// The same for Handover.
-template <class Real, class Parameters>
-inline constexpr bool knows_its_error<Handover<Real, Parameters>> = true;
+inline constexpr bool knows_its_error = detail::has<detail::Scatters, const Estimator>;
 
 /// Settings of a Tracker.
 template <class Estimator>

@@ -50,9 +50,14 @@ struct HandoverSettings {
 /// the whitened innovations, in units of their own scale: no setting is in pF. At an alarm there is a hand-over: the
 /// estimate is computed from the samples since this CUSUM side was last 0, and the old ratio is forgotten at once. A
 /// drift is too slow for this: it shows as an offset of the innovations, and the larger it is, the more is forgotten.
-template <class Real, class Parameters = Kept<HandoverSettings<Real>>>
+///
+/// Another `Detector` has the same members as TwoSidedCusum: docs/write_your_own.md.
+template <class Real, class Parameters = Kept<HandoverSettings<Real>>, class Detector = TwoSidedCusum<Real>>
 class Handover : public Parameters {
   static_assert(is_real<Real>, "palpate::Handover: Real must be float or double");
+  static_assert(detail::has<detail::FindsChanges, Detector> && detail::has<detail::VisitsState, Detector>,
+                "palpate::Handover: a Detector needs a constructor without parameters, add(z, drift, guard, sample), "
+                "statistic(), larger(), which is a CusumSide, and visit_state(visit)");
 
  public:
   using real_type = Real;  ///< float or double
@@ -72,7 +77,7 @@ class Handover : public Parameters {
   PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
-      return refusal(ratio_, innovation, alarm());
+      return detail::refusal(ratio_, innovation, alarm());
     }
     const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
     const Judged judged = judge(innovation, output);
@@ -86,7 +91,7 @@ class Handover : public Parameters {
       next = {ratio_, sums_, Real(0)};
     }
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
-      return refusal(ratio_, innovation, alarm());
+      return detail::refusal(ratio_, innovation, alarm());
     }
     watch(judged, sample);
     const bool change = alarm();
@@ -275,12 +280,8 @@ class Handover : public Parameters {
     return information > least ? information : least;
   }
 
-  PALPATE_COLD static constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
-    return {ratio, innovation, Real(0), alarm, false};
-  }
-
   Real ratio_;
-  TwoSidedCusum<Real> cusum_;
+  Detector cusum_;
   Sums<Real> sums_;
   Instrument<Real> instrument_;
   Real seen_ = 0;

@@ -8,7 +8,7 @@
 #include <palpate/policy/bound.hpp>
 #include <palpate/policy/detector.hpp>
 #include <palpate/policy/forgetting.hpp>
-#include <palpate/settings.hpp>
+#include <palpate/policy/policies.hpp>
 
 namespace palpate {
 
@@ -32,15 +32,11 @@ struct RatioOf {
   Real ratio_;
 };
 
-/// Signed statistic of a detector; zero bytes without a detector.
-template <class Real, bool kept>
-struct StatisticOf {
-  Real signed_statistic_ = 0;
-};
+// Not inlined: the state stays in registers without it.
 template <class Real>
-struct StatisticOf<Real, false> {
-  static constexpr Real signed_statistic_ = 0;
-};
+PALPATE_COLD constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
+  return {ratio, innovation, Real(0), alarm, false};
+}
 }  // namespace detail
 
 /// Recursive least squares in the residual information form. With R = 1/P, lambda from the forgetting policy and x the
@@ -54,19 +50,14 @@ struct StatisticOf<Real, false> {
 /// If the ratio, information or statistic would not be finite after a sample (NaN, infinity, overflow of x^2), the
 /// sample is refused and the state keeps the same bits.
 /// Forgetting, Detector and Bound are policies with their parameters in the object, or Constant policies: settings.hpp.
+/// A policy may have a state, which changes only if the sample is accepted: docs/write_your_own.md.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
           class Bound = Unbounded<Real>, class Check = Checked>
-class Rls : detail::RatioOf<Real>,
-            Forgetting,
-            Detector,
-            detail::StatisticOf<Real, policy_type<Detector>::has_statistic>,
-            Bound {
+class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, Bound> {
   static_assert(is_real<Real>, "palpate::Rls: Real must be float or double");
-  static_assert(std::is_same_v<Real, typename policy_type<Forgetting>::real_type> &&
-                    std::is_same_v<Real, typename policy_type<Detector>::real_type> &&
-                    std::is_same_v<Real, typename policy_type<Bound>::real_type>,
-                "palpate::Rls: Forgetting, Detector and Bound must be of the same Real as the estimator");
-  static constexpr bool keeps_statistic = policy_type<Detector>::has_statistic;
+  static_assert(detail::has<detail::Passes, Check>,
+                "palpate::Rls: a Check needs passes(ratio, information, statistic), which is static");
+  using Policies = detail::Policies<Real, Forgetting, Detector, Bound>;
 
  public:
   using real_type = Real;                                 ///< float or double
@@ -74,29 +65,29 @@ class Rls : detail::RatioOf<Real>,
   static constexpr Real default_covariance = Real(1e12);  ///< of the initial ratio: as good as unknown, 1/pF^2
 
   /// With these policies, an initial ratio and its covariance, 1/pF^2.
-  constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
-                         Real ratio = Real(1), Real covariance = default_covariance) noexcept
+  constexpr explicit Rls(Forgetting first_forgetting = Forgetting(), Detector first_detector = Detector(),
+                         Bound first_bound = Bound(), Real ratio = Real(1),
+                         Real covariance = default_covariance) noexcept
       : detail::RatioOf<Real>(ratio),
-        Forgetting(forgetting),
-        Detector(detector),
-        Bound(bound),
+        Policies{first_forgetting, first_detector, first_bound},
         information_(Real(1) / covariance) {}
 
   /// One sample: the changes of both channels from their baselines, pF.
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
+    Policies next = *this;
     const Real innovation = output - product(regressor, ratio_);
-    const Real statistic = detector().next(magnitude(signed_statistic_), innovation);
-    const bool alarm = detector().alarm(statistic, is_alarm(signed_statistic_));
-    const Real discounted = forgetting().discount(information_, alarm);
-    const Real information = bound().limit(discounted) + product(regressor, regressor);
+    const bool alarm = next.detector().next(innovation);
+    const Real discounted = next.forgetting().discount(information_, innovation, regressor, alarm);
+    const Real information = next.bound().limit(discounted) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
-    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, statistic))) {
-      return refusal(ratio_, innovation, is_alarm(signed_statistic_));
+    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, next.detector().statistic()))) {
+      keep_branch();
+      return detail::refusal(ratio_, innovation, this->alarm());
     }
     ratio_ = ratio;
     information_ = information;
-    set_signed_statistic(alarm ? -statistic : statistic);
+    static_cast<Policies&>(*this) = next;
     return {ratio, innovation, gain, alarm, true};
   }
 
@@ -104,7 +95,7 @@ class Rls : detail::RatioOf<Real>,
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     ratio_ = ratio;
     information_ = Real(1) / covariance;
-    set_signed_statistic(Real(0));
+    Policies::for_each_state([](auto& policy) { policy.reset(); });
   }
 
   /// Call `visit` with a reference to each number of the state: to save it, or to restore it.
@@ -112,10 +103,12 @@ class Rls : detail::RatioOf<Real>,
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_);
     visit(information_);
-    if constexpr (keeps_statistic) {
-      visit(signed_statistic_);
-    }
+    Policies::for_each_state([&visit](auto& policy) { policy.visit_state(visit); });
   }
+
+  using Policies::bound;       ///< the bound, with its parameters
+  using Policies::detector;    ///< the detector, with its parameters
+  using Policies::forgetting;  ///< the forgetting policy, with its parameters
 
   /// The estimate r.
   constexpr Real ratio() const noexcept { return ratio_; }
@@ -124,33 +117,12 @@ class Rls : detail::RatioOf<Real>,
   /// P, unscaled: the variance of the ratio for noise of variance 1, 1/pF^2.
   constexpr Real covariance() const noexcept { return Real(1) / information_; }
   /// g of the detector, in the unit of the output; 0 without a detector.
-  constexpr Real statistic() const noexcept { return magnitude(signed_statistic_); }
-  /// As the detector keeps it: negative during an alarm.
-  constexpr Real signed_statistic() const noexcept { return signed_statistic_; }
+  constexpr Real statistic() const noexcept { return detector().statistic(); }
   /// Whether the detector has an alarm.
-  constexpr bool alarm() const noexcept { return is_alarm(signed_statistic_); }
-  /// The forgetting policy, with its parameters.
-  constexpr const auto& forgetting() const noexcept { return policy_in(static_cast<const Forgetting&>(*this)); }
-  /// The detector, with its parameters.
-  constexpr const auto& detector() const noexcept { return policy_in(static_cast<const Detector&>(*this)); }
-  /// The bound, with its parameters.
-  constexpr const auto& bound() const noexcept { return policy_in(static_cast<const Bound&>(*this)); }
+  constexpr bool alarm() const noexcept { return detector().alarm(); }
 
  private:
-  // Not inlined, so that no compiler makes a select of old and new state from the check: see SwitchedForgetting.
-  PALPATE_COLD static constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
-    return {ratio, innovation, Real(0), alarm, false};
-  }
-
-  static constexpr bool is_alarm(Real signed_statistic) noexcept { return keeps_statistic && signed_statistic < 0; }
-  constexpr void set_signed_statistic([[maybe_unused]] Real signed_statistic) noexcept {
-    if constexpr (keeps_statistic) {
-      signed_statistic_ = signed_statistic;
-    }
-  }
-
   using detail::RatioOf<Real>::ratio_;
-  using detail::StatisticOf<Real, keeps_statistic>::signed_statistic_;
   Real information_;
 };
 

@@ -4,6 +4,7 @@
 // A change detector that estimates the time of the change, and keeps the sums of the samples since then.
 
 #include <palpate/pack.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
@@ -100,6 +101,7 @@ struct CusumSide {
 /// Both CUSUM sides: one for a rise of the ratio, one for a fall.
 template <class Real>
 struct SidesInTurn {
+  using real_type = Real;  ///< float or double
   CusumSide<Real> up, down;
 
   PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
@@ -124,6 +126,7 @@ struct SidesInTurn {
 template <class Real>
 class SidesInLanes {
  public:
+  using real_type = Real;  ///< float or double
   constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
     if (__builtin_is_constant_evaluated()) {
       auto turn = in_turn();
@@ -185,5 +188,12 @@ template <class Real>
 using TwoSidedCusum = SidesInTurn<Real>;
 
 #endif
+
+namespace detail {
+template <class Detector, class Real = typename Detector::real_type>
+using FindsChanges = decltype(Detector(), std::declval<Detector&>().add(Real(), Real(), Real(), WeightedSample<Real>()),
+                              Real(std::declval<const Detector&>().statistic()),
+                              CusumSide<Real>(std::declval<const Detector&>().larger()));
+}  // namespace detail
 
 }  // namespace palpate

@@ -3,23 +3,39 @@
 
 // Change detectors: raise an alarm when the innovations e(k) show that the ratio has changed.
 //
-// The estimator keeps one number for both, the signed statistic: its magnitude is the statistic, and it is negative
-// during an alarm. An alarm needs a statistic above 0, so there is no doubt about the sign.
+// Each has next(innovation), which returns whether there is an alarm; alarm(), the same again; and statistic(). One with
+// a state has reset() and visit_state(visit), too.
 
-#include <palpate/arithmetic.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
 /// The null policy: never an alarm.
 template <class Real>
 struct NoDetector {
-  using real_type = Real;                       ///< float or double
-  static constexpr bool has_statistic = false;  ///< it keeps nothing
+  using real_type = Real;  ///< float or double
+  /// No alarm.
+  static constexpr bool next(Real) noexcept { return false; }
+  /// No alarm.
+  static constexpr bool alarm() noexcept { return false; }
+  /// 0.
+  static constexpr Real statistic() noexcept { return Real(0); }
+};
 
-  /// The statistic unchanged.
-  static constexpr Real next(Real statistic, Real /*innovation*/) noexcept { return statistic; }
-  /// The alarm unchanged.
-  static constexpr bool alarm(Real /*statistic*/, bool before) noexcept { return before; }
+/// Settings of Cusum, in the unit of the output (pF); 0 <= clear_level <= threshold.
+template <class Real>
+struct CusumSettings {
+  Real drift = Real(0.01);      ///< d: what noise may add to |e|, pF
+  Real threshold = Real(0.05);  ///< h: an alarm is above it, pF
+  Real clear_level = Real(0);   ///< an alarm ends there, pF
+
+  /// As FixedForgetting::visit_fields.
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("drift", &CusumSettings::drift);
+    visit("threshold", &CusumSettings::threshold);
+    visit("clear_level", &CusumSettings::clear_level);
+  }
 };
 
 /// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
@@ -27,33 +43,31 @@ struct NoDetector {
 ///     g(k) = max(0, g(k-1) + |e(k)| - d)
 ///
 /// The alarm is set when g(k) > h, and cleared when g(k) has come back to the clear level: 0 in the paper, so an alarm
-/// that is on stays on until g(k) = 0. With clear_level = threshold, alarm(k) = g(k) > h.
-/// drift d, threshold h and the clear level in the unit of the output (pF); 0 <= clear_level <= threshold.
-/// Page, Biometrika 41 (1954).
-template <class Real>
-struct Cusum {
-  using real_type = Real;                      ///< float or double
-  static constexpr bool has_statistic = true;  ///< the estimator keeps g for it
-  Real drift = Real(0.01);                     ///< d: what noise may add to |e|, pF
-  Real threshold = Real(0.05);                 ///< h: an alarm is above it, pF
-  Real clear_level = Real(0);                  ///< an alarm ends there, pF
+/// that is on stays on until g(k) = 0. With clear_level = threshold, alarm(k) = g(k) > h. Page, Biometrika 41 (1954).
+template <class Real, class Parameters = Kept<CusumSettings<Real>>>
+struct Cusum : Parameters {
+  using real_type = Real;  ///< float or double
+  using Parameters::settings;
+  Real signed_statistic = 0;  ///< g, negative during an alarm: that needs a g above 0, so the sign is never in doubt
 
-  /// g(k) from g(k-1) and e(k).
-  constexpr Real next(Real statistic, Real innovation) const noexcept {
+  /// Takes e(k). Returns alarm(k).
+  constexpr bool next(Real innovation) noexcept {
     // |e| - d first: if |e| <= d, this difference is not positive, so rounding cannot increase g.
-    return positive_part(statistic + (magnitude(innovation) - drift));
+    const Real sum = positive_part(statistic() + (magnitude(innovation) - settings.drift));
+    const bool on = alarm() ? sum > settings.clear_level : sum > settings.threshold;  // as in SwitchedForgetting
+    signed_statistic = on ? -sum : sum;
+    return on;
   }
-  /// alarm(k) from g(k) and alarm(k-1).
-  constexpr bool alarm(Real statistic, bool before) const noexcept {  // branches, as in SwitchedForgetting
-    return before ? statistic > clear_level : statistic > threshold;
-  }
-
-  /// As FixedForgetting::visit_fields.
+  /// alarm(k).
+  constexpr bool alarm() const noexcept { return signed_statistic < 0; }
+  /// g(k).
+  constexpr Real statistic() const noexcept { return magnitude(signed_statistic); }
+  /// Back to 0.
+  constexpr void reset() noexcept { signed_statistic = 0; }
+  /// As Rls::visit_state.
   template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("drift", &Cusum::drift);
-    visit("threshold", &Cusum::threshold);
-    visit("clear_level", &Cusum::clear_level);
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(signed_statistic);
   }
 };
 

@@ -3,6 +3,9 @@
 
 // Forgetting policies: the fraction lambda of the information R = 1/P that remains at the next sample.
 // A memory of about 2 / (1 - lambda) samples: 400 at 0.995, 20 at 0.9 (the paper's rule).
+//
+// Each has discount(information, innovation, regressor, alarm): the information R of the samples before, the innovation e
+// and the regressor x of this one, and whether the detector has an alarm with it. It returns lambda R.
 
 #include <palpate/arithmetic.hpp>
 
@@ -14,7 +17,7 @@ template <class Real>
 struct NoForgetting {
   using real_type = Real;  ///< float or double
   /// The information unchanged.
-  constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return information; }
+  static constexpr Real discount(Real information, Real, Real, bool) noexcept { return information; }
 };
 
 /// Ordinary RLS: one lambda.
@@ -24,7 +27,9 @@ struct FixedForgetting {
   Real forgetting = Real(0.995);  ///< lambda, above 0 and up to 1
 
   /// lambda R.
-  constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
+  constexpr Real discount(Real information, Real, Real, bool) const noexcept {
+    return product(forgetting, information);
+  }
   /// Call `visit` with the name of each setting and a pointer to the member.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
@@ -42,7 +47,7 @@ struct SwitchedForgetting {
   /// lambda R.
   // A predicted branch, not a select: with a select every ratio would wait for the detector and the division, and take
   // three times as long.
-  constexpr Real discount(Real information, bool alarm) const noexcept {
+  constexpr Real discount(Real information, Real, Real, bool alarm) const noexcept {
     if (PALPATE_UNLIKELY(alarm)) {
       return product(alarmed, information);
     }

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The policies of an estimator together, and what each one must have: docs/write_your_own.md.
+
+#include <palpate/settings.hpp>
+
+namespace palpate::detail {
+
+template <class Policy, class Real = typename Policy::real_type>
+using Discounts = decltype(Real(std::declval<Policy&>().discount(Real(), Real(), Real(), bool())));
+template <class Policy, class Real = typename Policy::real_type>
+using Detects = decltype(bool(std::declval<Policy&>().next(Real())), bool(std::declval<const Policy&>().alarm()),
+                         Real(std::declval<const Policy&>().statistic()));
+template <class Check>
+using Passes = decltype(bool(Check::passes(double(), double(), double())));
+template <class Policy, class Real = typename Policy::real_type>
+using Limits = decltype(Real(std::declval<Policy&>().limit(Real())));
+struct VisitNothing {
+  template <class Value>
+  constexpr void operator()(Value&) const noexcept {}
+};
+template <class State>
+using VisitsState = decltype(std::declval<State&>().visit_state(VisitNothing()));
+template <class Policy>
+using Resets = decltype(std::declval<Policy&>().reset(), VisitsState<Policy>());
+
+// Whether a policy has the members that it needs: one that its use changes has a reset, too, and is no Constant.
+template <template <class...> class Needs, class Real, class Policy>
+constexpr bool is_policy() noexcept {
+  if constexpr (has<Needs, Policy>) {
+    return std::is_same_v<typename Policy::real_type, Real> && (has<Needs, const Policy> || has<Resets, Policy>);
+  } else {
+    return false;
+  }
+}
+
+/// The policies as bases: one without members costs no byte.
+template <class Real, class Forgetting, class Detector, class Bound>
+struct Policies : Forgetting, Detector, Bound {
+  static_assert(
+      is_policy<Discounts, Real, policy_type<Forgetting>>(),
+      "palpate: a Forgetting needs real_type, which is the estimator's Real; discount(information, innovation, "
+      "regressor, alarm); if that is not const: reset() and visit_state(visit), and it cannot be a Constant");
+  static_assert(is_policy<Detects, Real, policy_type<Detector>>(),
+                "palpate: a Detector needs real_type, which is the estimator's Real; next(innovation), alarm() and "
+                "statistic(); if next is not const: reset() and visit_state(visit), and it cannot be a Constant");
+  static_assert(is_policy<Limits, Real, policy_type<Bound>>(),
+                "palpate: a Bound needs real_type, which is the estimator's Real; limit(information); if that is not "
+                "const: reset() and visit_state(visit), and it cannot be a Constant");
+
+  constexpr auto& forgetting() noexcept { return policy_in<Forgetting>(*this); }
+  constexpr auto& forgetting() const noexcept { return policy_in<const Forgetting>(*this); }
+  constexpr auto& detector() noexcept { return policy_in<Detector>(*this); }
+  constexpr auto& detector() const noexcept { return policy_in<const Detector>(*this); }
+  constexpr auto& bound() noexcept { return policy_in<Bound>(*this); }
+  constexpr auto& bound() const noexcept { return policy_in<const Bound>(*this); }
+
+  /// Calls work(policy) for each one that has a state.
+  template <class Work>
+  constexpr void for_each_state(Work work) noexcept {
+    const auto each = [&work](auto& policy) {
+      if constexpr (has<Resets, std::remove_reference_t<decltype(policy)>>) {
+        work(policy);
+      }
+    };
+    each(forgetting());
+    each(detector());
+    each(bound());
+  }
+};
+
+}  // namespace palpate::detail
