@@ -217,9 +217,17 @@ class Bench {
   std::vector<Row> rows_;
 };
 
+/// No pair goes to the test of the model.
+template <class Stage>
+struct Unmatched : Stage {
+  FilteredPair<double> feed(std::int64_t hard_time, std::int64_t soft_time, double hard, double soft, bool wanted) {
+    const auto pair = Stage::feed(hard_time, soft_time, hard, soft, wanted);
+    return {pair.hard, pair.soft, pair.valid};
+  }
+};
 template <int Order>
-using Aligned = Align<double, std::int64_t, Order>;
-using Unaligned = NoAlign<double, std::int64_t>;
+using Aligned = Unmatched<Align<double, std::int64_t, Order>>;
+using Unaligned = Unmatched<NoAlign<double, std::int64_t>>;
 using Matched = MatchedPair<double, std::int64_t>;
 using Base = Baseline<double>;
 using Gate = Contact<double>;

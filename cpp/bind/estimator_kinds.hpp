@@ -27,7 +27,7 @@ struct FixedKind {
                        palpate::BoundedCovariance<double>>();
   }
   static void check(const Settings& s) {
-    require_share(s, "forgetting");
+    s.check<palpate::FixedForgetting<double>>();
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {
@@ -45,14 +45,8 @@ struct AdaptiveKind {
                        palpate::CusumSettings<double>, palpate::BoundedCovariance<double>>();
   }
   static void check(const Settings& s) {
-    require_share(s, "steady");
-    require(s["alarmed"] > 0 && s["alarmed"] <= s["steady"], "alarmed", s["alarmed"],
-            "0 < alarmed <= steady (" + number(s["steady"]) + ")");
-    require(s["drift"] >= 0 && palpate::is_finite(static_cast<float>(s["drift"])), "drift", s["drift"],
-            "0 <= drift, finite");
-    require(s["threshold"] >= 0, "threshold", s["threshold"], "0 <= threshold");
-    require(s["clear_level"] >= 0 && s["clear_level"] <= s["threshold"], "clear_level", s["clear_level"],
-            "0 <= clear_level <= threshold (" + number(s["threshold"]) + ")");
+    s.check<palpate::SwitchedForgetting<double>>();
+    s.check<palpate::CusumSettings<double>>();
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {
@@ -68,13 +62,7 @@ struct HandoverKind {
 
   static Settings defaults() { return defaults_of<palpate::Handover<double>, palpate::HandoverSettings<double>>(); }
   static void check(const Settings& s) {
-    require_share(s, "steady");
-    require(s["clip"] > 0 && s["clip"] <= 100, "clip", s["clip"], "0 < clip <= 100");
-    require(s["drift"] >= 0 && s["drift"] < s["clip"], "drift", s["drift"],
-            "0 <= drift < clip (" + number(s["clip"]) + ")");
-    require(s["threshold"] > 0, "threshold", s["threshold"], "0 < threshold");
-    require_share(s, "smoothing");
-    require(s["guard"] >= 0 && s["guard"] <= 100, "guard", s["guard"], "0 <= guard <= 100");
+    s.check<palpate::HandoverSettings<double>>();
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {

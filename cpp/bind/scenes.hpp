@@ -58,17 +58,16 @@ AnyRun run_of(const Settings& s) {
   Core core;
   Kind::check(s);
   core.estimator = Kind::core(s);
+  s.check<decltype(Core::settings)>();
   core.settings = s.values<decltype(Core::settings)>();
   if constexpr (has_gate<Core>) {
-    require(s["release"] > 0 && s["release"] < 1, "release", s["release"], "0 < release < 1");
     core.gate.settings.release = s["release"];
+    require(palpate::valid(core.gate.settings), "release", s["release"], "0 < release < 1");
   }
   bool host_stamps = false;
   if constexpr (is_aligned<Core>) {
     host_stamps = s["host_stamps"] != 0;
-    for (const char* name : {"hard_side", "soft_side", "slow_hard_side", "slow_soft_side"}) {
-      require(s[name] >= 0 && s[name] <= 0.5, name, s[name], std::string("0 <= ") + name + " <= 0.5");
-    }
+    s.check<palpate::MatchedPairSettings<double, std::int64_t>>();
     core.align.settings = s.values<palpate::MatchedPairSettings<double, std::int64_t>>();
   }
   return Run<Core>(core, host_stamps);

@@ -2,7 +2,7 @@
 #pragma once
 
 // Settings as Python gives them: named numbers, kept as given for repr, == and pickle. Their names and defaults are
-// those of the core's structs; what is allowed is said here.
+// those of the core's structs, and so are their ranges.
 
 #include <array>
 #include <cstring>
@@ -37,10 +37,9 @@ class Settings {
   /// The fields of a struct of the core, in its order; or only min_information, which in Python is 1 / max_covariance.
   template <class Values>
   void add_fields(bool bound, const Values& values = Values()) noexcept {
-    Values::visit_fields([&](const char* name, auto member) {
-      const auto value = static_cast<double>(values.*member);
+    Values::visit_fields(values, [&](const char* name, auto value, bool, const char*) {
       if (is_bound(name) == bound) {
-        add(bound ? "max_covariance" : name, bound ? 1 / value : value);
+        add(bound ? "max_covariance" : name, bound ? 1 / static_cast<double>(value) : static_cast<double>(value));
       }
     });
   }
@@ -49,12 +48,30 @@ class Settings {
   template <class Values>
   Values values() const noexcept {
     Values values;
-    Values::visit_fields([&](const char* name, auto member) {
-      using Real = std::decay_t<decltype(values.*member)>;
-      values.*member =
-          is_bound(name) ? 1 / static_cast<Real>((*this)["max_covariance"]) : static_cast<Real>((*this)[name]);
+    Values::visit_fields(values, [&](const char* name, auto& value, bool, const char*) {
+      using Real = std::decay_t<decltype(value)>;
+      value = is_bound(name) ? 1 / static_cast<Real>((*this)["max_covariance"]) : static_cast<Real>((*this)[name]);
     });
     return values;
+  }
+
+  /// ValueError for the first setting that a struct of the core does not allow.
+  template <class Values>
+  void check() const {
+    const Setting* wrong = end();
+    const char* range = nullptr;
+    const Values given = values<Values>();
+    Values::visit_fields(given, [&](const char* name, const auto&, bool allowed, const char* text) {
+      if (!allowed && wrong == end() && !is_bound(name)) {
+        wrong = find(name), range = text;
+      }
+    });
+    if (wrong != end()) {
+      const std::string text = range;
+      const Setting* const other = find(text.substr(text.rfind(' ') + 1));
+      require(false, wrong->name, wrong->value,
+              other == end() || other == wrong ? text : text + " (" + number(other->value) + ")");
+    }
   }
 
   double operator[](const char* name) const noexcept { return find(name)->value; }
@@ -97,8 +114,4 @@ void check_prior(const Settings& s) {
   const double ratio = s["initial_ratio"];
   require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
   check_covariance<Real>(s);
-}
-
-inline void require_share(const Settings& s, const char* name) {
-  require(s[name] > 0 && s[name] <= 1, name, s[name], std::string("0 < ") + name + " <= 1");
 }

@@ -209,7 +209,6 @@ void bind_tracker(py::module_& module) {
   const auto made = [](const py::object& name, const py::kwargs& given) {
     const Scene& scene = scene_named(name);
     const Settings settings = scene.settings.with("Tracker", given);
-    require(settings["full_scale"] > 0, "full_scale", settings["full_scale"], "0 < full_scale, pF");
     return T(scene, settings);
   };
   auto type = methods::define_class<T>(module, "Tracker", "(scene='handheld', **settings)", tracker_doc, made,

@@ -180,13 +180,7 @@ Settings VectorKind::defaults() {
 void VectorKind::check(const Settings& s) {
   const double most = s["intercept"] != 0 ? 7 : 8;
   require(s["size"] <= most, "size", s["size"], most == 8 ? "1 to 8" : "1 to 7 with an intercept");
-  require_share(s, "steady");
-  require(s["clip"] > 0 && s["clip"] <= 100, "clip", s["clip"], "0 < clip <= 100");
-  require(s["drift"] >= 0 && s["drift"] < s["clip"], "drift", s["drift"],
-          "0 <= drift < clip (" + number(s["clip"]) + ")");
-  require(s["threshold"] > 0, "threshold", s["threshold"], "0 < threshold");
-  require(s["alarmed"] >= 0 && s["alarmed"] <= s["steady"], "alarmed", s["alarmed"],
-          "0, or alarmed <= steady (" + number(s["steady"]) + ")");
+  s.check<palpate::VectorSettings<double>>();
   check_covariance<double>(s);
 }
 

@@ -18,13 +18,13 @@ struct GatedSettings {
   std::uint32_t samples = 250;                              ///< of a touch
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("noise", &GatedSettings::noise);
-    visit("full_scale", &GatedSettings::full_scale);
-    visit("initial_ratio", &GatedSettings::initial_ratio);
-    visit("initial_covariance", &GatedSettings::initial_covariance);
-    visit("samples", &GatedSettings::samples);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("noise", s.noise, s.noise > 0, "0 < noise");
+    visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
+    visit("initial_ratio", s.initial_ratio, is_finite(s.initial_ratio), "a finite number");
+    visit("initial_covariance", s.initial_covariance, s.initial_covariance > 0, "0 < initial_covariance");
+    visit("samples", s.samples, s.samples > 0, "0 < samples");
   }
 };
 

@@ -10,6 +10,27 @@
 
 namespace palpate {
 
+namespace detail {
+// Whether a type has the members in the expression Needs.
+template <class Void, template <class...> class Needs, class Type>
+inline constexpr bool allows = false;
+template <template <class...> class Needs, class Type>
+inline constexpr bool allows<std::void_t<Needs<Type>>, Needs, Type> = true;
+template <template <class...> class Needs, class Type>
+inline constexpr bool has = allows<void, Needs, Type>;
+
+// An object for such an expression.
+template <class Type>
+Type& of() noexcept;
+
+struct VisitNothing {
+  template <class... Values>
+  constexpr void operator()(Values&&...) const noexcept {}
+};
+template <class Values>
+using VisitsFields = decltype(Values::visit_fields(of<Values>(), VisitNothing()));
+}  // namespace detail
+
 /// Settings with their default values.
 template <class Values>
 inline constexpr Values defaults = Values();
@@ -20,9 +41,20 @@ struct Kept {
   Values settings = first;  ///< may be changed at any time
 };
 
+/// Whether all settings are in their ranges, which visit_fields of each struct has.
+template <class Values>
+constexpr bool valid(const Values& values) noexcept {
+  bool all = true;
+  if constexpr (detail::has<detail::VisitsFields, const Values>) {
+    Values::visit_fields(values, [&all](auto, const auto&, bool allowed, auto) { all = all && allowed; });
+  }
+  return all;
+}
+
 /// Settings as a compile-time constant: no byte of state, no load. Use it in place of Kept, or of a policy of Rls.
 template <const auto& values>
 struct Constant {
+  static_assert(valid(values), "palpate::Constant: a setting is out of its range, see visit_fields of its struct");
   static constexpr const auto& settings = values;  ///< the constant
 };
 /// Whether a type is one.
@@ -32,14 +64,6 @@ template <const auto& values>
 inline constexpr bool is_constant<Constant<values>> = true;
 
 namespace detail {
-// Whether a type has the members in the expression Needs.
-template <class Void, template <class...> class Needs, class Type>
-inline constexpr bool allows = false;
-template <template <class...> class Needs, class Type>
-inline constexpr bool allows<std::void_t<Needs<Type>>, Needs, Type> = true;
-template <template <class...> class Needs, class Type>
-inline constexpr bool has = allows<void, Needs, Type>;
-
 // The policy itself, or the one that a Constant names, which is const.
 template <class Policy>
 constexpr auto& policy_in(Policy& policy) noexcept {

@@ -17,11 +17,29 @@
 namespace palpate {
 
 namespace detail {
+template <class Stage, class Ticks = typename Stage::ticks_type>
+using Aligns = decltype(of<Stage>().reset(), float(of<Stage>().feed(Ticks(), Ticks(), 0, 0, true).hard),
+                        float(of<Stage>().feed(Ticks(), Ticks(), 0, 0, true).soft),
+                        bool(of<Stage>().feed(Ticks(), Ticks(), 0, 0, true).valid));
+template <class Stage, class Ticks = typename Stage::ticks_type>
+using Matches = decltype(bool(of<Stage>().feed(Ticks(), Ticks(), 0, 0, true).matched));
+template <class Stage>
+using Levels = decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
+                        of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), of<Stage>().level(),
+                        of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
+template <class Stage>
+using Touches = decltype(Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0), of<Stage>().reset(),
+                         bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
+                         bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()));
 template <class Estimator, class Real = typename Estimator::real_type>
-using Scatters =
-    decltype(Real(std::declval<Estimator&>().long_run_variance()), Real(std::declval<Estimator&>().leverage()),
-             Real(std::declval<Estimator&>().innovation_variance()), Real(std::declval<Estimator&>().count()),
-             Real(std::declval<Estimator&>().information()), bool(std::declval<Estimator&>().settled()));
+using Estimates =
+    decltype(Real(Estimator::default_covariance), of<Estimator>().reset(Real(), Real()),
+             bool(of<Estimator>().update(Real(), Real()).accepted), bool(of<Estimator>().update(Real(), Real()).alarm),
+             Real(of<Estimator>().ratio()), Real(of<Estimator>().covariance()));
+template <class Estimator, class Real = typename Estimator::real_type>
+using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Estimator>().leverage()),
+                          Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
+                          Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
 }  // namespace detail
 
 /// Whether an estimator has a standard error: the members of Handover of which one is made.
@@ -39,13 +57,13 @@ struct TrackerSettings {
   Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("initial_ratio", &TrackerSettings::initial_ratio);
-    visit("initial_covariance", &TrackerSettings::initial_covariance);
-    visit("seconds", &TrackerSettings::seconds);
-    visit("samples", &TrackerSettings::samples);
-    visit("full_scale", &TrackerSettings::full_scale);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("initial_ratio", s.initial_ratio, is_finite(s.initial_ratio), "a finite number");
+    visit("initial_covariance", s.initial_covariance, s.initial_covariance > 0, "0 < initial_covariance");
+    visit("seconds", s.seconds, s.seconds >= 0, "0 <= seconds");
+    visit("samples", s.samples, true, "0 <= samples");
+    visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
   }
 };
 
@@ -59,6 +77,22 @@ class Tracker : public Settings,
   using Channels = Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>;
   using Extra = Fitting<Real, FitStage>;
   static constexpr bool fits = FitStage::fits;
+  static_assert(
+      detail::has<detail::Aligns, AlignStage>,
+      "palpate::Tracker: an AlignStage needs ticks_type; feed(hard_time, soft_time, hard, soft, wanted), which "
+      "returns a pair with hard, soft and valid; and reset()");
+  static_assert(detail::has<detail::Levels, BaselineStage>,
+                "palpate::Tracker: a BaselineStage needs the functions of NoBaseline");
+  static_assert(detail::has<detail::Touches, ContactStage>,
+                "palpate::Tracker: a ContactStage needs the members of AlwaysContact");
+  static_assert(detail::has<detail::Estimates, Estimator>,
+                "palpate::Tracker: an Estimator needs real_type, default_covariance, update(output, regressor), which "
+                "returns a Step, reset(ratio, covariance), ratio() and covariance()");
+  static_assert(
+      !fits || detail::has<detail::Matches, AlignStage>,
+      "palpate::Tracker: a Fit needs an AlignStage whose pairs have `matched`, as MatchedPair; else use NoFit");
+  static_assert(!fits || knows_its_error<Estimator>,
+                "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover; else use NoFit");
 
  public:
   using real_type = Real;  ///< float or double
@@ -101,6 +135,15 @@ class Tracker : public Settings,
     readings_ += 1;
     const bool finished = ended && finish();
     return {estimator.ratio(), alarm, gate.contact(), finished, revised};
+  }
+
+  /// Times are integers: what is not is an error.
+  template <class HardTime, class SoftTime,
+            class = std::enable_if_t<std::is_floating_point_v<HardTime> || std::is_floating_point_v<SoftTime>>>
+  constexpr Report<Real> feed(HardTime, SoftTime, Real, Real) noexcept {
+    static_assert(!std::is_same_v<HardTime, HardTime>,
+                  "palpate::Tracker: times are integers, of nanoseconds in 64 bits or of microseconds in 32 bits");
+    return {};
   }
 
   /// End a touch that is still running, for example at the end of a recording. False: there is no such touch.
@@ -265,7 +308,8 @@ class Tracker : public Settings,
     }
   }
 
-  PALPATE_ONCE constexpr bool estimate(const Pair<Real>& pair) noexcept {
+  template <class Aligned>
+  PALPATE_ONCE constexpr bool estimate(const Aligned& pair) noexcept {
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
     [[maybe_unused]] const Real before = estimator.ratio();
     const auto step = estimator.update(hard, soft);

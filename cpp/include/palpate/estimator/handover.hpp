@@ -26,15 +26,15 @@ struct HandoverSettings {
   Real min_information = Real(1e-12);  ///< 1 / max_covariance: the limit where the regressor is 0
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("steady", &HandoverSettings::steady);
-    visit("drift", &HandoverSettings::drift);
-    visit("threshold", &HandoverSettings::threshold);
-    visit("clip", &HandoverSettings::clip);
-    visit("smoothing", &HandoverSettings::smoothing);
-    visit("guard", &HandoverSettings::guard);
-    visit("min_information", &HandoverSettings::min_information);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
+    visit("drift", s.drift, 0 <= s.drift && (s.drift < s.clip || !(s.clip > 0)), "0 <= drift < clip");
+    visit("threshold", s.threshold, s.threshold > 0, "0 < threshold");
+    visit("clip", s.clip, 0 < s.clip && s.clip <= 100, "0 < clip <= 100");
+    visit("smoothing", s.smoothing, 0 < s.smoothing && s.smoothing <= 1, "0 < smoothing <= 1");
+    visit("guard", s.guard, 0 <= s.guard && s.guard <= 100, "0 <= guard <= 100");
+    visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
   }
 };
 

@@ -191,9 +191,8 @@ using TwoSidedCusum = SidesInTurn<Real>;
 
 namespace detail {
 template <class Detector, class Real = typename Detector::real_type>
-using FindsChanges = decltype(Detector(), std::declval<Detector&>().add(Real(), Real(), Real(), WeightedSample<Real>()),
-                              Real(std::declval<const Detector&>().statistic()),
-                              CusumSide<Real>(std::declval<const Detector&>().larger()));
+using FindsChanges = decltype(Detector(), of<Detector>().add(Real(), Real(), Real(), WeightedSample<Real>()),
+                              Real(of<const Detector>().statistic()), CusumSide<Real>(of<const Detector>().larger()));
 }  // namespace detail
 
 }  // namespace palpate

@@ -24,14 +24,14 @@ struct VectorSettings {
   Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-280);
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("steady", &VectorSettings::steady);
-    visit("drift", &VectorSettings::drift);
-    visit("threshold", &VectorSettings::threshold);
-    visit("clip", &VectorSettings::clip);
-    visit("alarmed", &VectorSettings::alarmed);
-    visit("min_information", &VectorSettings::min_information);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
+    visit("drift", s.drift, 0 <= s.drift && (s.drift < s.clip || !(s.clip > 0)), "0 <= drift < clip");
+    visit("threshold", s.threshold, s.threshold > 0, "0 < threshold");
+    visit("clip", s.clip, 0 < s.clip && s.clip <= 100, "0 < clip <= 100");
+    visit("alarmed", s.alarmed, 0 <= s.alarmed && s.alarmed <= s.steady, "0, or alarmed <= steady");
+    visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
   }
 };
 

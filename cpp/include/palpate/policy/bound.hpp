@@ -28,9 +28,9 @@ struct BoundedCovariance {
     return information > min_information ? information : min_information;
   }
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("min_information", &BoundedCovariance::min_information);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
   }
 };
 

@@ -30,11 +30,12 @@ struct CusumSettings {
   Real clear_level = Real(0);   ///< an alarm ends there, pF
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("drift", &CusumSettings::drift);
-    visit("threshold", &CusumSettings::threshold);
-    visit("clear_level", &CusumSettings::clear_level);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("drift", s.drift, s.drift >= 0 && is_finite(static_cast<float>(s.drift)), "0 <= drift, finite");
+    visit("threshold", s.threshold, s.threshold >= 0, "0 <= threshold");
+    visit("clear_level", s.clear_level, 0 <= s.clear_level && s.clear_level <= s.threshold,
+          "0 <= clear_level <= threshold");
   }
 };
 

@@ -30,10 +30,10 @@ struct FixedForgetting {
   constexpr Real discount(Real information, Real, Real, bool) const noexcept {
     return product(forgetting, information);
   }
-  /// Call `visit` with the name of each setting and a pointer to the member.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("forgetting", &FixedForgetting::forgetting);
+  /// Call `visit` with the name of each setting, a reference to it, whether it is allowed, and what is allowed.
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("forgetting", s.forgetting, 0 < s.forgetting && s.forgetting <= 1, "0 < forgetting <= 1");
   }
 };
 
@@ -54,10 +54,10 @@ struct SwitchedForgetting {
     return product(steady, information);
   }
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("steady", &SwitchedForgetting::steady);
-    visit("alarmed", &SwitchedForgetting::alarmed);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
+    visit("alarmed", s.alarmed, 0 < s.alarmed && s.alarmed <= s.steady, "0 < alarmed <= steady");
   }
 };
 

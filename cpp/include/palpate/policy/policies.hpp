@@ -8,22 +8,18 @@
 namespace palpate::detail {
 
 template <class Policy, class Real = typename Policy::real_type>
-using Discounts = decltype(Real(std::declval<Policy&>().discount(Real(), Real(), Real(), bool())));
+using Discounts = decltype(Real(of<Policy>().discount(Real(), Real(), Real(), bool())));
 template <class Policy, class Real = typename Policy::real_type>
-using Detects = decltype(bool(std::declval<Policy&>().next(Real())), bool(std::declval<const Policy&>().alarm()),
-                         Real(std::declval<const Policy&>().statistic()));
+using Detects =
+    decltype(bool(of<Policy>().next(Real())), bool(of<const Policy>().alarm()), Real(of<const Policy>().statistic()));
 template <class Check>
 using Passes = decltype(bool(Check::passes(double(), double(), double())));
 template <class Policy, class Real = typename Policy::real_type>
-using Limits = decltype(Real(std::declval<Policy&>().limit(Real())));
-struct VisitNothing {
-  template <class Value>
-  constexpr void operator()(Value&) const noexcept {}
-};
+using Limits = decltype(Real(of<Policy>().limit(Real())));
 template <class State>
-using VisitsState = decltype(std::declval<State&>().visit_state(VisitNothing()));
+using VisitsState = decltype(of<State>().visit_state(VisitNothing()));
 template <class Policy>
-using Resets = decltype(std::declval<Policy&>().reset(), VisitsState<Policy>());
+using Resets = decltype(of<Policy>().reset(), VisitsState<Policy>());
 
 // Whether a policy has the members that it needs: one that its use changes has a reset, too, and is no Constant.
 template <template <class...> class Needs, class Real, class Policy>

@@ -27,9 +27,9 @@ struct AlignSettings {
   Ticks max_gap = ticks_per_second<Ticks>;  ///< longest time between two soft values for an interpolation
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("max_gap", &AlignSettings::max_gap);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("max_gap", s.max_gap, s.max_gap > 0, "0 < max_gap");
   }
 };
 

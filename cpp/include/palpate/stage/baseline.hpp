@@ -40,11 +40,11 @@ struct BaselineSettings {
   Real least_noise = Real(1e-6);  ///< lower limit for data without visible noise; of smaller signals 2^-20 of the level
 
   /// As FixedForgetting::visit_fields.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("clip", &BaselineSettings::clip);
-    visit("longest", &BaselineSettings::longest);
-    visit("least_noise", &BaselineSettings::least_noise);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("clip", s.clip, s.clip > 0, "0 < clip");
+    visit("longest", s.longest, s.longest >= 1, "1 <= longest");
+    visit("least_noise", s.least_noise, s.least_noise >= 0, "0 <= least_noise");
   }
 };
 

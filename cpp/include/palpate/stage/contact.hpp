@@ -41,16 +41,16 @@ struct ContactSettings {
   Real patience = Real(30);
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("slack", &ContactSettings::slack);
-    visit("quiet", &ContactSettings::quiet);
-    visit("limit", &ContactSettings::limit);
-    visit("clip", &ContactSettings::clip);
-    visit("release", &ContactSettings::release);
-    visit("idle_share", &ContactSettings::idle_share);
-    visit("confirm", &ContactSettings::confirm);
-    visit("patience", &ContactSettings::patience);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("slack", s.slack, s.slack >= 0, "0 <= slack");
+    visit("quiet", s.quiet, s.quiet >= 0, "0 <= quiet");
+    visit("limit", s.limit, s.limit > 0, "0 < limit");
+    visit("clip", s.clip, s.clip > s.slack, "slack < clip");
+    visit("release", s.release, 0 < s.release && s.release < 1, "0 < release < 1");
+    visit("idle_share", s.idle_share, 0 < s.idle_share && s.idle_share < 1, "0 < idle_share < 1");
+    visit("confirm", s.confirm, 0 < s.confirm && s.confirm < 256, "0 < confirm < 256");
+    visit("patience", s.patience, s.patience > 0, "0 < patience");
   }
 };
 

@@ -19,13 +19,24 @@ struct MatchedPairSettings {
   Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;  ///< and the second two
 
   /// As FixedForgetting::visit_fields: the coefficients only; the periods belong to them.
-  template <class Visit>
-  static constexpr void visit_fields(Visit&& visit) noexcept {
-    visit("hard_side", &MatchedPairSettings::hard_side);
-    visit("soft_side", &MatchedPairSettings::soft_side);
-    visit("slow_hard_side", &MatchedPairSettings::slow_hard_side);
-    visit("slow_soft_side", &MatchedPairSettings::slow_soft_side);
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    visit("hard_side", s.hard_side, 0 <= s.hard_side && s.hard_side <= Real(0.5), "0 <= hard_side <= 0.5");
+    visit("soft_side", s.soft_side, 0 <= s.soft_side && s.soft_side <= Real(0.5), "0 <= soft_side <= 0.5");
+    visit("slow_hard_side", s.slow_hard_side, 0 <= s.slow_hard_side && s.slow_hard_side <= Real(0.5),
+          "0 <= slow_hard_side <= 0.5");
+    visit("slow_soft_side", s.slow_soft_side, 0 <= s.slow_soft_side && s.slow_soft_side <= Real(0.5),
+          "0 <= slow_soft_side <= 0.5");
   }
+};
+
+/// A pair of a stage that filters both channels, which Fit needs.
+template <class Real>
+struct FilteredPair {
+  Real hard;             ///< pF
+  Real soft;             ///< pF
+  bool valid;            ///< there is a pair
+  bool matched = false;  ///< both channels with the same response
 };
 
 /// Interpolation of one channel is a low-pass filter of that channel alone. Instead, with h and s on an even grid, s
@@ -44,7 +55,8 @@ class MatchedPair : public Settings {
   using Settings::settings;
 
   /// As Align::feed. On an uneven grid pairs are left out, and after 8 of them interpolated.
-  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft, bool wanted = true) noexcept {
+  constexpr FilteredPair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
+                                    bool wanted = true) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
     }
@@ -59,7 +71,7 @@ class MatchedPair : public Settings {
       const Grid grid = fitted(i);
       if (grid.even) {
         uneven_ = 0;
-        return wanted ? filtered(i, grid) : Pair<Real>{hard, soft, false};
+        return wanted ? filtered(i, grid) : FilteredPair<Real>{hard, soft, false};
       }
     }
     return interpolated(i);
@@ -104,7 +116,7 @@ class MatchedPair : public Settings {
     return grid;
   }
 
-  constexpr Pair<Real> filtered(int i, const Grid& grid) const noexcept {
+  constexpr FilteredPair<Real> filtered(int i, const Grid& grid) const noexcept {
     const bool slow = grid.period > static_cast<Signed>(settings.longest);
     const Real a1 = slow ? settings.slow_hard_side : settings.hard_side;
     const Real b2 = slow ? settings.slow_soft_side : settings.soft_side;
@@ -122,7 +134,7 @@ class MatchedPair : public Settings {
   }
 
   // Windows that are not whole are left out, unless there are no others.
-  constexpr Pair<Real> interpolated(int i) noexcept {
+  constexpr FilteredPair<Real> interpolated(int i) noexcept {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
     const bool valid =
         uneven_ == patience && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);

@@ -14,10 +14,9 @@ namespace palpate {
 /// Both channels at one time; valid is false if there is no pair.
 template <class Real>
 struct Pair {
-  Real hard;             ///< pF
-  Real soft;             ///< pF
-  bool valid;            ///< there is a pair
-  bool matched = false;  ///< both channels with the same response
+  Real hard;   ///< pF
+  Real soft;   ///< pF
+  bool valid;  ///< there is a pair
 };
 
 /// Whether a type can be one of times, which are integers: a time in float32 is too inexact after a minute.
