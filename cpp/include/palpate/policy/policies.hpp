@@ -36,14 +36,16 @@ template <class Real, class Forgetting, class Detector, class Bound>
 struct Policies : Forgetting, Detector, Bound {
   static_assert(
       is_policy<Discounts, Real, policy_type<Forgetting>>(),
-      "palpate: a Forgetting needs real_type, which is the estimator's Real; discount(information, innovation, "
+      "palpate::Rls: a Forgetting needs real_type, which is the estimator's Real; discount(information, innovation, "
       "regressor, alarm); if that is not const: reset() and visit_state(visit), and it cannot be a Constant");
-  static_assert(is_policy<Detects, Real, policy_type<Detector>>(),
-                "palpate: a Detector needs real_type, which is the estimator's Real; next(innovation), alarm() and "
-                "statistic(); if next is not const: reset() and visit_state(visit), and it cannot be a Constant");
-  static_assert(is_policy<Limits, Real, policy_type<Bound>>(),
-                "palpate: a Bound needs real_type, which is the estimator's Real; limit(information); if that is not "
-                "const: reset() and visit_state(visit), and it cannot be a Constant");
+  static_assert(
+      is_policy<Detects, Real, policy_type<Detector>>(),
+      "palpate::Rls: a Detector needs real_type, which is the estimator's Real; next(innovation), alarm() and "
+      "statistic(); if next is not const: reset() and visit_state(visit), and it cannot be a Constant");
+  static_assert(
+      is_policy<Limits, Real, policy_type<Bound>>(),
+      "palpate::Rls: a Bound needs real_type, which is the estimator's Real; limit(information); if that is not "
+      "const: reset() and visit_state(visit), and it cannot be a Constant");
 
   constexpr auto& forgetting() noexcept { return policy_in<Forgetting>(*this); }
   constexpr auto& forgetting() const noexcept { return policy_in<const Forgetting>(*this); }
