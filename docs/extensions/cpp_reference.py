@@ -48,6 +48,7 @@ def correct(path: Path) -> None:
     tree = Xml.parse(path)
     for compound in tree.iter("compounddef"):
         unwanted = compound.findall("basecompoundref[@prot='private']")
+        unwanted += [part for part in compound.findall("derivedcompoundref") if "detail::" in str(part.text)]
         unwanted += compound.findall("includes") if compound.get("kind") != "file" else []
         for group in compound.findall("sectiondef"):
             if group.get("kind", "").startswith(("private", "define")):

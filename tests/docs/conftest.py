@@ -10,7 +10,7 @@ import pytest
 from project import ROOT, made_once
 
 BESIDE = ("SECURITY.md", "CONTRIBUTING.md", "CHANGELOG.md", "CITATION.cff")
-"""What the pages show of the folder above theirs, and the pictures in bench/."""
+"""What the pages show of the folder above theirs, and the pictures in bench/, and the examples in cpp/."""
 
 
 def build_site(folder: Path) -> None:
@@ -21,7 +21,8 @@ def build_site(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as name:
         source = Path(name)
         shutil.copytree(ROOT / "docs", source / "docs", ignore=shutil.ignore_patterns("api"))
-        (source / "bench").symlink_to(ROOT / "bench")
+        for shown in ("bench", "cpp"):
+            (source / shown).symlink_to(ROOT / shown)
         for beside in BESIDE:
             shutil.copy(ROOT / beside, source)
         command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]

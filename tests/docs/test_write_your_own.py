@@ -11,7 +11,7 @@ from project import ROOT, STRICT, asked, need, run
 
 COMPILERS = pytest.mark.parametrize("compiler", ["g++", "clang++"])
 PAGE = (ROOT / "docs" / "compiler_errors.md").read_text(encoding="utf-8")
-ERRORS = re.findall(r"^## `+(palpate.+?) ?`+\n\n```cpp\n(?:// with (\S+)\n)?(.+?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+ERRORS = re.findall(r"^## `+(.+?) ?`+\n\n```cpp\n(?:// with (\S+)\n)?(.+?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 PRINTED = {
     "page_hinkley": "alarm at sample 200, then ratio 3.00, mean |e| 0.010 pF\n",
     "fortescue": "sample 199: ratio 2.50, lambda 1.00\nsample 200: ratio 2.50, lambda 0.20\n"

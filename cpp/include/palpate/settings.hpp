@@ -57,13 +57,13 @@ struct Constant {
   static_assert(valid(values), "palpate::Constant: a setting is out of its range, see visit_fields of its struct");
   static constexpr const auto& settings = values;  ///< the constant
 };
-/// Whether a type is one.
+
+namespace detail {
 template <class Type>
 inline constexpr bool is_constant = false;
 template <const auto& values>
 inline constexpr bool is_constant<Constant<values>> = true;
 
-namespace detail {
 // The policy itself, or the one that a Constant names, which is const.
 template <class Policy>
 constexpr auto& policy_in(Policy& policy) noexcept {
