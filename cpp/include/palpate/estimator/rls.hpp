@@ -65,8 +65,8 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
   static constexpr Real default_covariance = Real(1e12);  ///< of the initial ratio: as good as unknown, 1/pF^2
 
   /// With these policies, an initial ratio and its covariance, 1/pF^2.
-  constexpr explicit Rls(Forgetting first_forgetting = Forgetting(), Detector first_detector = Detector(),
-                         Bound first_bound = Bound(), Real ratio = Real(1),
+  constexpr explicit Rls(const Forgetting& first_forgetting = Forgetting(), const Detector& first_detector = Detector(),
+                         const Bound& first_bound = Bound(), Real ratio = Real(1),
                          Real covariance = default_covariance) noexcept
       : detail::RatioOf<Real>(ratio),
         Policies{first_forgetting, first_detector, first_bound},

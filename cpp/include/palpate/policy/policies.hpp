@@ -47,6 +47,9 @@ struct Policies : Forgetting, Detector, Bound {
       "palpate::Rls: a Bound needs real_type, which is the estimator's Real; limit(information); if that is not "
       "const: reset() and visit_state(visit), and it cannot be a Constant");
 
+  constexpr Policies(const Forgetting& forgets, const Detector& detects, const Bound& bounds) noexcept
+      : Forgetting(forgets), Detector(detects), Bound(bounds) {}
+
   constexpr auto& forgetting() noexcept { return policy_in<Forgetting>(*this); }
   constexpr auto& forgetting() const noexcept { return policy_in<const Forgetting>(*this); }
   constexpr auto& detector() noexcept { return policy_in<Detector>(*this); }
