@@ -4,6 +4,7 @@
 // The subjects: scenes, estimators and stages in float, each with its state and a function for one reading.
 
 #include <palpate/embedded.hpp>
+#include <palpate/estimator/vector_rls.hpp>
 
 #include "readings.hpp"
 
@@ -28,6 +29,12 @@ struct Paper : Changes<embedded::PaperRls<float>> {};
 struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
 struct HandoverEstimator : Changes<embedded::Handover<float>> {};
+struct Line : VectorRls<float, 1, true, Constant<defaults<VectorSettings<float>>>> {
+  void update(float output, float regressor) { VectorRls::update(output, &regressor); }
+  float ratio() const { return coefficients()[0]; }
+  float information() const { return coefficients()[1]; }
+};
+struct SlopeAndIntercept : Changes<Line> {};
 
 /// The gate and the window of samples before an estimator, for a loop that subtracts the baseline itself.
 struct Gated {
@@ -155,6 +162,7 @@ void for_each(Visit visit) {
   visit("PaperRuntime", PaperRuntime());
   visit("Gated", Gated());
   visit("HandoverEstimator", HandoverEstimator());
+  visit("SlopeAndIntercept", SlopeAndIntercept());
   visit("AlignStage", AlignStage());
   visit("MatchedPairStage", MatchedPairStage());
   visit("BaselineStage", BaselineStage());

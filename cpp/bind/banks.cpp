@@ -170,6 +170,14 @@ class Bank {
     std::visit(set, streams_);
   }
 
+  /// Of the bank's own type.
+  py::array array_of(const py::list& values) const {
+    const auto make = [&](const auto& bank) -> py::array {
+      return py::array_t<typename std::decay_t<decltype(bank)>::Real>(values);
+    };
+    return std::visit(make, streams_);
+  }
+
   template <bool is_block>
   py::object take(const py::object& output, const py::object& regressor, const py::object& out) {
     require_idle(busy_, "bank");
@@ -266,7 +274,7 @@ void bind_banks(py::module_& module) {
         }
         values.append(estimator.attr(name));
       }
-      return py::array(values);
+      return bank.array_of(values);
     };
     const std::string doc = std::string("Of ") + owners + ", as there: an array, of each stream.";
     type.def_property_readonly(name, get, doc.c_str());

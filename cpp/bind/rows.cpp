@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "../rows/ordinary.hpp"
 #include "../rows/own_rows.hpp"
 #include "sample_rows.hpp"
 
@@ -45,18 +44,6 @@ py::bytes format_rows(py::handle samples) {
   return py::bytes(text.data(), static_cast<std::size_t>(end - text.data()));
 }
 
-py::object ordinary(py::handle samples, std::int64_t largest_code) {
-  const auto rows = sample_rows(samples, "samples");
-  if (rows.size == 0) {
-    return py::none();
-  }
-  const palpate::rows::Ordinary found(rows.items(), static_cast<std::size_t>(rows.size), largest_code);
-  const auto [holds, pause_s, before, hard, soft] = found;
-  return !holds ? py::object(py::none())
-                : py::make_tuple(pause_s, before, py::make_tuple(hard.low, hard.high),
-                                 py::make_tuple(soft.low, soft.high));
-}
-
 constexpr auto parse_doc = R"(parse_rows(text, scale, uncertainty, /)
 --
 
@@ -66,19 +53,10 @@ a plus, more than 9 decimals of a time, or no row.
 scale: the code of 0 pF, and the codes for one pF, to compute capacitances from codes; None: codes are left out.
 uncertainty: whether the rows have the column `t_uncertainty_us`.)";
 
-constexpr auto ordinary_doc = R"(ordinary(samples, largest_code, /)
---
-
-Return the longest time from sample to sample, s, the sample before it, and (lowest, highest) of both channels, pF.
-
-None where a sample is not ordinary: not the next one by its number, earlier than the one before, with a status, without
-a value, or with a code above the largest one. `samples` is an array of `SampleRing.dtype`, contiguous.)";
-
 }  // namespace
 
 void bind_rows(py::module_& module) {
   module.def("parse_rows", &parse_rows, parse_doc);
-  module.def("ordinary", &ordinary, ordinary_doc);
   module.def("count_lines", &count_lines, "count_lines(text, /)\n--\n\nReturn the number of line ends in bytes.");
   module.def("format_rows", &format_rows,
              "format_rows(samples, /)\n--\n\nReturn an array of `SampleRing.dtype`, contiguous, as lines, bytes.");

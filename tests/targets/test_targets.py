@@ -53,7 +53,7 @@ def test_the_bits_are_as_they_were() -> None:
         "bits": "8cf483d4e275",
         "hostile": "9d9f072b5598",
         "vectors": "443fceea7c72",
-        "scenes": "d2680661ce83",
+        "scenes": "507c3e88b913",
     }
 
 
