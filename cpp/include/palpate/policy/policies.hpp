@@ -5,7 +5,8 @@
 
 #include <palpate/settings.hpp>
 
-namespace palpate::detail {
+namespace palpate {
+namespace detail {
 
 template <class Policy, class Real = typename Policy::real_type>
 using Discounts = decltype(Real(of<Policy>().discount(Real(), Real(), Real(), bool())));
@@ -71,4 +72,5 @@ struct Policies : Forgetting, Detector, Bound {
   }
 };
 
-}  // namespace palpate::detail
+}  // namespace detail
+}  // namespace palpate
