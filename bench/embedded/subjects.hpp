@@ -30,7 +30,7 @@ struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
 struct HandoverEstimator : Changes<embedded::Handover<float>> {};
 struct Line : VectorRls<float, 1, true, Constant<defaults<VectorSettings<float>>>> {
-  void update(float output, float regressor) { VectorRls::update(output, &regressor); }
+  void update(float output, float regressor) { VectorRls::update(output, {regressor}); }
   float ratio() const { return coefficients()[0]; }
   float information() const { return coefficients()[1]; }
 };

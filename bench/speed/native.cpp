@@ -86,7 +86,7 @@ struct Alone {
 };
 
 struct Line : VectorRls<double, 1, true> {
-  void update(double output, double regressor) { VectorRls::update(output, &regressor); }
+  void update(double output, double regressor) { VectorRls::update(output, {regressor}); }
   double ratio() const { return coefficients()[0]; }
 };
 

@@ -39,7 +39,7 @@ Take one sample of each stream and return their ratios; errors as of `AdaptiveRl
 
 Parameters
 ----------
-output, regressor : array_like of real numbers, shape (streams,), pF
+output, regressor : array_like of real numbers, shape (streams,), of VectorRls regressors (streams, size)
 out : numpy.ndarray, shape (streams,), contiguous, optional
     Where the ratios are written; it may be `output` or `regressor` itself.
 
@@ -58,7 +58,7 @@ Parameters
 ----------
 output : array_like of real numbers, shape (n, streams), pF
     Read in place where it is contiguous and of the bank's own type.
-regressor : array_like of real numbers, shape (n, streams), or (n,) for all streams, pF
+regressor : array_like of real numbers, shape (n, streams), or (n,) for all streams; of VectorRls with a last axis of size
 out : numpy.ndarray, shape (n, streams), contiguous, optional
     Where the ratios are written; it may be `output` or `regressor` itself.
 

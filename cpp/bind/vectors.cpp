@@ -30,9 +30,9 @@ Notes
 -----
 Without a prior the coefficients are those of least squares with the weights steady**age, from the first sample on. They
 are computed by square-root-free Givens rotations (Gentleman 1973): the error grows with the condition of the regressors,
-not with its square. A coefficient that the samples do not determine stays, with a large standard error.
+not with its square. A coefficient that the samples do not determine stays, with the standard error nan.
 `coefficients` +- t `standard_errors` is an interval, with t the quantile of Student's distribution for
-`degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`); it takes the noise for white. Any units.
+`degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`); it takes the noise for white. Any units, from 1e-139 on.
 
 Examples
 --------
@@ -278,7 +278,8 @@ void bind_vectors(py::module_& module) {
       "Unscaled covariance P, square, 1/regressor^2: for noise of variance 1 and without forgetting.");
   add(
       "standard_errors", [](const auto& s) { return numbers(s.core.standard_errors(), s.core); },
-      "Standard deviations of the coefficients; nan before size + 4 samples, also after a change.");
+      "Standard deviations of the coefficients; nan before size + 4 samples, also after a change, and of a coefficient "
+      "that the samples do not determine.");
   add(
       "degrees_of_freedom", [](const auto& s) { return s.core.degrees_of_freedom(); },
       "Of `standard_errors`, for Student's t; 0 while they are nan.");

@@ -32,7 +32,12 @@ class AnyVector {
     Numbers all;
     std::copy_n(values, size_, all.begin());
     all[size_ % most] = intercept_ ? 1 : all[size_ % most];
-    return std::visit([&](auto& core) { return core.update(output, all.data()); }, core_);
+    const auto take = [&](auto& core) {
+      double given[std::decay_t<decltype(core)>::regressors];
+      std::copy_n(all.begin(), std::size(given), given);
+      return core.update(output, given);
+    };
+    return std::visit(take, core_);
   }
   std::size_t size() const noexcept { return size_; }
   std::size_t coefficient_count() const noexcept { return size_ + intercept_; }

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <palpate/arithmetic.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
@@ -25,13 +25,24 @@ class Bank {
     }
   }
 
-  /// One sample of each stream; `ratios`, if not null, receives the new ratios. It may be output or regressor itself.
-  constexpr void update(const Real* output, const Real* regressor, Real* ratios = nullptr) noexcept {
+  /// One sample of each stream; `results`, if not null, receives the new ratios, or of VectorRls the coefficients, stream by
+  /// stream as the regressors. It may be output or regressor itself where as many numbers are in each.
+  constexpr void update(const Real* output, const Real* regressor, Real* results = nullptr) noexcept {
     for (std::size_t i = 0; i < Streams; ++i) {
-      const auto step = estimators_[i].update(output[i], regressor[i]);
-      rejected_[i] += !step.accepted;
-      if (ratios != nullptr) {
-        ratios[i] = estimators_[i].ratio();
+      if constexpr (detail::has<HasCoefficients, Estimator>) {
+        Real values[Estimator::regressors] = {};
+        for (Real& value : values) {
+          value = *regressor++;
+        }
+        rejected_[i] += !estimators_[i].update(output[i], values).accepted;
+        for (int k = 0; results != nullptr && k < Estimator::size; ++k) {
+          *results++ = estimators_[i].coefficients()[k];
+        }
+      } else {
+        rejected_[i] += !estimators_[i].update(output[i], regressor[i]).accepted;
+        if (results != nullptr) {
+          results[i] = estimators_[i].ratio();
+        }
       }
     }
   }
@@ -44,6 +55,9 @@ class Bank {
   constexpr std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
 
  private:
+  template <class Any>
+  using HasCoefficients = decltype(detail::of<Any>().coefficients());
+
   Estimator estimators_[Streams];
   std::uint64_t rejected_[Streams] = {};
 };

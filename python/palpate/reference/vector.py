@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 WARM_UP = 8  # innovations before the detector starts
 WINDOW = 32  # most samples of a hand-over
 ROUNDING = 2.0**-48
+TOLERANCE = 4 * ROUNDING
 
 
 class VectorTrace(NamedTuple):
@@ -67,7 +68,7 @@ class _Fit:
         for i in range(len(x)):
             before = solved(discounted[:i, :i], discounted[:i, i]) if i else x[:0]
             rest[i] = x[i] - (x[:i] @ before if i else 0)
-            if rest[i] ** 2 * self.count_squares < number(ROUNDING) ** 2 * self.squares[i, i]:
+            if rest[i] ** 2 * self.count_squares < number(TOLERANCE) ** 2 * self.squares[i, i]:
                 x[i], rest[i] = x[i] - rest[i], 0 * rest[i]
         weight = 1 / (1 + x @ solved(discounted, x))
         fit = _Fit(0 * weight, self.coefficients)
@@ -91,7 +92,8 @@ class _Fit:
         left = self.count - determined
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
-        variances = np.diag(inverse @ (self.squares @ inverse + prior * inverse)) * self.residuals / left
+        variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
+        variances = np.where(prior * np.diag(inverse) < type(prior)(0.01), variances, type(prior)(np.nan))
         return variances, left * self.count / self.count_squares
 
 

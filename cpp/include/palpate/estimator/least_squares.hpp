@@ -156,19 +156,17 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     this->substitute(result);
   }
 
-  /// Variances of theta for noise of variance 1, the diagonal of P (Q + prior) P: at most that of P, which it is without
-  /// forgetting. `prior` is the information that no sample gave. Returns the trace of P Q, how many coefficients the
-  /// samples determine.
+  /// Variances of theta for noise of variance 1, the diagonal of P Q P: at most that of P, which it is without forgetting,
+  /// and which stands for it where rounding hides it. NaN where `prior`, the information that no sample gave, is more than
+  /// a hundredth. Returns the trace of P Q, how many coefficients the samples determine.
   constexpr Real leverages(Real (&result)[Size], Real prior) const noexcept {
     Real trace = 0;
     for (int c = 0; c < Size; ++c) {
       Real column[Size] = {}, basis[Size] = {};
       covariance(c, column);
-      Real square = quadratic(column);
-      for (const Real value : column) {
-        square += product(product(prior, value), value);
-      }
-      result[c] = square > 0 && square < column[c] ? square : column[c];
+      const Real square = quadratic(column);
+      const bool determined = product(prior, column[c]) < Real(0.01);
+      result[c] = !determined ? std::numeric_limits<Real>::quiet_NaN() : square < column[c] ? square : column[c];
       basis[c] = 1;
       this->substitute(basis, c);
       const Real share = quadratic(basis) / diagonal[c];
@@ -190,16 +188,18 @@ struct LeastSquares : TriangularFactor<Real, Size> {
   }
 
  private:
-  /// values' Q values.
+  /// values' Q values; NaN where rounding could be a hundredth of it.
   constexpr Real quadratic(const Real (&values)[Size]) const noexcept {
-    Real sum = 0;
+    Real sum = 0, size = 0;
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = 0; k <= i; ++k, ++j) {
-        const Real term = product(squares[j], product(values[i], values[k]));
-        sum += k < i ? 2 * term : term;
+        const Real term = product(product(squares[j], values[i]), k < i ? 2 * values[k] : values[k]);
+        sum += term;
+        size += magnitude(term);
       }
     }
-    return sum;
+    return sum > product(size, 100 * std::numeric_limits<Real>::epsilon()) ? sum
+                                                                           : std::numeric_limits<Real>::quiet_NaN();
   }
 };
 

@@ -76,7 +76,7 @@ class VectorRls : public Parameters {
       : Parameters(parameters), fit_(larger(1 / covariance, settings.min_information)), guarded_(fit_.diagonal[0]) {}
 
   /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
-  constexpr VectorStep<Real> update(Real output, const Real* values) noexcept {
+  constexpr VectorStep<Real> update(Real output, const Real (&values)[Regressors]) noexcept {
     const Sample sample = sample_of(output, values);
     const Real innovation = innovation_of(sample, fit_);
     Sample row = sample;
@@ -133,8 +133,8 @@ class VectorRls : public Parameters {
   constexpr const Real* coefficients() const noexcept { return fit_.coefficients; }
   /// A column of P, for noise of variance 1 and without forgetting, 1 / regressor^2.
   constexpr void covariance(int column, Real (&result)[Size]) const noexcept { fit_.covariance(column, result); }
-  /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN, and 0 degrees of freedom,
-  /// before Size + 4 samples, in total and since the last change.
+  /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN where the samples do not
+  /// determine a coefficient. All NaN, and 0 degrees of freedom, before Size + 4 samples, in total and since a change.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
     const Real left = fit_.count - fit_.leverages(result, guarded_);
     const bool settled = fit_.count > Size + Real(3.5) && left > 0;
@@ -158,23 +158,27 @@ class VectorRls : public Parameters {
 
  private:
   static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
-  static constexpr Real resolution = 1 / (rounding * rounding);
+  static constexpr Real resolution = 1 / (16 * rounding * rounding);
 
   static constexpr Real larger(Real left, Real right) noexcept { return left > right ? left : right; }
 
   // A sum of magnitudes below the limit: none is above it, infinite or NaN.
   static constexpr bool in_range(const Sample& sample) noexcept {
+    constexpr Real limit = std::is_same_v<Real, float> ? Real(1e16) : Real(1e140);
     Real sum = magnitude(sample.output);
     for (const Real value : sample.regressors) {
       sum += magnitude(value);
     }
-    return sum < (std::is_same_v<Real, float> ? Real(1e16) : Real(1e140));
+    return sum < limit;
   }
 
-  static constexpr Sample sample_of(Real output, const Real* values) noexcept {
+  static constexpr Sample sample_of(Real output, const Real (&values)[Regressors]) noexcept {
     Sample sample;
-    for (int i = 0; i < Size; ++i) {
-      sample.regressors[i] = i < regressors ? values[i] : Real(1);
+    for (int i = 0; i < Regressors; ++i) {
+      sample.regressors[i] = values[i];
+    }
+    if constexpr (Intercept) {
+      sample.regressors[Regressors] = 1;
     }
     sample.output = output;
     return sample;
