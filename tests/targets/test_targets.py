@@ -52,7 +52,7 @@ def test_the_bits_are_as_they_were() -> None:
     assert hashes == {
         "bits": "8cf483d4e275",
         "hostile": "9d9f072b5598",
-        "vectors": "ae278ceb22ea",
+        "vectors": "e14339716b28",
         "scenes": "a2f399c85e3e",
     }
 
