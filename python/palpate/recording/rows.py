@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,6 +113,7 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | N
     return block
 
 
+@lru_cache(maxsize=16)  # damage repeats itself
 def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     """Return why a line is not a row; None if it is one."""
     if zeros := line.count(b"\0"):
