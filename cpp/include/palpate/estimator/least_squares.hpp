@@ -156,9 +156,9 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     this->substitute(result);
   }
 
-  /// Variances of theta for noise of variance 1, the diagonal of P Q P: at most that of P, which it is without forgetting,
-  /// and which stands for it where rounding hides it. NaN where `prior`, the information that no sample gave, is more than
-  /// a hundredth. Returns the trace of P Q, how many coefficients the samples determine.
+  /// Variances of theta for noise of variance 1: the diagonal of P Q P. It is at most the diagonal of P, to which it is equal
+  /// without forgetting, and which replaces it where rounding hides it. NaN where `prior`, the information that no sample
+  /// gave, is more than a hundredth. Returns the trace of P Q: how many coefficients the samples determine.
   constexpr Real leverages(Real (&result)[Size], Real prior) const noexcept {
     Real trace = 0;
     for (int c = 0; c < Size; ++c) {
