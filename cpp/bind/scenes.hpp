@@ -27,6 +27,8 @@ using FixedScene = palpate::FixedTracker<double>;
 using PaperScene = palpate::PaperTracker<double>;
 using HandheldScene = palpate::HandheldTracker<double>;
 
+using LevelSettings = palpate::LevelRatioSettings<double>;
+
 using AnyRun = std::variant<Run<FixedScene>, Run<PaperScene>, Run<HandheldScene>>;
 
 template <class Core>
@@ -48,6 +50,10 @@ Settings settings_of(const Core& core = Core()) {
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
     settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
+    settings.add("confirmed", core.settings.confirmed);
+    const bool levels = std::is_same_v<Core, HandheldScene>;
+    settings.add("contact_exponent", levels ? LevelSettings().contact_exponent : 0);
+    settings.add("age", LevelSettings().age);
   }
   for (const auto& [name, value] : Kind::defaults()) settings.add(name, value);
   return settings;
@@ -69,6 +75,8 @@ AnyRun run_of(const Settings& s) {
     host_stamps = s["host_stamps"] != 0;
     s.check<palpate::MatchedPairSettings<double, std::int64_t>>();
     core.align.settings = s.values<palpate::MatchedPairSettings<double, std::int64_t>>();
+    s.check<LevelSettings>();
+    core.level_settings() = s.values<LevelSettings>();
   }
   return Run<Core>(core, host_stamps);
 }

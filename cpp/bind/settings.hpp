@@ -44,13 +44,17 @@ class Settings {
     });
   }
 
-  /// The struct of the core with these settings.
+  /// The struct of the core with these settings; its own where there is no such setting.
   template <class Values>
   Values values() const noexcept {
     Values values;
     Values::visit_fields(values, [&](const char* name, auto& value, bool, const char*) {
       using Real = std::decay_t<decltype(value)>;
-      value = is_bound(name) ? 1 / static_cast<Real>((*this)["max_covariance"]) : static_cast<Real>((*this)[name]);
+      if (is_bound(name)) {
+        value = 1 / static_cast<Real>((*this)["max_covariance"]);
+      } else if (find(name) != end()) {
+        value = static_cast<Real>((*this)[name]);
+      }
     });
     return values;
   }
@@ -95,7 +99,7 @@ class Settings {
   }
   void choose_length(const py::dict& given);
 
-  std::array<Setting, 24> settings_{};
+  std::array<Setting, 27> settings_{};
   std::size_t size_ = 0;
 };
 

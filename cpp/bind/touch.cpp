@@ -23,7 +23,7 @@ py::dict effects(const R& touch) {
   const auto& f = touch.fitted;
   return touch.knows_error
              ? py::dict(py::arg("offset") = f.offset, py::arg("drift") = f.drift, py::arg("lag") = touch.lag_ms(),
-                        py::arg("curve") = f.curve, py::arg("shift") = touch.shift)
+                        py::arg("curve") = f.curve, py::arg("tilt") = f.tilt, py::arg("shift") = touch.shift)
              : py::dict();
 }
 
@@ -34,9 +34,26 @@ py::object plain(const py::object& value) {
 
 py::dict as_dict(const py::object& touch) {
   py::dict result, sizes;
-  for (const char* name : {"start", "start_s", "samples", "ratio", "covariance", "standard_error", "revised",
-                           "first_ratio", "first_standard_error", "offset_ratio", "offset_standard_error", "effects",
-                           "alarm_share", "saturated", "refused", "flags"}) {
+  for (const char* name : {"start",
+                           "start_s",
+                           "samples",
+                           "ratio",
+                           "covariance",
+                           "standard_error",
+                           "revised",
+                           "first_ratio",
+                           "first_standard_error",
+                           "level_ratio",
+                           "level_standard_error",
+                           "ratio_after",
+                           "after_standard_error",
+                           "offset_ratio",
+                           "offset_standard_error",
+                           "effects",
+                           "alarm_share",
+                           "saturated",
+                           "refused",
+                           "flags"}) {
     result[name] = plain(touch.attr(name));
   }
   for (const auto& [name, size] : py::dict(result["effects"])) {
@@ -59,7 +76,8 @@ void visit_numbers(Result& r, Visit&& visit) {
       r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance, r.knows_error,
       r.gap);
   auto& f = r.fitted;
-  all(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
+  all(f.offset, f.drift, f.lag, f.curve, f.tilt, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
+  all(r.level.ratio, r.level.standard_error, r.after.ratio, r.after.standard_error);
 }
 
 py::tuple pickled(const R& r) {
@@ -114,6 +132,19 @@ void bind_touch(py::module_& module) {
   field("first_ratio", &R::first_ratio, "The ratio that was known at the end of the touch.");
   field("first_standard_error", &R::first_standard_error, "Its standard deviation.");
   field(
+      "level_ratio", [](const R& touch) { return touch.level.ratio; },
+      "Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: "
+      "a tilt of the probe does not change it; nan in other scenes, or where the press shows no sweep.");
+  field(
+      "level_standard_error", [](const R& touch) { return touch.level.standard_error; },
+      "Standard deviation of `level_ratio`.");
+  field(
+      "ratio_after", [](const R& touch) { return touch.after.ratio; },
+      "With the flag \"changed\": the ratio after the change, from the last samples; else nan.");
+  field(
+      "after_standard_error", [](const R& touch) { return touch.after.standard_error; },
+      "Standard deviation of `ratio_after`.");
+  field(
       "offset_ratio", [](const R& touch) { return touch.fitted.offset_ratio; },
       "Ratio of hard = ratio * soft + offset, where the flag \"offset\" is the only misfit and explains it; else nan.");
   field(
@@ -123,7 +154,8 @@ void bind_touch(py::module_& module) {
       "effects", &effects,
       "Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean "
       "depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the "
-      "soft channel, ms (nan without times); `curve`, share of the mean output; `shift` of the ratio by the revision, "
+      "soft channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level "
+      "ratio, share of it; `shift` of the ratio by the revision, "
       "share.");
   field("alarm_share", &R::alarm_share, "Share of the samples with the alarm on.");
   field("saturated", &R::saturated, "Readings left out as saturated.");
@@ -137,7 +169,10 @@ void bind_touch(py::module_& module) {
         "channel did not change, or fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "
         "\"offset\" (bumps not level), \"drift\" (of a baseline or of the object), \"lag\" (of a channel, or wrong "
         "times), "
-        "\"curve\" (a gauge or bump that is not linear); and, known after the release: \"creep\" (a channel recovers "
+        "\"curve\" (a gauge or bump that is not linear); \"tilt\" (the ratio differs from the level ratio); "
+        "\"changed\" (the "
+        "ratio changed shortly before the end: `ratio` is the one before); and, known after the release: \"creep\" (a "
+        "channel recovers "
         "slowly), "
         "\"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the touch; or the baseline was "
         "measured after "

@@ -46,6 +46,8 @@ struct Result : Touch<double> {
     if (fitted.flags & misfit_drift) visit("drift");
     if (fitted.flags & misfit_lag) visit("lag");
     if (fitted.flags & misfit_curve) visit("curve");
+    if (fitted.flags & misfit_tilt) visit("tilt");
+    if (fitted.flags & misfit_changed) visit("changed");
     if (revision == Revision::creep) visit("creep");
     if (revision == Revision::baseline) visit("baseline");
     if (gap) visit("gap");

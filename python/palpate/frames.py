@@ -83,7 +83,7 @@ class Framed:
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
 
-_EFFECTS = ("offset", "drift", "lag", "curve", "shift")
+_EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
 _TOUCH = {"start": "int64", "start_s": "double", "samples": "int64", "ratio": "double", "covariance": "double"}
 _TOUCH |= {"standard_error": "double", "revised": "bool", "first_ratio": "double", "first_standard_error": "double"}
 _TOUCH |= dict.fromkeys(["offset_ratio", "offset_standard_error", *(f"effect_{name}" for name in _EFFECTS)], "double")

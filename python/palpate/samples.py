@@ -91,7 +91,8 @@ DTYPE = SampleRing(2).dtype
 _made = tuple.__new__  # as Sample._make, in a third of its time
 REFUSED = Status.EXCITATION | Status.LOST
 RETAKEN = (
-    "the channels fell far below the baseline: it had been measured in contact, or it jumped; it is measured again"
+    "something was touched while the baseline was measured, or it jumped: it is measured again; touches until then are "
+    "lost or flagged"
 )
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED

@@ -140,6 +140,22 @@ def _curve(touch: Touch) -> str:
     return f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as when calibrated"
 
 
+def _tilt(touch: Touch) -> str:
+    level = plus_minus(touch.level_ratio, touch.level_standard_error)
+    return (
+        f"the ratio is {_signed_per_cent(touch.effects['tilt'])} off the one over the swept depth, {level}, which a tilt does not "
+        "change: hold the probe upright"
+    )
+
+
+def _changed(touch: Touch) -> str:
+    after = plus_minus(touch.ratio_after, touch.after_standard_error)
+    return (
+        f"the ratio changed shortly before the end, to {after}; the result is the one before: lift straight up; after a "
+        "real change, hold for another half a second"
+    )
+
+
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "short": lambda touch: (
         f"the touch ended after {touch.samples} samples, before its full length: hold the probe longer"
@@ -155,6 +171,8 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "drift": _drift,
     "lag": _lag,
     "curve": _curve,
+    "tilt": _tilt,
+    "changed": _changed,
     "creep": lambda touch: (
         "a channel recovers slowly after the release, so the ratio is not corrected; it is off by about "
         f"{_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer between touches"

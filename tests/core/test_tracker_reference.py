@@ -24,9 +24,12 @@ from palpate.simulation import (
     simulate,
 )
 
-MISFITS = {"offset", "drift", "lag", "curve", "creep", "baseline"}
-NUMBERS = ("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance", "offset_ratio")
-EFFECTS = ("offset", "drift", "curve", "shift")
+MISFITS = {"offset", "drift", "lag", "curve", "tilt", "changed", "creep", "baseline"}
+NUMBERS = (
+    *("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance", "offset_ratio"),
+    *("level_ratio", "level_standard_error", "ratio_after", "after_standard_error"),
+)
+EFFECTS = ("offset", "drift", "curve", "tilt", "shift")
 
 
 def readings_of(
@@ -118,12 +121,15 @@ def numbers_of(touch: palpate.Touch) -> dict[str, float]:
 
 def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
     shift = touch.revision.shift / touch.first_ratio if touch.revision else 0.0
-    found = {name: getattr(touch.misfit if name == "offset_ratio" else touch, name) for name in NUMBERS}
-    return found | {name: getattr(touch.misfit, name) for name in EFFECTS[:3]} | {"shift": shift}
+    own = {"offset_ratio": touch.misfit.offset_ratio} | dict(zip(NUMBERS[-2:], touch.after, strict=True))
+    found = {name: own[name] if name in own else getattr(touch, name) for name in NUMBERS}
+    effects = {name: getattr(touch.misfit, name) for name in EFFECTS[:3]}
+    return found | effects | {"tilt": touch.tilt, "shift": shift}
 
 
 def flags_by_reference(touch: reference.Touch) -> set[str]:
-    return set(touch.misfit.flags) | (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
+    found = set(touch.misfit.flags) | (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
+    return found | ({"tilt"} if touch.tilted and not found & {"drift", "lag", "curve"} else set())
 
 
 def rounding(soft: NDArray[Any], rows: NDArray[Any], largest: float) -> float:
@@ -137,9 +143,9 @@ def rounding(soft: NDArray[Any], rows: NDArray[Any], largest: float) -> float:
 
 
 @examples(40)
-@given(recordings)
-def test_the_tracker_is_the_reference(readings: tuple[NDArray[Any], ...]) -> None:
-    check(readings)
+@given(recordings, st.sampled_from([{}, {"contact_exponent": 1.5}, {"age": 1.0}]))
+def test_the_tracker_is_the_reference(readings: tuple[NDArray[Any], ...], settings: dict[str, float]) -> None:
+    check(readings, settings)
 
 
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "fast-converter"])
@@ -149,12 +155,12 @@ def test_the_named_scenarios_are_as_by_the_reference(name: str) -> None:
         check(readings_of(SCENARIOS[name], seed))
 
 
-def check(readings: tuple[NDArray[Any], ...]) -> None:
+def check(readings: tuple[NDArray[Any], ...], settings: dict[str, float] | None = None) -> None:
     """Compare: every decision is the same; numbers differ by rounding, and those of the fit by what its sums make of it."""
-    tracker = palpate.Tracker("handheld")
+    tracker = palpate.Tracker("handheld", **(settings or {}))
     rows = tracker.process(*readings)
     tracker.finish()
-    touches, right = reference.handheld(*readings)
+    touches, right = reference.handheld(*readings, **(settings or {}))
     for name in ("alarm", "contact", "revised"):
         assert np.array_equal(rows[name], getattr(right, name)), name
     assert len(tracker.touches) == len(touches)

@@ -60,6 +60,9 @@ using MatchedPair = palpate::MatchedPair<Real, Ticks, Constant<defaults<MatchedP
 /// Stage of the full scenes: the test of the model, with its flags.
 template <class Real>
 using Fit = palpate::Fit<Real, Constant<defaults<FitSettings<Real>>>>;
+/// Stage of the full scenes: the ratio over the swept depth.
+template <class Real>
+using LevelRatio = palpate::LevelRatio<Real, Constant<defaults<LevelRatioSettings<Real>>>>;
 
 /// Gate and the estimator of the paper, which needs no check: GatedEstimator checks the samples, and there are none
 /// without contact.
@@ -86,8 +89,9 @@ using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact
 /// All that the scene handheld has on a computer; its results have the same bits. `FitStage` NoFit<Real>: no flags, and
 /// no revision.
 template <class Real, class Ticks = std::uint32_t, class FitStage = Fit<Real>, class Estimator = Handover<Real>,
-          const auto& settings = timed<Estimator>>
+          const auto& settings = timed<Estimator>,
+          class LevelStage = std::conditional_t<FitStage::fits, LevelRatio<Real>, NoLevelRatio<Real>>>
 using FullHandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, FullBaseline<Real>, FullContact<Real>, Estimator,
-                                    FitStage, Constant<settings>>;
+                                    FitStage, Constant<settings>, LevelStage>;
 
 }  // namespace palpate::embedded

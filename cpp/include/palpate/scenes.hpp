@@ -13,6 +13,7 @@ inline constexpr TrackerSettings<Estimator> timed = [] {
   TrackerSettings<Estimator> settings;
   settings.samples = 0;
   settings.seconds = typename Estimator::real_type(6.5);
+  settings.confirmed = typename Estimator::real_type(0.4);
   return settings;
 }();
 /// Settings with which a touch ends only by its release.
@@ -39,8 +40,9 @@ template <class Real, class Ticks = std::int64_t>
 using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
 /// Scene "handheld": a probe held in the hand.
 template <class Real, class Ticks = std::int64_t>
-using HandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, Baseline<Real>, Contact<Real>, Handover<Real>,
-                                Fit<Real>, Kept<TrackerSettings<Handover<Real>>, timed<Handover<Real>>>>;
+using HandheldTracker =
+    Tracker<Real, MatchedPair<Real, Ticks>, Baseline<Real>, Contact<Real>, Handover<Real>, Fit<Real>,
+            Kept<TrackerSettings<Handover<Real>>, timed<Handover<Real>>>, LevelRatio<Real>>;
 /// Scene "sliding": a probe that slides over tissue.
 template <class Real, class Ticks = std::int64_t>
 using SlidingTracker = Tracker<Real, MatchedPair<Real, Ticks>, Baseline<Real>,

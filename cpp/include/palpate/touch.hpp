@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <palpate/stage/fit.hpp>
-#include <palpate/stage/revision.hpp>
+#include <palpate/stage/evidence.hpp>
 
 namespace palpate {
 
@@ -31,8 +30,10 @@ struct Touch : Counts {
   Real first_standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< before a revision
   bool full = false;                                                   ///< it has the wanted length
   Revision revision = Revision::none;                                  ///< what the baseline after the touch says
-  Real shift = 0;         ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
-  Fitted<Real> fitted{};  ///< what contradicts the model, and its flags
+  Real shift = 0;          ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
+  Fitted<Real> fitted{};   ///< what contradicts the model, and its flags
+  Levelled<Real> level{};  ///< the ratio over the swept depth, which a tilt does not change
+  Levelled<Real> after{};  ///< with the flag misfit_changed: the ratio after the change, from few samples
 };
 
 /// The state after a reading.

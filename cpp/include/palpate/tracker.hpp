@@ -8,10 +8,9 @@
 #include <limits>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/settings.hpp>
-#include <palpate/stage/fit.hpp>
+#include <palpate/stage/evidence.hpp>
 #include <palpate/stage/idle.hpp>
 #include <palpate/stage/matched_pair.hpp>
-#include <palpate/stage/revision.hpp>
 #include <palpate/touch.hpp>
 
 namespace palpate {
@@ -24,9 +23,10 @@ using Aligns = decltype(of<Stage>().reset(), float(of<Stage>().feed(Ticks(), Tic
 template <class Stage, class Ticks = typename Stage::ticks_type>
 using Matches = decltype(bool(of<Stage>().feed(Ticks(), Ticks(), 0, 0, true).matched));
 template <class Stage>
-using Levels = decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
-                        of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), of<Stage>().level(),
-                        of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
+using Levels =
+    decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
+             of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()),
+             of<Stage>().level(), of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
 template <class Stage>
 using Touches = decltype(Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0), of<Stage>().reset(),
                          bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
@@ -40,6 +40,8 @@ template <class Estimator, class Real = typename Estimator::real_type>
 using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Estimator>().leverage()),
                           Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
                           Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
+template <class Estimator>
+using GoesBack = decltype(of<Estimator>().restore(of<const Estimator>().estimate()));
 }  // namespace detail
 
 /// Whether an estimator has a standard error: the members of Handover of which one is made.
@@ -55,6 +57,7 @@ struct TrackerSettings {
   Real seconds = Real(0);       ///< length of a touch; 0: no limit, a touch ends by its release
   std::uint32_t samples = 250;  ///< length of a touch; 0: no limit
   Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
+  Real confirmed = Real(0);  ///< with a fit: seconds that a hand-over needs to be the result; 0: none
 
   /// As FixedForgetting::visit_fields.
   template <class Self, class Visit>
@@ -64,19 +67,21 @@ struct TrackerSettings {
     visit("seconds", s.seconds, s.seconds >= 0, "0 <= seconds");
     visit("samples", s.samples, true, "0 <= samples");
     visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
+    visit("confirmed", s.confirmed, s.confirmed >= 0, "0 <= confirmed");
   }
 };
 
 /// All stages of a scene, in order: give it readings with feed(), read touch() when a report says that it is new.
 /// The stages and the estimator are public members; `settings` are TrackerSettings. scenes.hpp has the usual ones.
 template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
-          class FitStage = NoFit<Real>, class Settings = Kept<TrackerSettings<Estimator>>>
+          class FitStage = NoFit<Real>, class Settings = Kept<TrackerSettings<Estimator>>,
+          class LevelStage = NoLevelRatio<Real>>
 class Tracker : public Settings,
                 public Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>,
-                Fitting<Real, FitStage> {
+                Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage> {
   using Channels = Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>;
-  using Extra = Fitting<Real, FitStage>;
-  static constexpr bool fits = FitStage::fits;
+  using Extra = Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage>;
+  static constexpr bool fits = FitStage::fits, levels = LevelStage::levels;
   static_assert(
       detail::has<detail::Aligns, AlignStage>,
       "palpate::Tracker: an AlignStage needs ticks_type; feed(hard_time, soft_time, hard, soft, wanted), which "
@@ -93,6 +98,9 @@ class Tracker : public Settings,
       "palpate::Tracker: a Fit needs an AlignStage whose pairs have `matched`, as MatchedPair; else use NoFit");
   static_assert(!fits || knows_its_error<Estimator>,
                 "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover; else use NoFit");
+  static_assert(!fits || detail::has<detail::GoesBack, Estimator>,
+                "palpate::Tracker: a Fit needs an Estimator with estimate() and restore(estimate); else use NoFit");
+  static_assert(fits || !levels, "palpate::Tracker: a LevelRatio needs a Fit; else use NoLevelRatio");
 
  public:
   using real_type = Real;  ///< float or double
@@ -115,22 +123,30 @@ class Tracker : public Settings,
     }
     const bool saturated = high || large;
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
-                                     : Channels::take_one(high ? nan : hard, large ? nan : soft));
+                                     : Channels::take_one(high ? nan : hard, large ? nan : soft),
+                                hard_time);
     if (PALPATE_UNLIKELY(saturated)) {
       counts_.saturated += open_;
       hard = soft = nan;
     }
-    const auto pair = align.feed(hard_time, soft_time, hard, soft, open_);
+    const auto pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {
+      if constexpr (fits) {
+        Extra::hard_step.add(hard);
+        Extra::soft_step.add(soft);
+      }
       if (pair.valid) {
-        alarm = estimate(pair);
+        alarm = estimate(pair, hard_time);
       } else {
         counts_.refused += !saturated;
       }
       ended = full_ = is_full(hard_time);
     } else {
       before_ = hard_time;
+      if (falls()) {
+        add_level(pair, hard_time, false);
+      }
     }
     readings_ += 1;
     const bool finished = ended && finish();
@@ -153,10 +169,18 @@ class Tracker : public Settings,
     }
     running_ = open_ = false;
     if constexpr (fits) {
-      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
+      const bool changed = Extra::unconfirmed.holds(estimator);
+      if (changed) {
+        Extra::after = {estimator.ratio(), standard_error()};
+        estimator = Extra::unconfirmed.estimator;
+        Extra::evidence = Extra::unconfirmed.evidence;
+      }
+      Extra::fitted = Extra::evidence.fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
+      Extra::fitted.flags = static_cast<std::uint8_t>(Extra::fitted.flags | (changed ? misfit_changed : 0));
       Extra::first_ratio = estimator.ratio();
       Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
       standard_error_ = Extra::first_error;
+      find_level(false);
     } else {
       standard_error_ = standard_error();
     }
@@ -170,7 +194,7 @@ class Tracker : public Settings,
     align.reset();
     Channels::tare();
     if constexpr (fits) {
-      Extra::reviser.drop();
+      Extra::evidence.times.drop();
     }
   }
 
@@ -188,7 +212,7 @@ class Tracker : public Settings,
       result.first_standard_error = Extra::first_error;
       result.revision = Extra::revision.kind;
       result.shift = Extra::revision.shift / estimator.ratio();
-      if (Extra::revision.significant && magnitude(result.shift) > Extra::fit.settings.least) {
+      if (Extra::revision.significant && magnitude(result.shift) > Extra::evidence.fit.settings.least) {
         result.fitted.flags |= misfit_drift;
       }
       if (result.revision == Revision::drift) {
@@ -197,9 +221,19 @@ class Tracker : public Settings,
           result.fitted.offset_ratio += Extra::revision.shift;
         }
       }
+      result.after = Extra::after;
+      result.level = Extra::levelled;
+      // Where something else contradicts the model, that is the cause.
+      const bool otherwise = result.fitted.flags & (misfit_drift | misfit_lag | misfit_curve);
+      if (Extra::tilted && !otherwise) {
+        result.fitted.flags = static_cast<std::uint8_t>(result.fitted.flags | misfit_tilt);
+      }
     }
     return result;
   }
+  /// Settings of the level ratio.
+  constexpr auto& level_settings() noexcept { return Extra::evidence.level.settings; }
+  constexpr const auto& level_settings() const noexcept { return Extra::evidence.level.settings; }
   /// Whether a touch is taking samples.
   constexpr bool open() const noexcept { return open_; }
   /// Index of the first reading of the running touch, or of the last one.
@@ -235,7 +269,8 @@ class Tracker : public Settings,
       return std::numeric_limits<Real>::quiet_NaN();
     }
     const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
-                                   product(soft_baseline.noise(), soft_baseline.noise()));
+                                   product(soft_baseline.noise(), soft_baseline.noise())) +
+                          rounding();
     const Real seen = estimator.settled() ? estimator.long_run_variance() : early_variance(readings);
     const Real own = product(seen > readings ? seen : readings, estimator.leverage());
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
@@ -255,14 +290,23 @@ class Tracker : public Settings,
     return hard + product(product(ratio, ratio), soft);
   }
   constexpr Real shared_variance() const noexcept {
-    return of_ratio(hard_baseline.variance(), soft_baseline.variance());
+    return of_ratio(hard_baseline.variance(), soft_baseline.variance()) + rounding();
+  }
+  /// By codes that are coarser than the noise.
+  constexpr Real rounding() const noexcept {
+    if constexpr (fits) {
+      return of_ratio(Extra::hard_step.variance(hard_baseline.noise()),
+                      Extra::soft_step.variance(soft_baseline.noise()));
+    } else {
+      return Real(0);
+    }
   }
 
   /// Returns whether the last touch is revised.
-  constexpr bool follow(Event event) noexcept {
+  constexpr bool follow(Event event, [[maybe_unused]] ticks_type time) noexcept {
     if (PALPATE_UNLIKELY(event != Event::none)) {
       if (event == Event::begun) {
-        start();
+        start(time);
       } else if (event == Event::measured) {
         return revise();
       } else {
@@ -270,7 +314,7 @@ class Tracker : public Settings,
       }
       if constexpr (fits) {
         if (event == Event::idle) {
-          Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
+          Extra::evidence.times.keep(hard_baseline, soft_baseline, counts_.start);
         }
       }
     }
@@ -279,20 +323,22 @@ class Tracker : public Settings,
 
   constexpr bool revise() noexcept {
     if constexpr (fits) {
-      if (Extra::reviser.waits() && estimator.mean_regressor() != 0) {
+      if (Extra::evidence.times.waits() && estimator.mean_regressor() != 0) {
         const Real size = square_root(estimator.information() / estimator.count());
         const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-        Extra::revision = Extra::reviser.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
+        Extra::revision =
+            Extra::evidence.times.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
         const bool moved = Extra::revision.significant;  // then it explains a drift
         const Real open = Extra::fitted.open + Extra::revision.open + (moved ? Real(0) : Extra::fitted.open_drift);
-        standard_error_ = error_of(Extra::revision.variance, open);
+        standard_error_ = error_of(Extra::revision.variance + rounding(), open);
+        find_level(true);
         return true;
       }
     }
     return false;
   }
 
-  constexpr void start() noexcept {
+  constexpr void start(ticks_type time) noexcept {
     running_ = open_ = true;
     full_ = false;
     estimator.reset(settings.initial_ratio, initial_covariance());
@@ -300,18 +346,25 @@ class Tracker : public Settings,
     const auto age = static_cast<std::size_t>(gate.age());
     counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
     if constexpr (fits) {
-      Extra::fit.reset();
-      Extra::reviser.begin(readings_);
-      Extra::reviser.drop();
+      Extra::evidence.fit.reset();
+      Extra::unconfirmed.reset();
+      Extra::after = Extra::levelled = {};
+      Extra::tilted = false;
+      Extra::begin = time;
+      if constexpr (levels) {
+        Extra::evidence.level.reset();
+      }
+      Extra::evidence.times.begin(readings_);
+      Extra::evidence.times.drop();
       Extra::fitted = {};
       Extra::revision = {};
     }
   }
 
   template <class Aligned>
-  PALPATE_ONCE constexpr bool estimate(const Aligned& pair) noexcept {
+  PALPATE_ONCE constexpr bool estimate(const Aligned& pair, [[maybe_unused]] ticks_type time) noexcept {
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
-    [[maybe_unused]] const Real before = estimator.ratio();
+    [[maybe_unused]] const auto before = estimate_of_fit();
     const auto step = estimator.update(hard, soft);
     if (PALPATE_UNLIKELY(!step.accepted)) {
       counts_.refused += 1;
@@ -321,20 +374,77 @@ class Tracker : public Settings,
     if (PALPATE_UNLIKELY(step.alarm)) {
       counts_.alarms += 1;
       if constexpr (fits) {
-        Extra::fit.restart(step.ratio / before - 1);
+        keep(before, time);
+        Extra::evidence.fit.restart(step.ratio / before.ratio - 1);
       }
     }
     if constexpr (fits) {
+      Extra::unconfirmed.follow(time, soft, settings.confirmed);
       const bool counts = step.gain != 0;  // in the sums
-      Extra::reviser.follow(readings_, estimator.count(), step.alarm, counts);
+      Extra::evidence.times.follow(readings_, estimator.count(), step.alarm, counts);
       if (pair.matched && counts && !step.outlier) {
-        Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
+        Extra::evidence.fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
+        add_level(pair, time, true);
       }
     }
     return step.alarm;
   }
 
+  constexpr auto estimate_of_fit() const noexcept {
+    if constexpr (fits) {
+      return estimator.estimate();
+    } else {
+      return 0;
+    }
+  }
+
+  /// At a hand-over from this estimate.
+  template <class Estimate>
+  PALPATE_COLD constexpr void keep(const Estimate& before, ticks_type time) noexcept {
+    if (settings.confirmed > 0) {
+      Extra::unconfirmed.keep(time, estimator, before, Extra::evidence);
+    }
+    if constexpr (levels) {
+      Extra::evidence.level.restart();
+    }
+  }
+
+  /// Whether the touch has ended, and the probe is not yet lifted: the fall belongs to the level ratio.
+  constexpr bool falls() const noexcept { return levels && !open_ && counts_.samples > 0 && !gate.idle(); }
+
+  template <class Aligned>
+  PALPATE_ONCE constexpr void add_level([[maybe_unused]] const Aligned& pair, [[maybe_unused]] ticks_type time,
+                                        [[maybe_unused]] bool held) noexcept {
+    if constexpr (levels) {
+      if (!(pair.valid && pair.matched)) {
+        return;
+      }
+      Extra::evidence.level.add(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level(),
+                                seconds_between<Real>(time, Extra::begin), held);
+    }
+  }
+
+  // After a change that was not confirmed the fall has another ratio; codes that are too coarse show no line. A tilt:
+  // more than 4 errors of both and 0.5 %.
+  constexpr void find_level([[maybe_unused]] bool revised) noexcept {
+    if constexpr (levels) {
+      const bool falls = revised && !(Extra::fitted.flags & misfit_changed);
+      const auto found = rounding() > 0 ? Levelled<Real>() : Extra::evidence.level.result(estimator.ratio(), falls);
+      const Real apart = estimator.ratio() - found.ratio, own = error_of(shared_variance(), Real(0));
+      const Real square = product(own, own) + product(found.standard_error, found.standard_error);
+      const Real share = apart / found.ratio;
+      Extra::levelled = found;
+      Extra::fitted.tilt = is_finite(share) ? share : Real(0);
+      Extra::tilted = product(apart, apart) > 16 * square && magnitude(share) > Real(0.005);
+    }
+  }
+
   constexpr bool is_full(ticks_type time) const noexcept {
+    if constexpr (levels) {
+      if (Extra::evidence.level.aged(seconds_between<Real>(time, Extra::begin))) {
+        return true;
+      }
+    }
     return (settings.samples > 0 && counts_.samples >= settings.samples) ||
            (settings.seconds > 0 && !(seconds_between<Real>(time, before_) < settings.seconds));
   }

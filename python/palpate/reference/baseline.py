@@ -30,6 +30,8 @@ class Level:
         Two exponential means in series.
     noise : float, pF
         Standard deviation of one value.
+    last, quiet : float, int
+        The last value, and how many in a row differ from the one before them by less than a hundredth of the noise.
     count : float
         How many values there were, at most 160.
 
@@ -46,6 +48,8 @@ class Level:
     slow: float = 0.0
     noise: float = 0.0
     count: float = 0.0
+    last: float = 0.0
+    quiet: int = 0
 
     @property
     def drifts(self) -> bool:
@@ -117,14 +121,18 @@ def next_level(before: Level, value: float, floor: float) -> Level:
     count = min(before.count + 1, PROVEN)
     part = 1 / min(count, LONGEST)
     fast = before.fast + (taken - before.fast) / FIRST
+    noise = max(before.noise + part * (PER_MAGNITUDE * abs(off) - before.noise), floor)
+    quiet = 100 * abs(value - before.last) < noise and noise > 4 * floor
     return Level(
         values=np.append(before.values, taken),
         weights=np.append((1 - part) * before.weights, part),
         ages=np.append(before.ages + 1, 0.0),
         fast=fast,
         slow=before.slow + (fast - before.slow) / FIRST,
-        noise=max(before.noise + part * (PER_MAGNITUDE * abs(off) - before.noise), floor),
+        noise=noise,
         count=count,
+        last=value,
+        quiet=before.quiet + 1 if quiet else 0,
     )
 
 

@@ -1,13 +1,19 @@
 """Reference of the estimate of one touch: the estimator, its standard error, and the mean time of its samples."""
 
+from copy import deepcopy
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import Fit
+from palpate.reference.level import Sweep
 from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
 from palpate.reference.noise import FEWEST
+
+CONFIRMED_S, LONGEST_LIFT_S = 0.4, 2.5  # a change with the probe down for so long is the result
+DOWN = 0.9  # share of the mean regressor before the change
 
 
 def estimator(noise: float = 1.0) -> _Handover:
@@ -27,11 +33,17 @@ class Estimate:
     samples, alarms, refused : int
     fit : Fit
         The same samples, for the test of the model.
+    sweep : Sweep
+        The same samples, for the level ratio.
+    changed : bool
+        Whether the ratio changed in these samples.
+    after : (float, float)
+        Ratio and standard error after a change that was not confirmed; nan: there was none.
 
     Examples
     --------
     >>> estimate = Estimate(start=3)
-    >>> estimate.add(0.5, 0.2, 4, matched=True)
+    >>> estimate.add(0.5, 0.2, 4, 0.1, matched=True)
     False
     >>> round(estimate.ratio, 6), estimate.samples
     (2.5, 1)
@@ -42,6 +54,10 @@ class Estimate:
     alarms: int = 0
     refused: int = 0
     fit: Fit = field(default_factory=Fit)
+    sweep: Sweep = field(default_factory=Sweep)
+    changed: bool = False
+    after: tuple[float, float] = (np.nan, np.nan)
+    _unconfirmed: tuple[dict[str, Any], float, float] | None = None  # before a change, and the times of the changes, s
     _state: _Handover = field(default_factory=estimator)
     _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of the readings, and their weights
     _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
@@ -71,28 +87,62 @@ class Estimate:
         """Mean number of the readings, with the weights of the samples."""
         return float(self._weights @ self._numbers / self._weights.sum())
 
-    def add(self, hard: float, soft: float, number: int, *, matched: bool) -> bool:
-        """Take a sample, pF, of the reading with this number; return whether there is an alarm."""
+    def add(self, hard: float, soft: float, number: int, time_s: float, *, matched: bool) -> bool:
+        """Take a sample, pF, of the reading with this number, s after the contact; return whether there is an alarm."""
         state = self._state
-        ratio, squares = state.ratio, state.squares
+        before = {name: getattr(state, name) for name in ("ratio", "information", "squares", "weight")}
         state.update(hard, soft)
         self.samples += 1
-        if state.alarm():
+        if alarm := state.alarm():
             self.alarms += 1
+            self._keep(before, time_s)
             # The samples that the hand-over kept count as the last readings.
             self._weights = np.ones(round(state.weight))
             self._numbers = number - np.arange(len(self._weights), dtype=float)
-            self.fit.restart(state.ratio / ratio - 1)
-            return True
-        if state.squares != squares:  # an outlier changes no sum, unless the ratio drifts
+            self.fit.restart(state.ratio / before["ratio"] - 1)
+            self.sweep.restart()
+            self.changed = True
+        self._confirm(soft, time_s)
+        if not alarm and state.squares != before["squares"]:  # an outlier changes no sum, unless the ratio drifts
             self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or much
             self._weights = np.append(self._weights, 1.0)
             self._numbers = np.append(self._numbers, float(number))
             if matched and not state.outlier:
                 self.fit.add(hard, soft, number)
-        return False
+                self.sweep.add(hard, soft, time_s, held=True)
+        return alarm
 
-    def standard_error(self, noises: tuple[float, float], shared: float, left_open: float = 0.0) -> float:
+    def _keep(self, before: dict[str, Any], time_s: float) -> None:
+        """Keep what is known before a hand-over, until it is confirmed; of several, the first one counts."""
+        kept, first_s, _ = self._unconfirmed or ({}, time_s, 0.0)
+        if not kept:
+            names = ("fit", "sweep", "changed", "_weights", "_numbers", "_state")
+            kept = {name: deepcopy(getattr(self, name)) for name in names}
+            for name, value in before.items():
+                setattr(kept["_state"], name, value)
+        self._unconfirmed = kept, first_s, time_s
+
+    def _confirm(self, regressor: float, time_s: float) -> None:
+        """Forget what was known before a change if the probe is still down some time after it, or after the longest lift."""
+        if self._unconfirmed:
+            kept, first_s, last_s = self._unconfirmed
+            down = regressor**2 >= DOWN**2 * kept["_state"].information / kept["_state"].weight
+            if (down and time_s - last_s >= CONFIRMED_S) or time_s - first_s >= LONGEST_LIFT_S:
+                self._unconfirmed = None
+
+    def go_back(self, noises: tuple[float, float], shared: float, rounding: float) -> bool:
+        """At the end: take the result before a change that is not confirmed; return whether there is one."""
+        kept = self._unconfirmed and self._unconfirmed[0]
+        if not kept or kept["_state"].weight < self._state.weight:
+            return False
+        self.after = self.ratio, self.standard_error(noises, shared, rounding=rounding)
+        for name, value in kept.items():
+            setattr(self, name, value)
+        return True
+
+    def standard_error(
+        self, noises: tuple[float, float], shared: float, left_open: float = 0.0, rounding: float = 0.0
+    ) -> float:
         """Return the standard error of the ratio.
 
         Parameters
@@ -103,6 +153,8 @@ class Estimate:
             Variance of the baselines in C1 - r C2: an error that all samples have in common.
         left_open : float
             Variance of the ratio that a misfit leaves open.
+        rounding : float, pF^2
+            Variance of C1 - r C2 by codes that are coarser than the noise: of the baselines, and of each reading.
 
         Returns
         -------
@@ -117,12 +169,12 @@ class Estimate:
         state, noise = self._state, self._state.noise
         if not self.samples:
             return float("nan")
-        readings = noises[0] ** 2 + self.ratio**2 * noises[1] ** 2
+        readings = noises[0] ** 2 + self.ratio**2 * noises[1] ** 2 + rounding
         if noise.weight >= FEWEST and state.weight >= SETTLED:
             own = noise.long_run_variance()
         else:
             seen = noise.lag0 / noise.weight if noise.weight else 0.0
             own = readings + 4 * max(seen - readings / 2, 0.0)
         square = max(own, readings) * state.squares / state.information**2
-        square += shared * state.weight / state.information + left_open
+        square += (shared + rounding) * state.weight / state.information + left_open
         return float(np.sqrt(square))

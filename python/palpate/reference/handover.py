@@ -195,7 +195,7 @@ def handover_rls(
     threshold: float = 10.0,
     clip: float = 3.0,
     smoothing: float = 0.0625,
-    guard: int = 2,
+    guard: int = 5,
     initial_ratio: float = 1.0,
     initial_covariance: float = 1e10,
     max_covariance: float = 1e12,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from palpate.reference.baseline import Baseline
+from palpate.reference.baseline import FIRST, Baseline
 from palpate.reference.contact import Contact
 
 SETTLES_S = 0.1  # the last tenth of a release takes time
@@ -17,7 +17,7 @@ class Idle:
     hard, soft : Baseline
     gate : Contact
     retaken : int
-        How often the channels fell far below the baseline, so that it was measured again.
+        How often the baseline was measured again: its first values were disturbed, or the channels fell far below it.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Idle:
             self._measure_again()
             self._since_ns, self._settles = time_ns, True
             return "idle"
-        if self.gate.fell:
+        if self.gate.fell or (now == "idle" and max(self.hard.now.quiet, self.soft.now.quiet) >= FIRST):
             self.retaken += 1
             self.gate.reset()
             self._measure_again()

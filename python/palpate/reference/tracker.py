@@ -9,10 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from palpate.reference.align import matched_pair
 from palpate.reference.estimate import Estimate, estimator
 from palpate.reference.idle import Idle
+from palpate.reference.level import Sweep
 from palpate.reference.model import LEAST, Misfit
 from palpate.reference.revision import Known, Revised, line_share, revised
 
 SECONDS = 6.5  # length of a touch
+TILTED, LEAST_TILT = 4.0, 0.005  # errors of both ratios, and share, by which they differ
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,12 @@ class Touch:
     misfit : Misfit
     revision : Revised or None
         None: the baseline after it is not known.
+    level_ratio, level_standard_error, tilt : float
+        Over the swept depth; the ratio above it, share of it.
+    after : (float, float)
+        Ratio and standard error after a change that was not confirmed.
+    tilted : bool
+        Whether both ratios differ.
 
     Examples
     --------
@@ -54,6 +62,30 @@ class Touch:
     standard_error: float
     misfit: Misfit
     revision: Revised | None = None
+    level_ratio: float = np.nan
+    level_standard_error: float = np.nan
+    tilt: float = 0.0
+    after: tuple[float, float] = (np.nan, np.nan)
+    tilted: bool = False
+
+
+class CodeStep:
+    """The smallest difference between readings of a channel that came three times: the step of its codes."""
+
+    def __init__(self) -> None:
+        self._last, self._least, self._times = np.nan, np.inf, 0
+
+    def add(self, value: float) -> None:
+        """Take a reading of a touch, pF."""
+        difference, self._last = abs(value - self._last) if np.isfinite(value) else np.nan, value
+        if 0 < difference < 0.999 * self._least:
+            self._least, self._times = difference, 1
+        elif 0 < difference < 1.001 * self._least:
+            self._times = min(self._times + 1, 3)
+
+    def variance(self, noise: float) -> float:
+        """Return the variance of the rounding, pF^2; 0 if the noise moves the readings from code to code."""
+        return self._least**2 / 12 if self._times == 3 and noise <= 0.51 * self._least else 0.0
 
 
 class Rows(NamedTuple):
@@ -79,7 +111,15 @@ class Rows(NamedTuple):
     revised: NDArray[np.bool_]
 
 
-def handheld(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> tuple[list[Touch], Rows]:
+def handheld(
+    t_hard: ArrayLike,
+    t_soft: ArrayLike,
+    hard: ArrayLike,
+    soft: ArrayLike,
+    *,
+    contact_exponent: float = 1.0,
+    age: float = 0.0,
+) -> tuple[list[Touch], Rows]:
     """Find touches and estimate their ratios: reference of `palpate.Tracker("handheld")`.
 
     Parameters
@@ -87,6 +127,8 @@ def handheld(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayL
     t_hard, t_soft : array_like of int, shape (n,), ns
     hard, soft : array_like, shape (n,), pF
         Readings; nan or infinite: a missing one.
+    contact_exponent, age : float
+        As the settings of the tracker.
 
     Returns
     -------
@@ -96,7 +138,7 @@ def handheld(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayL
     """
     times, values = np.asarray(t_hard), np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
     pairs = matched_pair(times, t_soft, *values.T)
-    state = _Tracker()
+    state = _Tracker(contact_exponent, age)
     rows = []
     for number, time in enumerate(times.tolist()):
         rows.append(state.feed(number, int(time), values[number], [column[number] for column in pairs]))
@@ -108,8 +150,11 @@ def handheld(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayL
 class _Tracker:
     """The stages with what they have in common."""
 
-    def __init__(self) -> None:
+    def __init__(self, exponent: float, age: float) -> None:
         self.touches: list[Touch] = []
+        self._exponent, self._age = exponent, age
+        self._steps = CodeStep(), CodeStep()
+        self._begin_ns = 0
         self._idle = Idle()
         self._touch: Estimate | None = None  # the last one
         self._running = False
@@ -128,23 +173,31 @@ class _Tracker:
         alarm = False
         if event == "begun":
             begin, noise = max(number + 1 - self._idle.gate.age, 0), self._idle.soft.now.noise
-            self._touch = Estimate(begin, _state=estimator(noise))
+            self._touch = Estimate(begin, sweep=Sweep(self._exponent, self._age), _state=estimator(noise))
+            self._begin_ns = time_ns
             self._running, self._known = True, None
         elif event in ("released", "idle"):
             self.finish()
         if event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
-        if self._running and self._touch is not None:
-            alarm = self._sample(number, *pair)
-            if (time_ns - self._before_ns) / 1e9 >= SECONDS:
+        touch, since_s = self._touch, (time_ns - self._begin_ns) / 1e9
+        if self._running and touch is not None:
+            for step, value in zip(self._steps, values, strict=True):
+                step.add(float(value))
+            alarm = self._sample(number, since_s, *pair)
+            settled, _, settled_s = touch.sweep.settled()
+            aged = self._age and settled and since_s - settled_s >= self._age
+            if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
                 self.finish(full=True)
         else:
             self._before_ns = time_ns
-        touch = self._touch
+            if touch is not None and touch.samples and self._idle.gate.state != "idle" and pair[2] and pair[3]:
+                levels = [known.level for known in self._baselines()]
+                touch.sweep.add(pair[0] - levels[0], pair[1] - levels[1], since_s, held=False)
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, self._idle.gate.state == "contact", revises)
-        error = touch.standard_error(*self._errors(touch.ratio))
+        error = touch.standard_error(*self._errors(touch.ratio), rounding=self._rounding(touch.ratio))
         return (touch.ratio, error, touch.statistic, alarm, self._idle.gate.state == "contact", revises)
 
     def finish(self, *, full: bool = False) -> None:
@@ -153,11 +206,34 @@ class _Tracker:
             return
         self._running, touch = False, self._touch
         noises, shared = self._errors(touch.ratio)
+        changed = touch.go_back(noises, shared, self._rounding(touch.ratio))
+        noises, shared = self._errors(touch.ratio)
+        rounding = self._rounding(touch.ratio)
         misfit = touch.fit.result(*noises, touch.ratio)
-        error = touch.standard_error(noises, shared, misfit.open + misfit.open_drift)
+        misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
+        error = touch.standard_error(noises, shared, misfit.open + misfit.open_drift, rounding)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
         counts = (touch.start, touch.samples, touch.alarms, touch.refused)
-        self.touches.append(Touch(*counts, full, ratio, error, covariance, ratio, error, misfit))
+        found = Touch(*counts, full, ratio, error, covariance, ratio, error, misfit, after=touch.after)
+        self.touches.append(self._levelled(found, revised=False))
+
+    def _levelled(self, result: Touch, *, revised: bool) -> Touch:
+        """Add the level ratio: with the fall if it is known and has the same ratio; with coarse codes there is none."""
+        touch = self._touch
+        assert touch is not None
+        rounding, (noises, shared) = self._rounding(touch.ratio), self._errors(touch.ratio)
+        own = touch.standard_error(noises, shared, rounding=rounding)
+        with_fall = revised and "changed" not in result.misfit.flags
+        level, error = (np.nan, np.nan) if rounding else touch.sweep.result(touch.ratio, revised=with_fall)
+        tilt = touch.ratio / level - 1
+        tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_TILT
+        tilt = tilt if np.isfinite(tilt) else 0.0
+        return replace(result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted))
+
+    def _rounding(self, ratio: float) -> float:
+        """Return the variance of C1 - r C2 by codes that are coarser than the noise, pF^2."""
+        hard, soft = (step.variance(known.noise) for step, known in zip(self._steps, self._baselines(), strict=True))
+        return hard + ratio**2 * soft
 
     def _baselines(self) -> tuple[Known, Known]:
         hard, soft = (
@@ -171,14 +247,14 @@ class _Tracker:
         hard, soft = self._baselines()
         return (hard.noise, soft.noise), hard.variance + ratio**2 * soft.variance
 
-    def _sample(self, number: int, hard: float, soft: float, valid: float, matched: float) -> bool:
+    def _sample(self, number: int, since_s: float, hard: float, soft: float, valid: float, matched: float) -> bool:
         """Take a pair into the running touch; return whether there is an alarm."""
         assert self._touch is not None
         if not valid:
             self._touch.refused += 1
             return False
         levels = [known.level for known in self._baselines()]
-        return self._touch.add(hard - levels[0], soft - levels[1], number, matched=bool(matched))
+        return self._touch.add(hard - levels[0], soft - levels[1], number, since_s, matched=bool(matched))
 
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
@@ -188,17 +264,18 @@ class _Tracker:
         self._known, after = None, self._baselines()
         share = line_share(touch.middle, touch.start, number, (before[0].age, after[0].age))
         place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
-        found = revised(before, after, **place, changed=touch.alarms > 0)
+        found = revised(before, after, **place, changed=touch.changed)
         last = self.touches[-1]
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
-        error = touch.standard_error((after[0].noise, after[1].noise), found.variance, left_open)
+        rounding = self._rounding(touch.ratio)
+        error = touch.standard_error((after[0].noise, after[1].noise), found.variance, left_open, rounding)
         corrected = found.shift if found.kind == "drift" else 0.0
         flags = misfit.flags | ({"drift"} if found.significant and abs(relative) > LEAST else set())
         if flags == {"offset"}:
             misfit = replace(misfit, offset_ratio=misfit.offset_ratio + corrected)
         self.touches[-1] = replace(
-            last,
+            self._levelled(last, revised=True),
             ratio=last.first_ratio + corrected,
             standard_error=error,
             misfit=replace(misfit, flags=frozenset(flags)),

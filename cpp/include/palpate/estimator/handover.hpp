@@ -22,7 +22,7 @@ struct HandoverSettings {
   Real threshold = Real(10);           ///< its limit: more than a spike, smeared by the filters, can add
   Real clip = Real(3);                 ///< limits an innovation in the CUSUM; one above it does not change the ratio
   Real smoothing = Real(0.0625);       ///< share of a new regressor in the instrument
-  Real guard = Real(2);                ///< first samples after a change that a hand-over leaves out: filters smear them
+  Real guard = Real(5);                ///< first samples after a change that a hand-over leaves out: filters smear them
   Real min_information = Real(1e-12);  ///< 1 / max_covariance: the limit where the regressor is 0
 
   /// As FixedForgetting::visit_fields.
@@ -86,7 +86,7 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(drifts)) {
       counted = unusual(counted, judged, drifts);
     }
-    Estimate next = followed(sample, counted);
+    Next next = followed(sample, counted);
     if (PALPATE_UNLIKELY(judged.outlier && !drifts)) {
       next = {ratio_, sums_, Real(0)};
     }
@@ -111,6 +111,18 @@ class Handover : public Parameters {
   /// Forget all samples; the settings stay.
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     *this = Handover(static_cast<const Parameters&>(*this), ratio, covariance);
+  }
+
+  /// The ratio and the sums from which it was computed, without the noise.
+  struct Estimate {
+    Real ratio;
+    Sums<Real> sums;
+  };
+  constexpr Estimate estimate() const noexcept { return {ratio_, sums_}; }
+  /// Go back to such an estimate; the noise stays.
+  constexpr void restore(const Estimate& estimate) noexcept {
+    ratio_ = estimate.ratio;
+    sums_ = estimate.sums;
   }
 
   /// As Rls::visit_state.
@@ -170,7 +182,7 @@ class Handover : public Parameters {
   struct Counted {
     Real innovation, forgetting;
   };
-  struct Estimate {
+  struct Next {
     Real ratio;
     Sums<Real> sums;
     Real gain;
@@ -233,7 +245,7 @@ class Handover : public Parameters {
   }
 
   /// R' = lambda R + w x,  r' = r + (w / R') e.
-  constexpr Estimate followed(const WeightedSample<Real>& s, const Counted& counted) const noexcept {
+  constexpr Next followed(const WeightedSample<Real>& s, const Counted& counted) const noexcept {
     const Real forgetting = counted.forgetting;
     const Real added = product(s.weight, s.regressor), left = product(forgetting, sums_.information);
     const Real information = added > 0 ? left + added : bounded(left);
@@ -253,13 +265,13 @@ class Handover : public Parameters {
 
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
   /// range of Real: as without a change.
-  PALPATE_COLD constexpr Estimate handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
-                                              const Estimate& usual) const noexcept {
+  PALPATE_COLD constexpr Next handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
+                                          const Next& usual) const noexcept {
     const bool any = side.sums.count > 0;
     Sums<Real> sums =
         any ? side.sums : Sums<Real>{product(s.weight, s.regressor), product(s.weight, s.weight), Real(1)};
     const Real ratio = (any ? side.weighted_output : product(s.weight, s.output)) / sums.information;
-    return is_finite(ratio) ? Estimate{ratio, sums, Real(0)} : usual;
+    return is_finite(ratio) ? Next{ratio, sums, Real(0)} : usual;
   }
 
   /// Update the noise model.

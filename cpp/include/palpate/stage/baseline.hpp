@@ -23,6 +23,7 @@ struct NoBaseline {
   constexpr void reset() noexcept {}
   constexpr void keep() noexcept {}
   constexpr bool ready() const noexcept { return true; }
+  constexpr bool disturbed() const noexcept { return false; }
   constexpr Real level() const noexcept { return Real(0); }
   constexpr Real expected() const noexcept { return Real(0); }
   constexpr Real noise() const noexcept { return Real(0); }
@@ -60,11 +61,11 @@ struct Level {
 };
 template <class Real>
 struct Level<Real, true> : Level<Real, false> {
-  Real age = 0, fast = 0, slow = 0;
+  Real age = 0, fast = 0, slow = 0, last = 0;
 
   template <class Visit>
   constexpr void visit(Visit&& visit_numbers) noexcept {
-    visit_numbers(this->mean, this->noise, this->count, this->squares, age, fast, slow);
+    visit_numbers(this->mean, this->noise, this->count, this->squares, age, fast, slow, last);
   }
 };
 
@@ -113,6 +114,11 @@ class Baseline : public Settings {
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
     set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part),
               halves_.value(noise_floor));
+    if constexpr (Drifts) {
+      const bool quiet = 100 * magnitude(value - now_.last) < now_.noise && now_.noise > 4 * halves_.value(noise_floor);
+      quiet_ = static_cast<std::uint8_t>(quiet ? quiet_ + (quiet_ < Size) : 0);
+      now_.last = value;
+    }
     judge_drift();
   }
 
@@ -129,7 +135,7 @@ class Baseline : public Settings {
   }
 
   /// Collect again; the level stays until the values are there.
-  constexpr void reset() noexcept { filled_ = 0; }
+  constexpr void reset() noexcept { filled_ = quiet_ = 0; }
   /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
     filled_ = Size;
@@ -138,6 +144,8 @@ class Baseline : public Settings {
   }
   /// Whether all Size values are collected.
   constexpr bool ready() const noexcept { return filled_ == Size; }
+  /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of Size later ones.
+  constexpr bool disturbed() const noexcept { return quiet_ >= Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
   constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
@@ -194,7 +202,7 @@ class Baseline : public Settings {
   static constexpr int noise_floor = 0;
   Halves<Real, Size, Drifts> halves_;
   Level<Real, Drifts> now_;
-  std::uint8_t filled_ = 0;
+  std::uint8_t filled_ = 0, quiet_ = 0;
   bool drifts_ = false;
 };
 

@@ -13,10 +13,12 @@ namespace palpate {
 
 /// What contradicts the model; several may be set.
 enum Misfit : std::uint8_t {
-  misfit_offset = 1,  ///< the bumps do not begin at the same depth
-  misfit_drift = 2,   ///< the ratio, or a baseline, drifts
-  misfit_lag = 4,     ///< one channel is behind the other
-  misfit_curve = 8,   ///< the output is no straight line of the regressor
+  misfit_offset = 1,    ///< the bumps do not begin at the same depth
+  misfit_drift = 2,     ///< the ratio, or a baseline, drifts
+  misfit_lag = 4,       ///< one channel is behind the other
+  misfit_curve = 8,     ///< the output is no straight line of the regressor
+  misfit_tilt = 16,     ///< the ratio over the swept depth is another one
+  misfit_changed = 32,  ///< the ratio changed shortly before the end
 };
 
 /// The sizes of what the model leaves out.
@@ -26,6 +28,7 @@ struct Fitted {
   Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
   Real lag = 0;         ///< of the soft channel behind the hard one, pairs
   Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
+  Real tilt = 0;        ///< the ratio above the level ratio, share of it
   Real open = 0;        ///< variance of the ratio that these leave open, without the drift
   Real open_drift = 0;  ///< the same by the drift
   Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  ///< if only the offset contradicts: of y = r x + c

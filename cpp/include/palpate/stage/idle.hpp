@@ -31,7 +31,7 @@ class Idle {
 
   /// Whether both baselines are measured.
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
-  /// How often the channels fell far below the baseline, so that it was measured again.
+  /// How often the baseline was measured again: its first values were disturbed, or the channels fell far below it.
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
  protected:
@@ -53,7 +53,7 @@ class Idle {
       settles_ = true;
       return Event::idle;
     }
-    if (gate.fell()) {
+    if (gate.fell() || (gate.idle() && (hard_baseline.disturbed() || soft_baseline.disturbed()))) {
       retaken_ += 1;
       tare();
     } else if (gate.idle()) {

@@ -116,16 +116,4 @@ class Reviser {
   bool changed_ = false;  // the ratio, in the touch
 };
 
-/// What a tracker with a fit keeps for it; nothing without.
-template <class Real, class FitStage, bool fits = FitStage::fits>
-struct Fitting {
-  FitStage fit;
-  Reviser<Real> reviser;
-  Fitted<Real> fitted;
-  typename Reviser<Real>::Result revision;
-  Real first_ratio = 0, first_error = 0;
-};
-template <class Real, class FitStage>
-struct Fitting<Real, FitStage, false> {};
-
 }  // namespace palpate

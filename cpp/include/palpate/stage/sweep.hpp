@@ -23,6 +23,13 @@ class Sweep {
     }
   }
 
+  /// The sums of both; before either was swept.
+  constexpr void join(const Sweep& other) noexcept {
+    for (int k = 0; k < Columns * (Columns + 1) / 2; ++k) {
+      sums_[k] += other.sums_[k];
+    }
+  }
+
   constexpr Real at(int i, int j) const noexcept { return sums_[place(i, j)]; }
   constexpr Real error(int i) const noexcept { return -at(i, i); }
 

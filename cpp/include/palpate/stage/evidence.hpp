@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What the samples of a touch say beside its ratio, and what was known before a change that may not be confirmed.
+
+#include <cstdint>
+#include <palpate/stage/fit.hpp>
+#include <palpate/stage/level_ratio.hpp>
+#include <palpate/stage/readings.hpp>
+#include <palpate/stage/revision.hpp>
+
+namespace palpate {
+
+/// What a tracker with a fit learns from the samples of a touch.
+template <class Real, class FitStage, class LevelStage>
+struct Evidence {
+  FitStage fit;         ///< the test of the model
+  Reviser<Real> times;  ///< of the samples
+  LevelStage level;     ///< the ratio over the swept depth
+};
+
+/// The state before a hand-over, until the change is confirmed: when the probe is still down, with 0.9 of the depth,
+/// `confirmed` seconds after it. A change that is not was an effect of the lift, or it came too late to be measured:
+/// then the ratio before it is the result. Such a wait ends after the longest lift.
+template <class Real, class Ticks, class Estimator, class Collected>
+class Unconfirmed {
+  static constexpr Real longest = Real(2.5);  // seconds
+
+ public:
+  Estimator estimator;  ///< before the hand-over, with the noise of then
+  Collected evidence;   ///< before the hand-over
+
+  constexpr void reset() noexcept { waits_ = false; }
+  /// Whether the result may be the one before the change: if it has more samples than the one after it.
+  constexpr bool holds(const Estimator& after) const noexcept { return waits_ && !(estimator.count() < after.count()); }
+
+  /// At a hand-over: the estimate and the evidence before it. Of several, the first one counts.
+  constexpr void keep(Ticks time, const Estimator& now, const typename Estimator::Estimate& before,
+                      const Collected& collected) noexcept {
+    if (!waits_) {
+      estimator = now;
+      estimator.restore(before);
+      evidence = collected;
+      begin_ = time;
+    }
+    last_ = time;
+    waits_ = true;
+  }
+
+  /// After each sample.
+  constexpr void follow(Ticks time, Real regressor, Real confirmed) noexcept {
+    if (PALPATE_UNLIKELY(waits_)) {
+      const Real square = estimator.information() / estimator.count();  // of the mean regressor
+      const bool down = !(product(regressor, regressor) < product(Real(0.81), square));
+      waits_ =
+          !(down && seconds_between<Real>(time, last_) >= confirmed) && seconds_between<Real>(time, begin_) < longest;
+    }
+  }
+
+ private:
+  Ticks begin_ = 0, last_ = 0;  // of the first and of the last hand-over
+  bool waits_ = false;
+};
+
+/// The smallest difference between readings of a channel that came several times: the step of its codes.
+template <class Real>
+class CodeStep {
+  static constexpr std::uint8_t proven = 3;
+
+ public:
+  constexpr void add(Real value) noexcept {
+    const Real difference = magnitude(value - last_);
+    last_ = value;
+    if (PALPATE_UNLIKELY(difference > 0 && difference < product(Real(1.001), least_))) {
+      const bool smaller = difference < product(Real(0.999), least_);
+      times_ = static_cast<std::uint8_t>(smaller ? 1 : times_ + (times_ < proven));
+      least_ = smaller ? difference : least_;
+    }
+  }
+  /// Variance by rounding, if noise does not move the readings from code to code; else 0: the noise contains it.
+  constexpr Real variance(Real noise) const noexcept {
+    const bool coarse = times_ == proven && !(noise > product(Real(0.51), least_));
+    return coarse ? product(least_, least_) / 12 : Real(0);
+  }
+
+ private:
+  Real last_ = std::numeric_limits<Real>::quiet_NaN(), least_ = std::numeric_limits<Real>::max();
+  std::uint8_t times_ = 0;
+};
+
+/// What a tracker with a fit keeps for it; nothing without.
+template <class Real, class Ticks, class Estimator, class FitStage, class LevelStage, bool fits = FitStage::fits>
+struct Fitting {
+  using Collected = Evidence<Real, FitStage, LevelStage>;
+  Collected evidence;
+  Unconfirmed<Real, Ticks, Estimator, Collected> unconfirmed;
+  CodeStep<Real> hard_step, soft_step;
+  Ticks begin = 0;  // of the touch
+  Fitted<Real> fitted;
+  typename Reviser<Real>::Result revision;
+  Levelled<Real> levelled, after;
+  Real first_ratio = 0, first_error = 0;
+  bool tilted = false;  // the ratio and the level ratio differ
+};
+template <class Real, class Ticks, class Estimator, class FitStage, class LevelStage>
+struct Fitting<Real, Ticks, Estimator, FitStage, LevelStage, false> {};
+
+}  // namespace palpate

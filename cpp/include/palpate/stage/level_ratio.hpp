@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The ratio over the swept depth: a line with an intercept, which a tilt of the probe does not change.
+
+#include <limits>
+#include <palpate/cube_root.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/square_root.hpp>
+#include <palpate/stage/sweep.hpp>
+
+namespace palpate {
+
+/// The level ratio of a touch; NaN: there is none.
+template <class Real>
+struct Levelled {
+  Real ratio = std::numeric_limits<Real>::quiet_NaN();           ///< of hard = r (soft^(1/p) + c)^p
+  Real standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< of it
+};
+
+/// The null stage: there is no level ratio, and no age.
+template <class Real>
+struct NoLevelRatio {
+  static constexpr bool levels = false;  ///< there is no level ratio
+};
+
+/// Settings of LevelRatio.
+template <class Real>
+struct LevelRatioSettings {
+  Real contact_exponent = Real(1);  ///< p: force ~ depth^p. 1: bumps with a flat end; 1.5: domes; 0: no level ratio
+  Real age = Real(0);               ///< seconds from where the press has settled to the end of a touch; 0: no such end
+  Real settled = Real(0.1);         ///< the press has settled if it has grown by less than a tenth for so many seconds
+
+  /// As FixedForgetting::visit_fields: the last one belongs to the stage.
+  template <class Self, class Visit>
+  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+    const Real p = s.contact_exponent;
+    visit("contact_exponent", s.contact_exponent,
+          !(p < 0 || p > 0) || !(p < 1 || p > 1) || !(p < Real(1.5) || p > Real(1.5)),
+          "1 (flat bumps), 1.5 (domes), or 0 (no level ratio)");
+    visit("age", s.age, s.age >= 0, "0 <= age");
+  }
+};
+
+/// A probe held off by an angle presses one bump deeper by g: hard = r K (z + g)^p, soft = K (z - g)^p at depth z. So
+///
+///     hard^(1/p) = r^(1/p) soft^(1/p) + c
+///
+/// whatever g is. The hold alone cannot tell c from r; the rise sweeps the depth from 0, and the fall back to it.
+///
+/// The sums of the rise are kept by octaves of the soft channel, since the depth of the hold is not yet known: those
+/// from an eighth of it on count. The error has the scatter around the line; the disagreement of rise and fall; and
+/// while the fall is not known, a share of what the intercept changes.
+template <class Real, class Settings = Kept<LevelRatioSettings<Real>>>
+class LevelRatio : public Settings {
+ public:
+  using Settings::settings;
+  static constexpr bool levels = true;  ///< there is a level ratio
+
+  /// A new touch.
+  constexpr void reset() noexcept {
+    restart();
+    settled_ = false;
+    highest_ = top_ = 0;
+  }
+
+  /// After a hand-over: the samples before it are forgotten.
+  constexpr void restart() noexcept {
+    for (auto& sums : sums_) {
+      sums = {};
+    }
+  }
+
+  /// Add a pair, at a time in seconds; `held`: the touch takes samples, so that this is not yet the fall after it.
+  constexpr void add(Real hard, Real soft, Real time, bool held) noexcept {
+    if (!(hard > 0 && soft > 0 && settings.contact_exponent > 0)) {
+      return;
+    }
+    if (!settled_) {
+      add_to(octave_of(soft), hard, soft);
+      follow(soft, time);
+    } else if (soft > product(Real(0.75), highest_)) {
+      add_to(held ? hold : places, hard, soft);
+    } else if (8 * soft > highest_) {
+      add_to(fall, hard, soft);
+    }
+  }
+
+  /// Whether the press has settled, and is as old as a touch is to be.
+  constexpr bool aged(Real time) const noexcept {
+    return settings.age > 0 && settled_ && !(time - since_ < settings.age);
+  }
+
+  /// The level ratio beside the ratio of the hold, at the end of a touch; `revised`: the fall is known, and counts.
+  constexpr Levelled<Real> result(Real ratio, bool revised) const noexcept {
+    Levelled<Real> found;
+    const bool falls = revised && !(settings.age > 0) && number(fall) >= fewest;
+    if (!settled_ || number(hold) < fewest || (number(rise) < fewest && !falls)) {
+      return found;
+    }
+    const Line up = line(true, false), all = line(true, falls);
+    const Real p = settings.contact_exponent, level = to_power(all.slope);
+    const Real apart = falls && number(rise) >= fewest ? up.slope - line(false, true).slope : Real(0);
+    const Real shift = product(falls ? Real(0.02) : Real(0.05), (level - ratio) / level);
+    const Real own = product(falls ? Real(3) : Real(9), all.variance) + product(apart, apart) / 4;
+    const Real square = product(product(p, p), own) / product(all.slope, all.slope) + product(shift, shift);
+    if (all.slope > 0 && square < Real(0.01)) {
+      found = {level, product(level, square_root(square))};
+    }
+    return found;
+  }
+
+ private:
+  enum Column : int { one, x, y, columns };
+  // While the press rises the places are octaves of the soft channel, the highest one first.
+  enum Place : int { rise, hold, fall, places };
+  static constexpr int fewest = 3;
+  using Pairs = Sweep<Real, columns>;
+  struct Line {
+    Real slope, variance;
+  };
+
+  constexpr Real number(Place place) const noexcept { return sums_[place].at(one, one); }
+
+  /// x^(1/p)
+  constexpr Real root(Real value) const noexcept {
+    if (!(settings.contact_exponent > 1)) {
+      return value;
+    }
+    const Real third = cube_root(value);
+    return product(third, third);
+  }
+  constexpr Real to_power(Real slope) const noexcept {
+    return settings.contact_exponent > 1 ? product(slope, square_root(slope)) : slope;
+  }
+
+  constexpr void add_to(int place, Real hard, Real soft) noexcept {
+    if (place < places) {
+      const Real from = root(soft), to = root(hard);
+      first_ = number(rise) + number(hold) + number(fall) > 0 ? first_ : to / from;
+      sums_[place].add({Real(1), from, to - product(first_, from)});
+    }
+  }
+
+  constexpr int octave_of(Real soft) noexcept {
+    top_ = top_ > 0 ? top_ : 2 * soft;
+    for (; soft >= top_; top_ *= 2) {
+      for (int i = places - 1; i > 0; --i) {
+        sums_[i] = sums_[i - 1];
+      }
+      sums_[0] = {};
+    }
+    int octave = 0;
+    for (Real edge = top_ / 2; octave < places && soft < edge; edge /= 2) {
+      ++octave;
+    }
+    return octave;
+  }
+
+  constexpr void follow(Real soft, Real time) noexcept {
+    if (soft > product(Real(1.1), highest_)) {
+      highest_ = soft;
+      since_ = time;
+    } else if (time - since_ > settings.settled) {
+      settled_ = true;
+      since_ = time;
+      for (int i = 1; i < places; ++i) {
+        sums_[rise].join(sums_[i]);
+        sums_[i] = {};
+      }
+    }
+  }
+
+  // With the hold, and one side or both.
+  constexpr Line line(bool up, bool down) const noexcept {
+    Pairs all = sums_[hold];
+    if (up) {
+      all.join(sums_[rise]);
+    }
+    if (down) {
+      all.join(sums_[fall]);
+    }
+    const Real n = all.at(one, one);
+    all.sweep(one);
+    const bool any = all.sweep(x);
+    const Real rest = all.at(y, y) > 0 ? all.at(y, y) / (n - 2) : Real(0);
+    return {any ? first_ + all.at(x, y) : Real(0), product(rest, all.error(x))};
+  }
+
+  Pairs sums_[places] = {};
+  Real first_ = 0, highest_ = 0, top_ = 0, since_ = 0;
+  bool settled_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,104 @@
+"""Reference of the level ratio: a line with an intercept over rise, hold and fall, which a tilt of the probe does not change."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SETTLED_S, GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
+HELD, LEAST = 0.75, 1 / 8  # shares of the height: the hold, and the end of the fall
+FEWEST = 3  # pairs of the hold, and of the rise or the fall
+SCATTERS, SCATTER = 3.0, 9.0  # factors of the variance of the slope, with the fall and without
+BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall and without
+LARGEST = 0.1  # relative error of a level ratio
+
+
+def fitted_line(x: Array, y: Array) -> tuple[float, float]:
+    """Return the slope of y = b x + c by least squares, and its variance from the residuals."""
+    middle = x - x.mean()
+    slope = float(middle @ y / (middle @ middle))
+    rest = y - y.mean() - slope * middle
+    return slope, float(rest @ rest / (len(x) - 2) / (middle @ middle))
+
+
+@dataclass
+class Sweep:
+    """The pairs of a touch, from contact to the end of its fall.
+
+    Attributes
+    ----------
+    exponent, age : float
+        p of force ~ depth^p, and the age at which the touch ends, s; 0: at its length.
+    pairs : list of (float, float, float, bool)
+        Hard, soft, pF; time, s; whether the touch took samples.
+    begin : int
+        Pair with which the samples since the last hand-over begin.
+
+    Examples
+    --------
+    >>> z = np.concatenate([np.linspace(0.1, 1, 10), np.ones(20), np.linspace(1, 0.1, 10)])
+    >>> sweep = Sweep()
+    >>> for number, depth in enumerate(z):
+    ...     sweep.add(3 * (depth + 0.02), depth - 0.02, 0.026 * number, held=number < 30)
+    >>> round(sweep.result(3.1, revised=True)[0], 12)
+    3.0
+    """
+
+    exponent: float = 1.0
+    age: float = 0.0
+    pairs: list[tuple[float, float, float, bool]] = field(default_factory=list)
+    begin: int = 0
+
+    def add(self, hard: float, soft: float, time_s: float, *, held: bool) -> None:
+        """Take a pair, pF, at a time since contact, s."""
+        if hard > 0 and soft > 0:
+            self.pairs.append((hard, soft, time_s, held))
+
+    def restart(self) -> None:
+        """Forget the pairs before a hand-over."""
+        self.begin = len(self.pairs)
+
+    def settled(self) -> tuple[int, float, float]:
+        """Return the number of pairs until the press has settled, its height, pF, and the time, s; 0: it has not."""
+        highest, grown = 0.0, 0.0
+        for number, (_, soft, time_s, _) in enumerate(self.pairs, 1):
+            if soft > GROWS * highest:
+                highest, grown = soft, time_s
+            elif time_s - grown > SETTLED_S:
+                return number, highest, time_s
+        return 0, 0.0, 0.0
+
+    def result(self, ratio: float, *, revised: bool) -> tuple[float, float]:
+        """Return the level ratio and its standard error, beside the ratio of the hold; nan: there is none."""
+        none, (count, height, _) = (np.nan, np.nan), self.settled()
+        if not count:
+            return none
+        hard, soft, _, held = np.array(self.pairs, float).T
+        number = np.arange(len(soft))
+        top = 2 * soft[0]  # octaves of the first one; three of them count
+        while not soft[:count].max() < top:
+            top *= 2
+        rise = (number < count) & (soft >= top / 8)
+        hold = (number >= count) & (soft > HELD * height) & (held > 0)
+        fall = (number >= count) & (soft <= HELD * height) & (soft > LEAST * height)
+        rise, hold, fall = (part & (number >= self.begin) for part in (rise, hold, fall))
+        falls = revised and not self.age and fall.sum() >= FEWEST
+        if hold.sum() < FEWEST or (rise.sum() < FEWEST and not falls):
+            return none
+        x, y = (values ** (1 / self.exponent) for values in (soft, hard))
+        lines = {
+            "up": rise | hold,
+            "all": rise | hold | fall if falls else rise | hold,
+            "down": hold | fall,
+        }
+        slope, variance = fitted_line(x[lines["all"]], y[lines["all"]])
+        apart = 0.0
+        if falls and rise.sum() >= FEWEST:
+            apart = fitted_line(x[lines["up"]], y[lines["up"]])[0] - fitted_line(x[lines["down"]], y[lines["down"]])[0]
+        level = slope**self.exponent if slope > 0 else np.nan
+        shift = (BENT if falls else BENDS) * (level - ratio) / level
+        own = (SCATTERS if falls else SCATTER) * variance + apart**2 / 4
+        square = self.exponent**2 * own / slope**2 + shift**2
+        return (level, level * float(np.sqrt(square))) if square < LARGEST**2 else none
