@@ -1,6 +1,7 @@
 """Substrate, bumps and gauges against their formulas."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ STIFFNESS = 0.3 * (1 - 1 / RATIO) / (1 - 1 / RIGID)
 """Of the soft bump and the object in series, pF/mm, by eq. (2)."""
 
 
-def tilted(along: float, across: float = 0.0, *, tremor: float = 0.05, seed: int = 0, **substrate: float) -> Simulation:
+def tilted(along: float, across: float = 0.0, *, tremor: float = 0.05, seed: int = 0, **substrate: Any) -> Simulation:
     press = Press(2.0, [(0.0, RATIO)], depth_pF=DEPTH_PF, tilt_deg=(along, across))
     return quiet(seed, presses=[press], substrate=Substrate(**substrate), tremor=tremor)
 
@@ -46,6 +47,23 @@ def test_domes_differ_in_depth_by_the_gap() -> None:
     assert 4.0 * shares[0] + shares[1] == pytest.approx(5.0 * force, abs=1e-9)
     assert (shares[1][:3] == 0).all()
     assert shares[1][-1] > 0
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+@pytest.mark.parametrize(("misplaced", "unequal"), [(0.0, 0.0), (0.05, 0.0), (-0.05, 0.2)])
+def test_a_split_soft_bump_adds_the_forces_of_its_halves(exponent: float, misplaced: float, unequal: float) -> None:
+    """F1 = r K (d + m g)^s gives d, and then F2 = K sum w (d +- g)^s, a half that is lifted off without force."""
+    split = Substrate(layout="soft-hard-soft", exponent=exponent, misplaced=misplaced, unequal=unequal)
+    level, gap = np.linspace(0, DEPTH_PF, 200), 3.0 * math.tan(math.radians(2))
+    first, soft = (split.pressed(level, RATIO, 2.0, hard=hard) for hard in (True, False))
+    assert RATIO * first + soft == pytest.approx((1 + RATIO) * level, abs=1e-9)
+    touches = first > 0
+    depth = (first[touches] / STIFFNESS) ** (1 / exponent) - misplaced * gap
+    halves = [np.maximum(depth + side * gap, 0) ** exponent * (1 + side * unequal) / 2 for side in (-1, 1)]
+    assert soft[touches] == pytest.approx(STIFFNESS * sum(halves), abs=1e-9)
+    assert (depth < gap).any()
+    if exponent == 1 and not (misplaced or unequal):  # the gap cancels
+        assert first[touches][depth > gap] == pytest.approx(level[touches][depth > gap], abs=1e-9)
 
 
 def test_a_tremor_of_the_angle_moves_force_between_the_bumps() -> None:

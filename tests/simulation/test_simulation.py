@@ -64,6 +64,8 @@ def test_faults_are_marked_as_in_samples() -> None:
         (lambda: Faults(lost=0.9, lost_run=8.0), "lost: got 0.9, allowed: at most 0.889 with lost_run 8.0"),
         (lambda: Gauge(exponent=0.9), "reference_pF: got 0 with exponent 0.9, allowed: above 0, or exponent 1"),
         (lambda: Substrate(rigid_ratio=1), "rigid_ratio: got 1, allowed: above 1"),
+        (lambda: Substrate(layout="soft-soft"), 'layout: got "soft-soft", allowed: "hard-soft", "soft-hard-soft"'),
+        (lambda: Substrate(unequal=0.1), "unequal: got 0.1, allowed: 0 to 0"),
         (lambda: Press(0.0, [(0.0, 1.0)], tilt_deg=(60.0, 0.0)), "tilt_deg: got (60.0, 0.0), allowed: -45 to 45"),
         (lambda: replace(QUIET, tremor=nan), "tremor: got nan, allowed: 0 or more"),
         (lambda: scenarios.run("moon"), "scenario: got 'moon', allowed: soft-steady"),

@@ -16,17 +16,21 @@ _STEPS = 12  # of Newton's method: the forces add up to 1e-9 pF
 
 @dataclass(frozen=True)
 class Substrate:
-    """Where the two bumps sit, and how a tilt shares the force between them. The truth is the ratio of level bumps.
+    """Where the bumps sit, and how a tilt shares the force between them. The truth is the ratio of level bumps.
 
     A substrate tilted by an angle a puts the hard bump deeper than the soft one by g = spacing tan a. With the depth d
     between the bumps, F_1 = r K (d + g/2)^s and F_2 = K (d - g/2)^s, each 0 before its bump is reached; K is the
     stiffness of soft bump and object in series, eq. (1): K = k_s (1 - 1/r) / (1 - 1/rigid_ratio). The hand sets the
     force F = F_1 + F_2, not d. For s = 1, with both bumps in contact, F_1 = r F_2 + r K g: an offset.
 
+    In the layout "soft-hard-soft" the soft bump is split: half of it on each side of the hard bump, on one line, at the
+    same distance, both wired to the soft channel. With d the depth of the hard bump, F_2 = K ((d + g)^s + (d - g)^s) / 2:
+    for s = 1 with both halves in contact g cancels, for s = 1.5 F_2 is larger by 3/8 (g/d)^2 of it.
+
     Attributes
     ----------
     spacing_mm : float, mm
-        Distance between the middles of the bumps.
+        Distance between the middles of the hard bump and of the soft bump, or of each half of it.
     soft_pF_per_mm : float, pF/mm
         Stiffness k_s of the soft bump, as the capacitance of a linear gauge; of a press 1 mm deep.
     rigid_ratio : float, above 1
@@ -37,6 +41,14 @@ class Substrate:
         Tremor of the angle, rms, with the spectrum of the scenario, independent of the tremor of the force.
     settles, settle_s : float, s
         At contact the tilt is 1 + settles times the held tilt, which it approaches with this time constant.
+    layout : str
+        "hard-soft" or "soft-hard-soft".
+    misplaced : float, in [-1, 1]
+        Place of the hard bump on the line, in spacings from the middle between the halves; above 0 a tilt above 0 puts
+        it deeper. With layout "hard-soft" 0.
+    unequal : float, in [-1, 1]
+        The halves have the stiffness (1 - unequal) K / 2 and (1 + unequal) K / 2; a tilt above 0 puts the second one
+        deeper. With layout "hard-soft" 0.
 
     Raises
     ------
@@ -53,6 +65,8 @@ class Substrate:
     >>> level = np.array([0.0, 0.1, 0.2])
     >>> Substrate().pressed(level, 5.0, 0.5, hard=False).round(4)
     array([0.    , 0.0942, 0.1942])
+    >>> Substrate(layout="soft-hard-soft").pressed(level, 5.0, 0.5, hard=False).round(4)
+    array([0. , 0.1, 0.2])
     """
 
     spacing_mm: float = 3.0
@@ -62,6 +76,9 @@ class Substrate:
     tremor_deg: float = 0.0
     settles: float = 0.0
     settle_s: float = 0.3
+    layout: str = "hard-soft"
+    misplaced: float = 0.0
+    unequal: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -70,6 +87,10 @@ class Substrate:
         within(self, 1, 3, "exponent")
         if not self.rigid_ratio > 1:
             raise ValueError(f"rigid_ratio: got {self.rigid_ratio}, allowed: above 1")
+        if self.layout not in ("hard-soft", "soft-hard-soft"):
+            raise ValueError(f'layout: got "{self.layout}", allowed: "hard-soft", "soft-hard-soft"')
+        most = 0 if self.layout == "hard-soft" else 1
+        within(self, -most, most, "misplaced", "unequal")
 
     def angle_deg(self, held_deg: float, since_s: Array) -> Array:
         """Return the tilt at times since the contact, s, without tremor, for a tilt of the hold; degrees."""
@@ -85,7 +106,7 @@ class Substrate:
         ratio : numpy.ndarray or float
             Ratio of level bumps.
         angle_deg : numpy.ndarray or float, degrees
-            Tilt in the plane through both bumps; above 0 the hard bump is deeper.
+            Tilt in the plane through the bumps; above 0 the hard bump of the layout "hard-soft" is deeper.
         hard : bool
             Which bump.
 
@@ -94,25 +115,35 @@ class Substrate:
         numpy.ndarray, pF
         """
         stiffness = self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, _SOFTEST) / (1 - 1 / self.rigid_ratio)
-        half = self.spacing_mm * np.tan(np.radians(angle_deg)) / 2
-        if self.exponent == 1:
-            shift = stiffness * 2 * half / (1 + ratio)
+        slope = self.spacing_mm * np.tan(np.radians(angle_deg))
+        if self.exponent == 1 and self.layout == "hard-soft":
+            shift = stiffness * slope / (1 + ratio)
             if hard:
                 return np.clip(level + shift, 0, level * (1 + ratio) / ratio)
             return np.clip(level - ratio * shift, 0, level * (1 + ratio))
-        depth = self._depth_mm(level / stiffness, ratio, half)
-        own = np.maximum(depth + half if hard else depth - half, 0)
-        return np.asarray(stiffness * own**self.exponent)
+        first, *rest = self._places()
+        depth = self._depth_mm(level / stiffness, ratio, slope)
+        shares = (w * np.maximum(depth + x * slope, 0) ** self.exponent for x, w in ([first] if hard else rest))
+        return np.asarray(stiffness * sum(shares))
 
-    def _depth_mm(self, reduced: Array, ratio: _Values, half: _Values) -> Array:
-        """Solve r (d + half)_+^s + (d - half)_+^s = (1 + r) reduced for d by Newton's method, mm."""
+    def _places(self) -> list[tuple[float, float]]:
+        """Return the place of each bump, in spacings, and its share of the stiffness of its channel; the hard bump first."""
+        if self.layout == "hard-soft":
+            return [(0.5, 1.0), (-0.5, 1.0)]
+        return [(self.misplaced, 1.0), (-1.0, (1 - self.unequal) / 2), (1.0, (1 + self.unequal) / 2)]
+
+    def _depth_mm(self, reduced: Array, ratio: _Values, slope: _Values) -> Array:
+        """Solve r (d + x_1 slope)_+^s + sum w_i (d + x_i slope)_+^s = (1 + r) reduced for d by Newton's method, mm."""
         # The left side is convex and rises with d, and at the first value it is too large: the steps go down to the root.
         s = self.exponent
-        depth = reduced ** (1 / s) + np.abs(half)
+        (hard_at, _), *soft = self._places()
+        bumps = [(hard_at, ratio), *soft]
+        depth = reduced ** (1 / s) + max(abs(x) for x, _ in bumps) * np.abs(slope)
         for _ in range(_STEPS):
-            one, two = np.maximum(depth + half, 0), np.maximum(depth - half, 0)
-            excess = ratio * one**s + two**s - (1 + ratio) * reduced
-            depth = depth - excess / np.maximum(s * (ratio * one ** (s - 1) + two ** (s - 1)), 1e-12)
+            deep = [(np.maximum(depth + x * slope, 0), weight) for x, weight in bumps]
+            excess = sum(weight * own**s for own, weight in deep) - (1 + ratio) * reduced
+            rise = s * sum(weight * (own > 0) * own ** (s - 1) for own, weight in deep)
+            depth = depth - excess / np.maximum(rise, 1e-12)
         return np.asarray(depth)
 
 
