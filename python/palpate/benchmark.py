@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from palpate import rivals
 from palpate._core import AdaptiveRls, HandoverRls, Rls, Tracker
+from palpate.ad7746.datasheet import NOISE_PF
 from palpate.display.plots import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, written
 from palpate.reference import matched_pair
 from palpate.simulation import scenarios
@@ -46,6 +47,7 @@ class ErrorTrace:
     error: Array
     alarm: NDArray[np.bool_]
     standard_error: Array  # relative; nan where unknown
+    result: float = math.nan  # error of the result, if it is not the last ratio: revised after the release
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,9 @@ class Row:
         scene handheld but its own estimator. Else the estimator alone.
     rms : float
         Relative rms error of the steady part over all seeds; 1 for a lost press. Above `rmse` where a few seeds are worse.
+    end : float
+        Relative error of the result, without sign, median over the seeds; 1 for a lost press. The result is the ratio at
+        the end of the touch; of a scene the ratio of the touch, which handheld and sliding revise after the release.
 
     Examples
     --------
@@ -88,6 +93,7 @@ class Row:
     slowest_pairs: float
     ns: float
     rms: float
+    end: float
 
 
 Estimate = Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]]
@@ -148,16 +154,26 @@ def _no_alarm(estimate: Callable[..., Array]) -> Estimate:
 _PRIOR = {"initial_covariance": rivals.COVARIANCE, "max_covariance": rivals.COVARIANCE}
 
 
-def _adaptive(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
-    rows = AdaptiveRls(**_PRIOR).trace(output, regressor)
-    return rows["ratio"], rows["alarm"]
+def _adaptive(**settings: float) -> Estimate:
+    def estimate(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
+        rows = AdaptiveRls(**settings, **_PRIOR).trace(output, regressor)
+        return rows["ratio"], rows["alarm"]
+
+    return estimate
 
 
 def _fixed(forgetting: float) -> Estimate:
     return _no_alarm(lambda output, regressor: Rls(forgetting=forgetting, **_PRIOR).process(output, regressor))
 
 
-OWN: dict[str, Estimate] = {"fixed 0.995": _fixed(0.995), "fixed 0.9": _fixed(0.9), "paper": _adaptive}
+# Of e = y - r x at the largest ratio of the probe: with less, the noise of a stiff object is an alarm.
+_NOISE_PF = NOISE_PF[0] * math.hypot(1, scenarios.PROBE.rigid_ratio)
+OWN: dict[str, Estimate] = {
+    "fixed 0.995": _fixed(0.995),
+    "fixed 0.9": _fixed(0.9),
+    "paper": _adaptive(),
+    "paper tuned": _adaptive(alarmed=0.5, drift=2 * _NOISE_PF, threshold=5 * _NOISE_PF),
+}
 """Estimators of palpate without a scene: name -> function(output, regressor) that returns (ratio, alarm)."""
 
 
@@ -175,7 +191,8 @@ def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace
     truth = run.true_ratio[used]
     since = run.t_hard_s[used] - run.presses[0].start_s
     error = rows["ratio"][used] / truth - 1
-    return ErrorTrace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth)
+    result = tracker.touches[0].ratio / truth[-1] - 1 if used.any() and tracker.touches else math.nan
+    return ErrorTrace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth, result)
 
 
 def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
@@ -209,10 +226,11 @@ def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
 
 def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float = math.nan) -> Row:
     """Return the row of one estimator, from its traces for all seeds."""
-    rmse, last, alarm, covered, follow = [], [], [], [], []
+    rmse, end, last, alarm, covered, follow = [], [], [], [], [], []
     for t in traces:
         if not len(t.error):  # a lost press
             rmse.append(1.0)
+            end.append(1.0)
             continue
         steady = t.since_s > SETTLED_S
         if "step" in scenario:
@@ -224,6 +242,7 @@ def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: f
         rmse.append(math.sqrt(np.mean(t.error[steady] ** 2)))
         alarm.append(t.alarm[steady].mean())
         last.append(t.error[-1])
+        end.append(abs(t.error[-1] if math.isnan(t.result) else t.result))
         if np.isfinite(t.standard_error[-1]):
             covered.append(abs(t.error[-1]) < 1.96 * t.standard_error[-1])
     return Row(
@@ -237,6 +256,7 @@ def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: f
         slowest_pairs=float(max(follow)) if follow else math.nan,
         ns=ns,
         rms=math.sqrt(np.mean(np.square(rmse))),
+        end=float(np.median(end)),
     )
 
 
@@ -299,7 +319,7 @@ def table(rows: Iterable[Row]) -> str:
 
     Examples
     --------
-    >>> row = Row("tremor", "paper", 0.01, 0.0, 0.5, 0.95, 4.0, 6.0, 20.0, 0.02)
+    >>> row = Row("tremor", "paper", 0.01, 0.0, 0.5, 0.95, 4.0, 6.0, 20.0, 0.02, 0.01)
     >>> table([row]).splitlines()[1].split()
     ['tremor', 'paper', '1.0000', '0.0000', '50.0', '95.0', '4', '(6)', '20.0']
     """
@@ -326,10 +346,12 @@ _LOOKS: dict[str, tuple[str, str]] = {
     "sliding scene": ("d", HANDHELD),
     "paper scene": ("o", PAPER),
     "paper": ("P", PAPER),
+    "paper tuned": ("*", PAPER),
     "fixed 0.995": ("s", SLOW),
     "fixed 0.9": ("s", FAST),
     "Kalman walk": ("^", HARD),
     "sum / sum": ("v", HARD),
+    "restarted": ("*", HARD),
     **dict(zip(rivals.LIBRARIES, [(mark, SOFT) for mark in "X<>ph"], strict=True)),
 }
 

@@ -4,6 +4,7 @@ Each takes outputs and regressors, pF, as arrays of shape (n,), and returns the 
 its user would set it for pF: forgetting 0.995, and an initial covariance that does not matter.
 """
 
+import math
 import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -11,6 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from palpate.ad7746.datasheet import NOISE_PF
 
 Array = NDArray[np.float64]
 COVARIANCE = 1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
@@ -105,7 +108,29 @@ def sums(output: Array, regressor: Array) -> Array:
     return np.asarray(np.cumsum(output) / np.cumsum(regressor))
 
 
-METHODS: dict[str, Callable[..., Array]] = {"Kalman walk": kalman_walk, "sum / sum": sums}
+DRIFT, THRESHOLD = 4.0, 16.0  # less follows a slow change, more survives a converter with three times the noise
+
+
+def restarted(output: Array, regressor: Array) -> Array:
+    """Estimate by least squares of all samples since the last alarm of a two-sided CUSUM in units of the noise.
+
+    With the sums before a sample, r = sum(x y) / sum(x^2), the innovation e = y - r x has the variance
+    noise^2 (1 + r^2) (1 + x^2 / sum(x^2)). An alarm begins with its sample.
+    """
+    xy, xx, up, down, found = 0.0, 0.0, 0.0, 0.0, []
+    for y, x in zip(output.tolist(), regressor.tolist(), strict=True):
+        if xx:
+            ratio = xy / xx
+            units = (y - ratio * x) / (NOISE_PF[0] * math.sqrt((1 + ratio**2) * (1 + x**2 / xx)))
+            up, down = max(up + units - DRIFT, 0.0), max(down - units - DRIFT, 0.0)
+            if max(up, down) > THRESHOLD:
+                xy = xx = up = down = 0.0
+        xy, xx = xy + x * y, xx + x * x
+        found.append(xy / xx)
+    return np.array(found)
+
+
+METHODS: dict[str, Callable[..., Array]] = {"Kalman walk": kalman_walk, "sum / sum": sums, "restarted": restarted}
 LIBRARIES: dict[str, Callable[..., Array]] = {
     "scipy": scipy,
     "padasip": padasip,
