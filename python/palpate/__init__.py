@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from palpate.several import agreement, most_reliable
     from palpate.sources import Gap, Source, open
     from palpate.stream import Stream
+    from palpate.uncertainty import Uncertainty
 
 __all__ = [
     "AdaptiveRls",
@@ -76,6 +77,7 @@ __all__ = [
     "Stream",
     "Touch",
     "Tracker",
+    "Uncertainty",
     "VectorRls",
     "__version__",
     "advice",
@@ -101,6 +103,7 @@ _LAZY = {
     "several": ("agreement", "most_reliable"),
     "sources": ("Gap", "Source", "open"),
     "stream": ("Stream",),
+    "uncertainty": ("Uncertainty",),
 }
 """What its module is imported for. No module may have the name of a function: its import would replace the function."""
 

@@ -3,6 +3,7 @@
 Nothing here accesses a chip; see `palpate.ad7746.driver`. Not tried on hardware.
 """
 
+import math
 from typing import Final
 
 I2C_ADDRESS: Final = 0x48
@@ -70,6 +71,31 @@ LAST_CODE: Final = 0xFFFFFF
 SATURATED_CODES: Final = 500  # A code nearer than this to either end of the range is saturated.
 # Largest capacitance that is not saturated: the `full_scale` of a tracker.
 SATURATED_PF: Final = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+# Integral nonlinearity, typical, .01 % of the full scale.
+LINEARITY_PF: Final = 1e-4 * FULL_SCALE_PF
+
+
+def linearity_pF(full_scale_pF: float) -> float:
+    """Return the standard deviation of a reading by the linearity of the chip, pF; 0 for another converter.
+
+    The limit of the data sheet is taken as that of a uniform distribution (JCGM 100:2008, 4.3.7).
+
+    Parameters
+    ----------
+    full_scale_pF : float
+        That of the readings; it is `SATURATED_PF` for those of the chip only.
+
+    Returns
+    -------
+    float
+        0.24 fF, or 0.
+
+    Examples
+    --------
+    >>> round(1e3 * linearity_pF(SATURATED_PF), 2), linearity_pF(math.inf)
+    (0.24, 0.0)
+    """
+    return LINEARITY_PF / math.sqrt(3) if full_scale_pF == SATURATED_PF else 0.0
 
 
 def capacitance_pF(code: int) -> float:

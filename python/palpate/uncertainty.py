@@ -1,0 +1,167 @@
+"""The uncertainty of the ratio of one touch, and its parts: what stands after ± wherever a ratio is printed.
+
+The standard error is what the readings of one touch show: noise, tremor, baseline. It does not contain the linearity of the
+converter, and not that each touch is held in another way: these are larger, and more readings do not reduce them.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import hypot, isfinite, log, nan, sqrt
+from statistics import pvariance
+from typing import NamedTuple
+
+from palpate import digits
+from palpate._core import Touch
+from palpate.several import TOUCH_SCATTER, Agreement
+
+
+class Scatter(NamedTuple):
+    """Scatter of the ratio from touch to touch, and where it comes from.
+
+    Attributes
+    ----------
+    share : float
+        Standard deviation, relative to the ratio, 0 or more.
+    source : str
+        "calibration", "session" (its repeated touches), or "assumed".
+
+    Examples
+    --------
+    >>> Scatter()
+    Scatter(share=0.03, source='assumed')
+    """
+
+    share: float = TOUCH_SCATTER
+    source: str = "assumed"
+
+    @classmethod
+    def of(cls, variance: float, freedom: float, source: str) -> "Scatter":
+        """Return the scatter by a relative variance that was estimated; the assumed one if that shows too little.
+
+        An estimate s^2 with v degrees of freedom leaves a t distribution, whose standard deviation is s sqrt(v / (v - 2))
+        (JCGM 101:2008, 6.4.9.4): two of these hold 95 % from v = 3 on. With fewer it has none.
+        """
+        return cls(sqrt(variance * freedom / (freedom - 2)), source) if freedom > 2 else cls()
+
+    @classmethod
+    def of_session(cls, touches: Iterable[tuple[str | None, Touch]]) -> "Scatter":
+        """Return the scatter within the specimens of a session, pooled, without the part of the standard errors.
+
+        Parameters
+        ----------
+        touches : iterable of (str or None, Touch)
+            The kept touches, each with the name of its specimen. Without a name, or a ratio above 0, one does not count.
+
+        Returns
+        -------
+        Scatter
+            The assumed one with fewer than 3 degrees of freedom, which are the touches less the specimens.
+
+        Examples
+        --------
+        >>> import palpate
+        >>> from palpate.simulation.hand import session
+        >>> four = palpate.touches(session(0, moduli={"gel": 1.1})["gel"])
+        >>> Scatter.of_session(("gel", touch) for touch in four).source
+        'session'
+        """
+        groups: dict[str, list[Touch]] = {}
+        for name, touch in touches:
+            if name and touch.ratio > 0 and isfinite(touch.ratio):
+                groups.setdefault(name, []).append(touch)
+        used = [touch for group in groups.values() for touch in group]
+        if (freedom := len(used) - len(groups)) < 1:
+            return cls()
+        squares = sum(len(group) * pvariance([log(touch.ratio) for touch in group]) for group in groups.values())
+        known = [touch for touch in used if isfinite(touch.standard_error)]
+        noise = sum((touch.standard_error / touch.ratio) ** 2 for touch in known) / len(used)
+        return cls.of(max(squares / freedom - noise, 0.0), freedom, "session")
+
+
+ASSUMED = Scatter()
+
+
+def with_scatter(found: Agreement, scatter: Scatter) -> Agreement:
+    """Return an agreement whose mean has the scatter of the session, if it is known, as its touches have."""
+    return replace(found, scatter=scatter.share) if scatter.source == "session" else found
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Parts of the uncertainty of a ratio, each as one standard deviation of it.
+
+    Attributes
+    ----------
+    ratio : float
+    noise : float
+        Its standard error: noise, tremor and baseline; nan if it is not known.
+    linearity : float
+        Of the converter, by its data sheet; 0 for another converter.
+    scatter : float
+        From touch to touch.
+    source : str
+        Where the scatter comes from, as in `Scatter`.
+
+    Examples
+    --------
+    >>> print(Uncertainty.of_ratio(8.39891, 0.00092))
+    8.40 ± 0.25 (assumed)
+    """
+
+    ratio: float
+    noise: float
+    linearity: float
+    scatter: float
+    source: str
+
+    @classmethod
+    def of_ratio(
+        cls, ratio: float, standard_error: float, scatter: Scatter = ASSUMED, linearity: float = 0.0
+    ) -> "Uncertainty":
+        """Return the uncertainty of a ratio with this standard error (nan: not known)."""
+        return cls(ratio, standard_error, linearity, abs(scatter.share * ratio), scatter.source)
+
+    @classmethod
+    def of(cls, touch: Touch, scatter: Scatter = ASSUMED, linearity_pF: float = 0.0) -> "Uncertainty":
+        """Return the uncertainty of a touch.
+
+        Parameters
+        ----------
+        touch : Touch
+        scatter : Scatter
+            Of the calibration (`Calibration.touch_scatter`) or of the session; default: assumed.
+        linearity_pF : float, pF
+            Standard deviation of a reading by the linearity of the converter, `palpate.ad7746.datasheet.linearity_pF`.
+
+        Returns
+        -------
+        Uncertainty
+
+        Examples
+        --------
+        >>> import palpate
+        >>> from palpate.ad7746.datasheet import SATURATED_PF, linearity_pF
+        >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
+        >>> found = Uncertainty.of(touch, linearity_pF=linearity_pF(SATURATED_PF))
+        >>> print(found, f"{found.noise:.1g} {found.linearity:.1g} {found.scatter:.1g}")
+        2.843 ± 0.085 (assumed) 6e-05 0.003 0.09
+        """
+        # With d in both channels the ratio y / x changes by d sqrt(1 + r^2) / x. The mean square of x is at least
+        # 1 / (P n): P is 1 / sum w x^2, and no weight w is above 1. In `handheld` it is hardly more.
+        linear = linearity_pF * hypot(1, touch.ratio) * sqrt(touch.covariance * touch.samples) if linearity_pF else 0.0
+        return cls.of_ratio(touch.ratio, touch.standard_error, scatter, linear)
+
+    @property
+    def uncertainty(self) -> float:
+        """The whole: the root of the sum of squares; nan if the standard error is not known."""
+        return hypot(self.noise, self.linearity, self.scatter) if isfinite(self.noise) else nan
+
+    def __str__(self) -> str:
+        """Return the ratio, its uncertainty, and where the scatter comes from; a few digits if it is not known."""
+        if not digits.known(self.uncertainty):
+            return digits.number(self.ratio)
+        return f"{digits.plus_minus(self.ratio, self.uncertainty)} ({self.source})"
+
+    def as_dict(self) -> dict[str, float | str | None]:
+        """Return `uncertainty` (None: not known) and `uncertainty_from`, for JSON."""
+        return {**digits.plain({"uncertainty": self.uncertainty}), "uncertainty_from": self.source}
