@@ -93,7 +93,6 @@ def test_a_calibration_brings_its_own_scatter() -> None:
     pair = [touched(4.0), touched(4.6)]
     assert not agreement(pair).agree
     assert found.agreement(pair).agree
-    assert found.uncertainty(4.0, 0.3) == pytest.approx(math.hypot(0.3, 4.0 * found.touch_spread))
 
 
 def test_the_spread_is_relative_and_of_two_touches_at_least() -> None:

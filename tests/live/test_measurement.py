@@ -11,7 +11,8 @@ import numpy as np
 import palpate
 import pytest
 from live_bench import OWN_FILE, SOURCE, Bench, begun, client
-from palpate import Source
+from palpate import Source, Uncertainty
+from palpate.ad7746.datasheet import linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
 from palpate.live.commands import Workbench
@@ -20,6 +21,7 @@ from palpate.live.measurement import RecordedMeasurement, open_file
 from palpate.live.touch_rows import TouchTable
 from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
+from palpate.uncertainty import Scatter
 from project import copied
 from recording_bench import soon
 from report_session import change
@@ -135,9 +137,11 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
         assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (None, False, None)
     assert TouchTable(measurement, plan, scatter=1.0).document()["most_reliable"] in (1, 2, 3, 4)
     first = measurement.touches[0]
-    known = calibration.uncertainty(first.ratio, first.standard_error)
-    shown = [table.document()["rows"][0]["uncertainty"] for table in (plain, calibrated)]
-    assert shown == [first.standard_error, known]
+    linear = linearity_pF(measurement.tracker.settings["full_scale"])
+    for table, scatter in ((plain, Scatter()), (calibrated, calibration.touch_scatter)):
+        known = Uncertainty.of(first, scatter, linear)
+        assert table.document()["rows"][0].items() >= known.as_dict().items()
+        assert table.result(first).startswith(f"ratio {known}")
     measurement.touches = [first, first]
     together = calibrated.document()["together"]
     assert together["text"].startswith("mean of 2 touches: ")

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from live_bench import SOURCE, Fed, Played, begun, noisy
-from palpate.digits import plus_minus
+from palpate import Uncertainty
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
 from palpate.live.signal_state import ChannelSeen, SignalSeen
@@ -207,7 +207,7 @@ def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -
     assert len(played.announced) <= 3 * 4 + 2
     for number, touch in enumerate(played.touches, 1):
         told = [text for text in played.announced if text.startswith(f"Touch {number}")]
-        assert plus_minus(touch.first_ratio, touch.first_standard_error) in told[0]
+        assert str(Uncertainty.of_ratio(touch.first_ratio, touch.first_standard_error)) in told[0]
         assert "Lift. Complete." in told[0]
         assert len(told) <= 2
 

@@ -84,9 +84,10 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     left = [row[1] for row in ten.rows["Every touch"] if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")]
     assert ["offset: " in reason for reason in left] == [True] * 3
     assert "41 of 44 touches are kept; 3 are left out" in ten.text[""]
-    *parts, whole = map(float, ten.row("Uncertainty, in words", "gel")[1:])
+    *parts, whole, of_modulus = map(float, ten.row("Uncertainty, in words", "gel")[1:])
     assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
-    assert parts[0] == pytest.approx(2.7 / 2, rel=0.05)
+    assert parts[2] == pytest.approx(2.7 / 2, rel=0.05)  # of four touches
+    assert of_modulus == pytest.approx(2.04 * whole, rel=0.1)  # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
 
 
 def test_repeatability_of_the_session(folder: Path, ten: Page, tmp_path: Path) -> None:
@@ -228,7 +229,7 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
     assert page.row("Results", "gel")[1] == "8"
     assert all(path.as_posix() in page.text["Recordings"] for path in paths)
     assert "No calibration was given" in page.text[""]
-    assert "3.0 % a touch, which is assumed" in page.text["Uncertainty, in words"]
+    assert "% a touch, by the repeated touches of this session:" in page.text["Uncertainty, in words"]
 
 
 def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp, hypot, inf, isfinite, isnan, nan
+from math import exp, inf, isfinite, isnan, log, nan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +14,12 @@ from palpate import digits
 from palpate._core import Touch, __version__
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
-from palpate.calibration.curve_fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit
+from palpate.calibration.curve_fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit, variances
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.extras import display, need
 from palpate.several import Agreement, agreement
+from palpate.uncertainty import Scatter
 
 _LARGEST = 690.0  # exp of it is still finite
 _LEAST = {"standard_errors": (0.0, "0 or more"), "touches": (1.0, "1 or more")}
@@ -85,6 +86,26 @@ class Modulus:
         reason = _reason(probe, ratio, agrees=not isnan(low))
         value = nan if reason else probe.modulus(ratio)
         return cls(value, low, high, reason, extrapolated=not calibrated[0] <= value <= calibrated[1])
+
+
+class Part(NamedTuple):
+    """A part of the uncertainty of a modulus.
+
+    Attributes
+    ----------
+    name : str
+    of_ratio, of_modulus : float, %
+        One standard deviation, in % of the ratio, and of the modulus that follows from it.
+
+    Examples
+    --------
+    >>> Part("noise", 0.01, 0.02).of_modulus
+    0.02
+    """
+
+    name: str
+    of_ratio: float
+    of_modulus: float
 
 
 def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
@@ -260,6 +281,12 @@ class Calibration:
         return float(self.fitted.touch_variance**0.5)
 
     @property
+    def touch_scatter(self) -> Scatter:
+        """The same as a part of an uncertainty: wider, as it was estimated; the assumed one with too few touches."""
+        fitted = self.fitted
+        return Scatter.of(fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration")
+
+    @property
     def scatter(self) -> str:
         """Scatter from touch to touch as text, and what else it holds."""
         percent = digits.error(100 * self.touch_spread)
@@ -351,12 +378,50 @@ class Calibration:
         check_level(level)
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
 
-    def uncertainty(self, ratio: float, standard_error: float) -> float:
-        """Return the standard deviation of the ratio of a touch: its standard error and the scatter together.
+    def budget(
+        self, ratio: float, standard_error: float | None = None, *, touches: float = 1, linearity: float = 0.0
+    ) -> list[Part]:
+        """Return what the uncertainty of a modulus consists of.
 
-        nan if the standard error is nan, which means that it is not known yet.
+        Parameters
+        ----------
+        ratio, standard_error, touches
+            As in `modulus`.
+        linearity : float
+            Standard deviation of the ratio by the linearity of the converter, `Uncertainty.linearity`; default 0. The
+            interval of `modulus` has it in the scatter: the touches of the fit were measured with it.
+
+        Returns
+        -------
+        list of Part
+            "noise", "linearity", "scatter from touch to touch", "scatter of specimens", "fitted curve", and "together",
+            the root of their sum of squares.
+
+        Raises
+        ------
+        ValueError
+            No modulus corresponds to the ratio.
+
+        Examples
+        --------
+        >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+        >>> max(found.budget(3.5, 0.01)[:-1], key=lambda part: part.of_modulus).name
+        'scatter from touch to touch'
         """
-        return hypot(standard_error, self.touch_spread * ratio)
+        modulus = self.probe.modulus(ratio)
+        measured = Measured(ratio, standard_error or 0.0, touches)
+        of = variances(self.fitted, measured, np.array(log(modulus)))
+        squares = {
+            "noise": of.noise,
+            "linearity": linearity**2,
+            "scatter from touch to touch": float(of.touch),
+            "scatter of specimens": float(of.specimen),
+            "fitted curve": float(of.curve),
+        }
+        squares["together"] = sum(squares.values())
+        errors = {name: 100 * sqrt(square) for name, square in squares.items()}
+        slope = self.probe.slope(ratio) / modulus
+        return [Part(name, error / ratio, error * slope) for name, error in errors.items()]
 
     def agreement(self, touches: Sequence[Touch]) -> Agreement:
         """Return whether touches agree, and their mean, with the scatter of this calibration.

@@ -71,7 +71,7 @@ def parse(message: str) -> tuple[str, Document]:
 class Workbench:
     """What a page shows and may order; made before the measurement starts, which it does not close.
 
-    `scatter`: relative scatter from touch to touch without a calibration, for the question whether touches agree.
+    `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Workbench:
             self._shown: Callable[[], Document] = lambda: file_state(measurement.file)
             self.is_news: Callable[[], bool] = lambda: False
             return
-        state = ConnectionState(measurement, plan, lambda: table.calibration)
+        state = ConnectionState(measurement, plan, table.result)
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
         guided = GuidedCalibration(plan.known, measurement.files, self._use, lambda: measurement.tracker.scene)

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from palpate._core import Touch
-from palpate.calibration import Calibration
-from palpate.digits import plus_minus
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
@@ -18,6 +16,7 @@ from palpate.sentences import advice
 from palpate.several import objections
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
+from palpate.uncertainty import Uncertainty
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
 RATE_S, LATE_S = 2.0, 10.0  # pairs a second are known from then on; they, and late pairs, are counted over this time
@@ -35,10 +34,10 @@ class ConnectionState(Listener):
         self,
         measurement: LiveMeasurement,
         plan: TouchPlan,
-        calibration: Callable[[], Calibration | None] = lambda: None,
+        result: Callable[[Touch], str] = lambda touch: f"ratio {Uncertainty.of(touch)}",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._measurement, self._plan, self._calibration, self._clock = measurement, plan, calibration, clock
+        self._measurement, self._plan, self._result_of, self._clock = measurement, plan, result, clock
         self._signal = SignalFollower(clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self]
@@ -146,7 +145,7 @@ class ConnectionState(Listener):
         if self._known is None or self._known[0] != key:
             swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
             flags = objections(touch, self._plan.progress.accepted)
-            text = _ratio_text(touch, self._calibration())
+            text = self._result_of(touch)
             self._known = key, LastTouch(number, text, why, flags, swapped.removeprefix("swapped: "), touch.revised)
         return self._known[1]
 
@@ -208,13 +207,3 @@ def can_centre(source: Any) -> bool:
 
 def _key(shown: Mapping[str, Any]) -> list[str]:
     return [shown["now"]["word"], shown["line"]["what"], shown["announce"]]
-
-
-def _ratio_text(touch: Touch, calibration: Calibration | None) -> str:
-    """Return the ratio of a touch, and its modulus if there is a calibration."""
-    ratio, error = touch.ratio, touch.standard_error
-    if not calibration:
-        return f"ratio {plus_minus(ratio, error)}"
-    text = f"ratio {plus_minus(ratio, calibration.uncertainty(ratio, error))}"
-    known = f", modulus {calibration.modulus(ratio, error if math.isfinite(error) else None)}"
-    return text + known if math.isfinite(ratio) else text

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from itertools import count
 
 from palpate._core import Touch
+from palpate.ad7746.datasheet import linearity_pF
 from palpate.calibration import Calibration
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
+from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
 _SHOWN = 200  # the newest touches
 _UNKNOWN: Document = {"specimen": None, "deviation": None, "kept": True, "why": ""}
@@ -19,7 +21,7 @@ _UNKNOWN: Document = {"specimen": None, "deviation": None, "kept": True, "why": 
 class TouchTable:
     """The touches of a measurement, with what the plan knows of them, and moduli if there is a calibration.
 
-    `scatter`: relative scatter from touch to touch without a calibration, for the question whether touches agree.
+    `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
     """
 
     def __init__(
@@ -64,8 +66,14 @@ class TouchTable:
             "end_s": measurement.levels.span and measurement.levels.span[1],
             "ratio": ratio,
             "standard_error": error,
-            **self._calibrated(ratio, error),
+            **self._calibrated(Uncertainty.of_ratio(ratio, error, self._scatter_now())),
         }
+
+    def result(self, touch: Touch) -> str:
+        """Return the ratio of a touch with its uncertainty, and its modulus if there is a calibration."""
+        known = self._of(touch, self._scatter_now())
+        modulus = (self._calibrated(known)["modulus"] or {}).get("text", "")
+        return f"ratio {known}{f', modulus {modulus}' if modulus else ''}"
 
     def document(self) -> Document:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
@@ -86,30 +94,46 @@ class TouchTable:
                 modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
         each = zip(count(1), touches, [*known, *[_UNKNOWN] * len(touches)])
-        rows = [{**self._row(number, touch), **more} for number, touch, more in [*each][-_SHOWN:]]
+        scatter = self._scatter_now()
+        rows = [
+            {**self._row(number, touch), **self._of(touch, scatter).as_dict(), **more}
+            for number, touch, more in [*each][-_SHOWN:]
+        ]
         return {"rows": rows, "most_reliable": best, "together": together}
 
     def _row(self, number: int, touch: Touch) -> Document:
         of = self._measurement.number, number, touch.revised, self.calibration
         if of not in self._rows:
-            end_s, more = self._measurement.ends.get(number), self._calibrated(touch.ratio, touch.standard_error)
+            known = Uncertainty.of_ratio(touch.ratio, touch.standard_error)
+            end_s, more = self._measurement.ends.get(number), self._calibrated(known)
             self._rows[of] = {"number": number, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
         return self._rows[of]
 
-    def _calibrated(self, ratio: float, error: float) -> Document:
-        """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known; the modulus."""
-        calibration, modulus = self.calibration, None
-        known = calibration.uncertainty(ratio, error) if calibration else error
-        if calibration and math.isfinite(ratio):
-            modulus = calibration.modulus(ratio, error if math.isfinite(error) else None).as_dict()
-        return {"uncertainty": known if math.isfinite(known) else None, "modulus": modulus}
+    def _calibrated(self, known: Uncertainty) -> Document:
+        """Return the uncertainty of a ratio, where its scatter is from, and the modulus if there is a calibration."""
+        modulus = None
+        if self.calibration and math.isfinite(known.ratio):
+            noise = known.noise if math.isfinite(known.noise) else None
+            modulus = self.calibration.modulus(known.ratio, noise).as_dict()
+        return {**known.as_dict(), "modulus": modulus}
+
+    def _of(self, touch: Touch, scatter: Scatter) -> Uncertainty:
+        return Uncertainty.of(touch, scatter, linearity_pF(self._measurement.tracker.settings["full_scale"]))
+
+    def _scatter_now(self) -> Scatter:
+        """Return the scatter of the calibration, else of the touches that are kept, else the assumed one."""
+        if self.calibration:
+            return self.calibration.touch_scatter
+        pairs = zip(self._plan.rows, self._measurement.touches, strict=False)
+        found = Scatter.of_session((row["specimen"], touch) for row, touch in pairs if row["kept"])
+        return Scatter(self._scatter) if found.source == "assumed" else found
 
     def _agreement(self, touches: list[Touch]) -> Agreement | None:
         """Return whether the touches agree; None if none is usable."""
         try:
             if self.calibration:
                 return self.calibration.agreement(touches)
-            return agreement(touches, scatter=self._scatter)
+            return with_scatter(agreement(touches, scatter=self._scatter), self._scatter_now())
         except ValueError:
             return None
 

@@ -2,15 +2,16 @@
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from math import hypot, inf, isfinite, log, nan, sqrt
+from math import inf, isfinite, log, nan
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import numpy as np
 
 from palpate._core import Touch
-from palpate.calibration.calibration import Calibration, Modulus
-from palpate.calibration.curve_fit import Measured, variances
+from palpate.ad7746.datasheet import linearity_pF
+from palpate.calibration.calibration import Calibration, Modulus, Part
 from palpate.calibration.specimen_files import bare, specimen_in
 from palpate.errors import CalibrationError
 from palpate.recording.foreign import AnyRecording, recorded
@@ -20,6 +21,7 @@ from palpate.report.repeatability import Repeatability, repeatability
 from palpate.sentences import advice_at_end
 from palpate.several import Agreement, agreement, objections
 from palpate.touch import Tracked, tracked
+from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,10 @@ class Found:
     left_out: tuple[str, ...]
     said: tuple[str, ...]
 
+    def uncertainty(self, scatter: Scatter) -> Uncertainty:
+        """Return the uncertainty of its ratio with this scatter."""
+        return Uncertainty.of(self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF))
+
 
 @dataclass(frozen=True)
 class Result:
@@ -68,7 +74,7 @@ class Result:
     # agreement: whether the kept touches agree; `mean` is the same if they do.
     # modulus: of the mean; None without a calibration or a mean.
     # variation: standard deviation of the logarithm of the ratio of the kept touches; nan below two.
-    # parts: errors of the mean by their causes, and all together, relative to the ratio; empty without a modulus.
+    # budget: errors of the mean and of its modulus by their causes, and all together; empty without a modulus.
 
     name: str
     known: float | None
@@ -78,7 +84,7 @@ class Result:
     mean: Agreement | None
     modulus: Modulus | None
     variation: float
-    parts: dict[str, float]
+    budget: list[Part]
 
     @property
     def inside(self) -> bool | None:
@@ -101,25 +107,26 @@ class Result:
         }
 
 
-def _result(name: str, known: float | None, touches: list[Found], calibration: Calibration | None) -> Result:
+def _result(
+    name: str, known: float | None, touches: list[Found], calibration: Calibration | None, scatter: Scatter
+) -> Result:
     kept = [one for one in touches if not one.left_out]
     ratios = [one.touch for one in kept]
     found = mean = modulus = None
     if kept:
         found = calibration.agreement(ratios) if calibration else agreement(ratios)
-        mean = found if found.agree else None
+        mean = with_scatter(found, scatter) if found.agree else None
     if mean and calibration:
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
     logarithms = _logarithms(kept)
     variation = float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
-    parts = {}
+    budget = list[Part]()
     if calibration and mean and modulus and 0 < modulus.value < inf:
-        measured = Measured(mean.ratio, mean.own_error, mean.effective)
-        of = variances(calibration.fitted, measured, np.array(log(modulus.value)))
-        errors = [sqrt(float(variance)) / mean.ratio for variance in (of.touch, of.specimen, of.curve, of.noise)]
-        parts = dict(zip(("Holding", "Specimens", "Curve", "Noise"), errors, strict=True))
-        parts["Together"] = hypot(*parts.values())
-    return Result(name, known, touches, kept, found, mean, modulus, variation, parts)
+        linearity = fmean(
+            one.uncertainty(scatter).linearity for one in kept
+        )  # about the same in each: no mean reduces it
+        budget = calibration.budget(mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity)
+    return Result(name, known, touches, kept, found, mean, modulus, variation, budget)
 
 
 @dataclass(frozen=True)
@@ -130,6 +137,7 @@ class Findings:
     touches: list[Found]
     results: list[Result]
     calibration: Calibration | None
+    scatter: Scatter  # from touch to touch, of the calibration, or of these touches
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
         """Return the repeatability of the kept touches, or of all with a ratio above 0; None: no touch."""
@@ -144,8 +152,10 @@ def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[s
     groups: dict[str, list[Found]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
-    results = [_result(name, known.get(name), group, calibration) for name, group in groups.items() if name]
-    return Findings(runs, touches, results, calibration)
+    kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
+    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept)
+    results = [_result(name, known.get(name), group, calibration, scatter) for name, group in groups.items() if name]
+    return Findings(runs, touches, results, calibration, scatter)
 
 
 def known_moduli(runs: Iterable[Run], table: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from math import exp, hypot, inf, isfinite, isnan, nan
+from math import exp, inf, isfinite, isnan, nan
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -25,7 +25,6 @@ from palpate.files import write as write_file
 from palpate.recording import sidecar
 from palpate.report.findings import Findings, Result, Run, findings, run_of
 from palpate.sentences import doubts_of_origin
-from palpate.several import TOUCH_SCATTER
 from palpate.tables.packed import unpacked_name
 
 _PathLike = str | os.PathLike[str]
@@ -179,7 +178,6 @@ def _shown(found: Findings, options: list[tuple[str, str]], files: list[Path]) -
     begins = sorted(filter(None, map(_begin, runs)))
     sources = [*(source for run in runs for source in _files(run)), *((file.name, file) for file in files)]
     kept = [one for one in found.touches if not one.left_out]
-    scatter = found.calibration.touch_spread if found.calibration else TOUCH_SCATTER
     happened = {run.name: _happened(run) for run in runs}
     return {
         "title": asked.get("title") or _listed(run.plan.title for run in runs) or f"Report of {each}",
@@ -200,18 +198,22 @@ def _shown(found: Findings, options: list[tuple[str, str]], files: list[Path]) -
         "found": found,
         "kept": len(kept),
         "repeatability": found.repeatability(),
-        "scatter": scatter,
+        "scatter": found.scatter,
         "calibration": None,
         "specimens": [],
         "version": __version__,
         **(_fitted(found.calibration, found.results) if found.calibration else {}),
         "results": [_result(one, found.calibration) for one in found.results],
         "parts": [
-            {"Specimen": one.name, **{cause: _percent(share) for cause, share in one.parts.items()}}
+            {
+                "Specimen": one.name,
+                **{name.capitalize(): digits.error(share) for name, share, _ in one.budget},
+                "Of the modulus": digits.error(one.budget[-1].of_modulus),
+            }
             for one in found.results
-            if one.parts
+            if one.budget
         ],
-        "touches": list(_touches(found, scatter, happened)),
+        "touches": list(_touches(found, happened)),
         "recordings": [_recording(run) for run in runs],
         "happened": [
             {"Recording": run.name, "Time": _clock(t_s - run.first_s), "What": kind, "Text": text}
@@ -291,7 +293,7 @@ def _result(one: Result, calibration: Calibration | None) -> dict[str, object]:
     }
 
 
-def _touches(found: Findings, scatter: float, happened: Mapping[str, list[_Event]]) -> Iterator[_Row]:
+def _touches(found: Findings, happened: Mapping[str, list[_Event]]) -> Iterator[_Row]:
     """Yield a row for each touch, and the sentences about it; of several recordings their names, too."""
     means = {one.name: one.mean.ratio for one in found.results if one.mean}
     name = found.runs[0].name if len(found.runs) == 1 else ""
@@ -300,6 +302,7 @@ def _touches(found: Findings, scatter: float, happened: Mapping[str, list[_Event
             name = one.run.name
             yield element("b", name)
         touch = one.touch
+        uncertainty = one.uncertainty(found.scatter).uncertainty
         noise = touch.standard_error if isfinite(touch.standard_error) else 0.0
         modulus = NONE if found.calibration else ""
         if found.calibration and not one.left_out:
@@ -312,7 +315,8 @@ def _touches(found: Findings, scatter: float, happened: Mapping[str, list[_Event
             "Specimen": one.specimen or NONE,
             "Start": _clock(touch.start_s - one.run.first_s),
             "Samples": touch.samples,
-            "Ratio": digits.number(touch.ratio, hypot(noise, scatter * touch.ratio)),
+            "Ratio": digits.number(touch.ratio, uncertainty),
+            "±": digits.error(uncertainty) if isfinite(uncertainty) else NONE,
             "Noise, %": _percent(touch.standard_error / abs(touch.ratio) if touch.ratio else nan),
             "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS) if isfinite(from_mean) else NONE,
             "MPa": modulus,
