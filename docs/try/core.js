@@ -136,7 +136,7 @@ export class Measurement {
     const error = measured ? orNull(wasm.standard_error()) : null, [now, line] = this.said(raw);
     const state = raw === "waiting" ? "no contact" : raw === "contact" && (wasm.alarm() || error === null) ? "adapting" : raw;
     const announce = `${now.word}. ${line.title} ${line.level === "quiet" && raw === "contact" ? "" : line.text}`;
-    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, uncertainty: error, now, line, announce, messages: this.messages };
+    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, ...uncertaintyOf(wasm.ratio(), error), now, line, announce, messages: this.messages };
   }
 
   // What to do, and what to know: the rules of the live page (python/palpate/live) that a port alone can obey.
@@ -164,7 +164,7 @@ export class Measurement {
   get touches() {
     const rows = this.found.map((touch) => {
       const why = whyOf(touch);
-      return { ...touch, uncertainty: touch.standard_error, modulus: null, specimen: null, deviation: null, advice: adviceOn(touch), kept: !why, why };
+      return { ...touch, ...uncertaintyOf(touch.ratio, touch.standard_error), modulus: null, specimen: null, deviation: null, advice: adviceOn(touch), kept: !why, why };
     });
     return { rows, most_reliable: null, together: null };
   }
@@ -179,6 +179,9 @@ export class Measurement {
   }
 }
 
+// With the scatter from touch to touch that palpate assumes without a calibration (palpate/uncertainty.py).
+const SCATTER = 0.03;
+const uncertaintyOf = (ratio, error) => ({ uncertainty: error === null ? null : Math.hypot(error, SCATTER * ratio), uncertainty_from: "assumed" });
 const now = (word, sub, tone = "idle", share = null) => ({ word, sub, tone, share });
 const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}`;
 

@@ -128,7 +128,7 @@ def measured(ratio: float, error: float) -> Document:
     """Return standard error, uncertainty and modulus of a ratio."""
     known = float(np.hypot(error, SCATTER * ratio))
     value, low, high = map(PROBE.modulus, ratio + known * np.array([0.0, -1.96, 1.96]))
-    named = {"ratio": ratio, "standard_error": error, "uncertainty": known}
+    named = {"ratio": ratio, "standard_error": error, "uncertainty": known, "uncertainty_from": "calibration"}
     return named | {"modulus": Modulus(value, low, high).as_dict()}
 
 
@@ -293,7 +293,7 @@ def hello_of(case: Case) -> Document:
 
 def state_of(case: Case, end: float, running: Press | None) -> Document:
     """Return what changes during a measurement."""
-    none = dict.fromkeys(("ratio", "standard_error", "uncertainty", "modulus"))
+    none = dict.fromkeys(("ratio", "standard_error", "uncertainty", "uncertainty_from", "modulus"))
     return {
         **(measured(running.ratio, float(running.trace[-1, 2])) if running else none),
         "state": case.state or ("contact" if running else "no contact"),

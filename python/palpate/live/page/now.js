@@ -4,6 +4,7 @@ import { $, fill, make, put } from "./dom.js";
 import { modulusOf, plusMinus, signed } from "./formatting.js";
 
 const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
+const WITH_ERRORS = ["handheld", "sliding"]; // scenes
 const SLOTS = 8; // more touches of a specimen are only counted
 const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
 
@@ -63,10 +64,11 @@ export function running(state) {
   return ["contact", "adapting"].includes(state.state) && state.ratio !== null;
 }
 
-// Texts of the large and the small number.
-function numbersOf(one, { scatter }, byModulus, fit) {
-  const [ratio, sure] = plusMinus(one.ratio, one.uncertainty ?? one.standard_error);
-  const error = sure ? sure + (scatter ? "" : ", noise only") : "uncertainty not known yet";
+// Texts of the large and the small number. A ratio whose standard error is not known, or a tenth of it, is not shown.
+function numbersOf(one, { scatter, scene }, byModulus, fit) {
+  const unsure = WITH_ERRORS.includes(scene) && !(one.standard_error !== null && one.standard_error < Math.abs(one.ratio) / 10);
+  const [ratio, sure] = unsure ? ["–", ""] : plusMinus(one.ratio, one.uncertainty);
+  const error = sure ? `${sure} (${one.uncertainty_from})` : "uncertainty not known yet";
   if (byModulus) {
     const { value, interval, unit, more = "" } = modulusOf(one.modulus);
     return { number: value, unit, range: (unit ? `${interval}, 95 %` : interval) + more, secondname: "Ratio", number2: ratio, range2: error };

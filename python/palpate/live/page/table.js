@@ -1,7 +1,7 @@
 // The table of touches: newest first, the running one on top. A row that is chosen can be assigned, left out or kept.
 
 import { $, aligned, make, put } from "./dom.js";
-import { modulusOf, number, places, signed } from "./formatting.js";
+import { modulusOf, places, plusMinus, signed } from "./formatting.js";
 import { running } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
@@ -51,12 +51,12 @@ export class Table {
   }
 
   cells(one, specimen, remark, more = []) {
-    const { value, interval } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest;
+    const { value, interval } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
     const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
     return make("tr", {},
       make("td", {}, nth), make("td", { className: "name" }, specimen),
-      make("td", { className: "num" }, aligned(number(one.ratio, one.uncertainty ?? one.standard_error), ratio)),
+      make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
       make("td", {}, aligned(away, deviation)),
       make("td", { className: "num" }, aligned(value, modulus)),
       make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
@@ -108,7 +108,7 @@ function away(ratio, { next, specimens }) {
 function widest(rows) {
   const most = (texts) => Math.max(0, ...texts.map(places));
   return {
-    ratio: most(rows.map((one) => number(one.ratio, one.uncertainty ?? one.standard_error))),
+    ratio: most(rows.map((one) => plusMinus(one.ratio, one.uncertainty)[0])),
     modulus: most(rows.map((one) => modulusOf(one.modulus).value)),
     deviation: 1,
   };
@@ -118,7 +118,7 @@ function widest(rows) {
 const COLUMNS = [
   ["touch", (one) => one.number], ["specimen", (one) => one.specimen ?? ""], ["start_s", (one) => one.start_s], ["end_s", (one) => one.end_s],
   ["samples", (one) => one.samples], ["ratio", (one) => one.ratio], ["standard_error", (one) => one.standard_error],
-  ["uncertainty", (one) => one.uncertainty], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
+  ["uncertainty", (one) => one.uncertainty], ["uncertainty_from", (one) => one.uncertainty_from], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
   ["modulus_MPa", (one) => one.modulus?.value_MPa], ["low_MPa", (one) => one.modulus?.low_MPa], ["high_MPa", (one) => one.modulus?.high_MPa],
   ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
   ["remark", (one) => one.why || one.advice.join(". ")],
