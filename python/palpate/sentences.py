@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 
 from palpate._core import Touch
-from palpate.digits import error, plus_minus
+from palpate.digits import error
+from palpate.uncertainty import Uncertainty
 
 
 def advice(touch: Touch) -> list[str]:
@@ -27,8 +28,8 @@ def advice(touch: Touch) -> list[str]:
     >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
     >>> [sentence] = palpate.advice(touch)
-    >>> sentence.partition(". ")[2].partition(" ± ")[0]
-    'With this offset taken out, the ratio is 2.84370'
+    >>> sentence.partition(". ")[2]
+    'With this offset taken out, the ratio is 2.844 ± 0.085 (assumed)'
     """
     told = [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
     return [*told, _SWAPPED] if _is_swapped(touch) else told
@@ -98,7 +99,7 @@ def _offset(touch: Touch) -> str:
     told = f"the {first} bump is reached {size}: hold the probe upright"
     if not isfinite(touch.offset_ratio):
         return told
-    corrected = plus_minus(touch.offset_ratio, touch.offset_standard_error)
+    corrected = Uncertainty.of_ratio(touch.offset_ratio, touch.offset_standard_error)
     return f"{told}. With this offset taken out, the ratio is {corrected}"
 
 

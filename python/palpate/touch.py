@@ -62,7 +62,7 @@ class Touches(list[Touch], Framed):
         return str(display("cards.touches", self, display("text.remarks", self.notes, self.doubts)))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the ratio of each touch over its begin, with its standard error and flags.
+        """Draw the ratio of each touch over its begin, with its uncertainty and flags.
 
         Parameters
         ----------

@@ -7,7 +7,7 @@ from typing import Any
 import palpate
 import pytest
 from command_lines import document, run
-from palpate import digits
+from palpate import Uncertainty, digits
 from palpate.simulation import scenarios
 from project import FOUR, copied
 
@@ -30,15 +30,15 @@ def table(folder: Path, name: str, unit: str = "pF", *, from_s: float = 0.0) -> 
 
 def test_one_row_a_touch_or_one_document() -> None:
     head, *lines = run("replay", FOUR).stdout.splitlines()
-    assert " ".join(head.split()) == "touch start_s samples ratio std. error covariance alarm result flags"
+    assert " ".join(head.split()) == "touch start_s samples ratio ± uncertainty covariance alarm result flags"
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines, touches, strict=True):
-        ratio = digits.number(touch.ratio, touch.standard_error)
-        assert line.split()[1:4] == [f"{touch.start_s:.3f}", str(touch.samples), ratio]
+        assert line.split()[1:7] == [f"{touch.start_s:.3f}", str(touch.samples), *str(Uncertainty.of(touch)).split()]
     found = document("replay", FOUR, "--scene", "paper")
     touches = palpate.touches(palpate.read(FOUR), scene="paper")
     assert (found["scene"], found["rows"]) == ("paper", 1411)
-    assert found["touches"] == [touch.as_dict() | {"flags": [], "advice": []} for touch in touches]
+    none: dict[str, Any] = {"flags": [], "advice": [], "uncertainty": None, "uncertainty_from": "assumed"}
+    assert found["touches"] == [touch.as_dict() | none for touch in touches]
 
 
 def test_offline_shows_its_method_and_the_live_result_beside(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from bs4 import BeautifulSoup
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.display import markup
-from palpate.display.text import ratio
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
 from project import ROOT
@@ -90,18 +89,19 @@ def test_a_flag_has_its_sentence() -> None:
     assert repr(SHOWN["flagged"][0]).endswith(", 250 samples, flags offset>")
 
 
-def test_digits_are_those_of_the_standard_error() -> None:
+def test_digits_are_those_of_the_uncertainty() -> None:
     touch = SHOWN["touch"]
-    wanted = ratio(touch.ratio, touch.standard_error)
-    assert re.fullmatch(r"\d\.\d{6} ± 0\.0000\d\d", wanted)
+    wanted = str(palpate.Uncertainty.of(touch))
+    assert re.fullmatch(r"\d\.\d{3} ± 0\.0\d\d \(assumed\)", wanted)
     assert all(wanted in shown._repr_html_() for shown in (touch, SHOWN["touches"]))
     assert repr(touch) == f"<Touch at {touch.start_s:.3f} s: ratio {wanted}, {touch.samples} samples>"
 
 
-def test_a_bar_is_two_standard_errors_to_each_side() -> None:
+def test_a_bar_is_two_uncertainties_to_each_side() -> None:
     html = SHOWN["touches"]._repr_html_()
-    ends = [touch.ratio + side * touch.standard_error for touch in SHOWN["touches"] for side in (-2, 2)]
-    assert f"± 2 std. errors, {' to '.join(map(palpate.digits.number, markup.span(ends)))}" in html
+    known = [palpate.Uncertainty.of(touch) for touch in SHOWN["touches"]]
+    ends = [one.ratio + side * one.uncertainty for one in known for side in (-2, 2)]
+    assert f"± 2 uncertainties, {' to '.join(map(palpate.digits.number, markup.span(ends)))}" in html
     bars = [markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))]
     assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [["4.0", "136.0"], ["4.0", "41.7"], []]
 

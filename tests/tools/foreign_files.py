@@ -43,9 +43,9 @@ Make = Callable[[Path], list[str]]
 def ending(make: Make, folder: Path) -> str:
     """Make the files of a case, and replay them; return "right", "told", "wrong", "asked" or "refused", and the ratios."""
     arguments = make(folder)
-    done = run("replay", *arguments, text=_WHOLE if arguments == ["-"] else None)
-    rows = re.findall(r"^ +\d+ +\S+ +\d+ +(\S+) ", done.stdout, re.MULTILINE)
-    ratios = [math.nan if row == "-" else float(row) for row in rows]
+    done = run("replay", *arguments, "--json", text=_WHOLE if arguments == ["-"] else None)
+    rows = re.findall(r'^ +"ratio": (\S+),$', done.stdout, re.MULTILINE)
+    ratios = [math.nan if row == "null" else float(row) for row in rows]
     near = len(ratios) == len(RATIOS) and np.allclose(ratios, RATIOS, rtol=2e-3)
     said = "told" if re.search("swapped|clipped", done.stderr + done.stdout) else "wrong"
     ends = {2: "asked", 4: "refused"}.get(done.exit_code, "right" if near else said)

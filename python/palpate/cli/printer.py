@@ -2,12 +2,14 @@
 
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from palpate import PalpateError, Touch, digits
+from palpate import PalpateError, Touch, Uncertainty
+from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.terminal import say
 from palpate.stream import Stream
@@ -49,10 +51,11 @@ class Printer(Listener):
         if self._quiet:
             return
         self.clear()
-        advised = touch_table.advised(touch_table.records([touch], cut=int(cut)), number)
+        [known] = self._uncertainties([touch])
+        advised = touch_table.advised(touch_table.records([touch], [known], cut=int(cut)), number)
         new = [line for line in advised if line not in self._said]
         self._said.update(new)
-        click.echo("\n".join(["  ".join(touch_table.HEADER)] * first + [touch_table.row(number, touch), *new]))
+        click.echo("\n".join(["  ".join(touch_table.HEADER)] * first + [touch_table.row(number, touch, known), *new]))
 
     def print_cut(self) -> None:
         """Print the touch that ran when the measurement was stopped."""
@@ -81,13 +84,19 @@ class Printer(Listener):
 
     def document(self, file: Path, failure: PalpateError | None) -> dict[str, Any]:
         """Return the result for JSON."""
+        touches = self._stream.touches
         return {
             "file": str(file),
             "seconds": self.elapsed_s,
             "counters": self._stream.counters.as_dict(),
-            "touches": touch_table.records(self._stream.touches, cut=self._cut),
+            "touches": touch_table.records(touches, self._uncertainties(touches), cut=self._cut),
             "error": str(failure) if failure else None,
         }
+
+    def _uncertainties(self, touches: Iterable[Touch]) -> list[Uncertainty]:
+        """Return those of touches; no specimen is known, so the scatter is assumed."""
+        error_pF = linearity_pF(self._stream.tracker.settings["full_scale"])
+        return [Uncertainty.of(touch, linearity_pF=error_pF) for touch in touches]
 
     def clear(self) -> None:
         """Clear the line of the state."""
@@ -101,6 +110,6 @@ class Printer(Listener):
             counters, tracker = self._stream.counters, self._stream.tracker
             text = f"{self.elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}"
             if tracker.state == "contact":
-                text += f", ratio {digits.plus_minus(tracker.ratio, tracker.standard_error)}"
+                text += f", ratio {Uncertainty.of_ratio(tracker.ratio, tracker.standard_error)}"
             say(f"\r{text:{self._width}}", nl=False)
             self._shown_s, self._width = now, len(text)

@@ -6,12 +6,11 @@ from typing import Any
 
 import click
 
-from palpate import RecordingError, touches
+from palpate import RecordingError, Uncertainty, touches
 from palpate.cli.group import Exit, as_json, json_option, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, reading_options, replaying_options, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.terminal import aligned, reading
-from palpate.digits import plus_minus
 from palpate.errors import listed, shortened
 from palpate.recording import columns
 from palpate.recording.foreign import AnyRecording, of_table, recorded
@@ -113,7 +112,7 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         "notes": list(found.notes),
         "asked": {name: str(value) if name == "soft" else value for name, value in asked.items()},
     }
-    ratios = [plus_minus(touch.ratio, touch.standard_error) for touch in touches(found)]
+    ratios = [str(Uncertainty.of(touch)) for touch in touches(found)]
     measured = f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
     count = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}"
     show(document, "\n".join([found.understood, *found.notes, count + measured]))

@@ -2,14 +2,17 @@
 
 import math
 import sys
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 import palpate
+from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.group import Exit, code_of, json_option, said_of, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, replaying_options, tracking_of
@@ -21,6 +24,7 @@ from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
 from palpate.several import objections
 from palpate.touch import tracked
+from palpate.uncertainty import Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, OfflineTouch
@@ -119,7 +123,8 @@ class Replayed:
 
     def add_offline(self, touches: "list[OfflineTouch]") -> None:
         """Show the touches as they are estimated afterwards."""
-        self.table = touch_table.table(touches, touch_table.OFFLINE_HEADER, touch_table.offline_row)
+        rows = [touch_table.offline_row(*each) for each in enumerate(touches, 1)]
+        self.table = touch_table.table(rows, touch_table.OFFLINE_HEADER)
         self.below = touch_table.methods(touches)
         for record, touch in zip(self.document["touches"], touches, strict=False):
             record["offline"] = touch.as_dict()
@@ -141,6 +146,9 @@ def replayed(
     of_tracker = tracked(recording, **tracking)
     touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
+    entries = plan.matched(touches, recording.survey.period_s)
+    scatter = calibration.touch_scatter if calibration else Scatter.of_session(_kept(touches, entries))
+    uncertainties = [Uncertainty.of(touch, scatter, linearity_pF(recording.full_scale_pF)) for touch in touches]
     document = {
         "file": str(file),
         "scene": tracking["scene"],
@@ -149,12 +157,13 @@ def replayed(
         "rows": recording.survey.rows,
         "notes": list(notes),
         **other,
-        "touches": touch_table.records(touches, cut=of_tracker.cut),
+        "touches": touch_table.records(touches, uncertainties, cut=of_tracker.cut),
     }
     reliable = bool(touches) and not recording.doubts
-    found = Replayed(document, touch_table.table(touches), recording.understood, notes, reliable)
+    rows = map(touch_table.row, count(1), touches, uncertainties)
+    found = Replayed(document, touch_table.table([*rows]), recording.understood, notes, reliable)
     if touches and plan.touches:
-        found.add_specimens(plan.matched(touches, recording.survey.period_s))
+        found.add_specimens(entries)
     if calibration:
         notes += doubts_of_origin(calibration.about, tracking["scene"])
         found.add_moduli(calibration, touches)
@@ -165,6 +174,15 @@ def replayed(
     if not touches:
         notes.append(f"no touch found: {_why_not(recording)}")
     return found
+
+
+def _kept(
+    touches: Iterable[palpate.Touch], entries: Iterable[Entry | None]
+) -> Iterator[tuple[str | None, palpate.Touch]]:
+    """Yield the touches that count, with their specimens."""
+    for touch, entry in zip(touches, entries, strict=True):
+        if entry and not entry.left_out and not objections(touch):
+            yield entry.specimen, touch
 
 
 def _plain(value: Any) -> Any:

@@ -6,45 +6,52 @@ from typing import TYPE_CHECKING, Any
 
 from palpate import Touch, digits
 from palpate.cli.terminal import row_below
+from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from palpate import Modulus, OfflineTouch
     from palpate.recording.session import Entry
 
-HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "covariance", "alarm", " result", "flags")
+HEADER = ("touch", " start_s", "samples", "      ratio ± uncertainty", "covariance", "alarm", " result", "flags")
 OFFLINE_HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "     live", "std. error", "flags")
 
 
-def row(number: int, touch: "Touch") -> str:
-    """Return one touch as a line of the table; the numbers begin at 1.
+def row(number: int, touch: "Touch", known: Uncertainty) -> str:
+    """Return one touch with its uncertainty as a line of the table; the numbers begin at 1.
 
     The result is the "first", known at the end of the touch, or "revised" with the baseline after the release; "-" in a
     scene that revises none.
     """
     result = "-" if not touch.effects else "revised" if touch.revised else "first"
-    return _row(HEADER, number, touch, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result)
+    return _row(
+        HEADER,
+        number,
+        touch,
+        known,
+        f"{touch.covariance:.3g}",
+        f"{touch.alarm_share:.0%}",
+        result,
+    )
 
 
 def offline_row(number: int, touch: "OfflineTouch") -> str:
     """Return one touch with the live result beside."""
-    return _row(OFFLINE_HEADER, number, touch, *_ratio(touch.live))
+    return _row(OFFLINE_HEADER, number, touch, *_ratio(touch), *_ratio(touch.live))
 
 
-def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *more: str) -> str:
+def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *more: object) -> str:
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
     flags = f"{' '.join(touch.flags):{len('flags')}}"
-    return row_below(header, [number, start, touch.samples, *_ratio(touch), *more, flags])
+    return row_below(header, [number, start, touch.samples, *more, flags])
 
 
 def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
     return digits.number(touch.ratio, touch.standard_error), digits.error(touch.standard_error)
 
 
-def table(
-    touches: "Sequence[Touch] | Sequence[OfflineTouch]", header: Sequence[str] = HEADER, line: Any = row
-) -> list[str]:
-    """Return a header and a line for each touch; none without touches."""
-    return [row_below(header, header), *(line(*each) for each in enumerate(touches, 1))] if touches else []
+def table(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
+    """Return lines with their header; none without lines."""
+    return [row_below(header, header), *lines] if lines else []
 
 
 def methods(touches: "Iterable[OfflineTouch]") -> list[str]:
@@ -73,15 +80,18 @@ def advised(records: Iterable[Mapping[str, Any]], first: int = 1) -> list[str]:
     return [f"touch {number}: {each}" for number, touch in enumerate(records, first) for each in touch["advice"]]
 
 
-def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]:
-    """Return touches for JSON: their fields, and `advice`, a sentence for each flag.
+def records(touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *, cut: int = 0) -> list[dict[str, Any]]:
+    """Return touches for JSON: their fields, `advice`, a sentence for each flag, and their uncertainty.
 
     The last `cut` touches ran when the recording ended.
     """
     from palpate.sentences import advice_at_end
 
     whole = len(touches) - cut
-    return [{**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
+    return [
+        {**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole), **known.as_dict()}
+        for n, (touch, known) in enumerate(zip(touches, uncertainties, strict=True))
+    ]
 
 
 def modulus_cell(modulus: "Modulus") -> str:

@@ -10,6 +10,7 @@ from palpate.display import markup, text
 from palpate.display.markup import WARNING, Markup, changes, element
 from palpate.errors import MissingExtra
 from palpate.sentences import advice
+from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from palpate._core import Touch, Tracker
@@ -25,7 +26,7 @@ _TABLE = "border-collapse:collapse;margin:0.3em 0;font-variant-numeric:tabular-n
 def touch(shown: "Touch") -> Markup:
     """Return one touch, with a sentence for each flag."""
     facts: dict[str, object] = {
-        "ratio": text.ratio(shown.ratio, shown.standard_error),
+        "ratio": Uncertainty.of(shown),
         "result": _result(shown),
         "begin": text.seconds(shown.start_s),
         "samples": f"{shown.samples:,}",
@@ -38,7 +39,9 @@ def touch(shown: "Touch") -> Markup:
 
 def _result(shown: "Touch") -> str:
     if shown.revised:
-        return f"revised after the release; before: {text.ratio(shown.first_ratio, shown.first_standard_error)}"
+        return (
+            f"revised after the release; before: {Uncertainty.of_ratio(shown.first_ratio, shown.first_standard_error)}"
+        )
     return "first, at the end of the touch" if shown.effects else ""
 
 
@@ -47,16 +50,16 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
     if not shown:
         return _card("No touches", {}, *_sentences(said))
     listed = list(shown)[:_MOST]
-    bars = [(one.ratio - 2 * one.standard_error, one.ratio + 2 * one.standard_error) for one in listed]
+    known = [Uncertainty.of(one) for one in listed]
+    bars = [(one.ratio - 2 * one.uncertainty, one.ratio + 2 * one.uncertainty) for one in known]
     scale = markup.span(end for bar in bars for end in bar)
     rows: list[list[object]] = [
-        [number, text.seconds(one.start_s), f"{one.samples:,}", text.ratio(one.ratio, one.standard_error),
-         markup.interval(bar, scale), ", ".join(one.flags)]
-        for number, (one, bar) in enumerate(zip(listed, bars, strict=True), 1)
+        [number, text.seconds(one.start_s), f"{one.samples:,}", about, markup.interval(bar, scale), ", ".join(one.flags)]
+        for number, (one, about, bar) in enumerate(zip(listed, known, bars, strict=True), 1)
     ]  # fmt: skip
     advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     ends = " to ".join(map(digits.number, scale))
-    names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {ends}", "flags"]
+    names = ["touch", "begin", "samples", "ratio", f"± 2 uncertainties, {ends}", "flags"]
     more = f"... and {len(shown) - _MOST:,} more" if len(shown) > _MOST else ""
     below = (_columns(names, rows), more, *_sentences([*advised, *said]))
     return _card(text.counted(len(shown), "touch"), {}, *below)

@@ -13,6 +13,7 @@ from palpate.display import text
 from palpate.display.markup import changes
 from palpate.extras import need
 from palpate.files import replacing
+from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from palpate._core import Touch
@@ -97,13 +98,13 @@ _ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols"
 
 
 def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
-    """Draw the ratio of each touch over its begin, with its standard error and its flags; return the axes."""
+    """Draw the ratio of each touch over its begin, with its uncertainty and its flags; return the axes."""
     with axes(ax) as drawn:
         timed = all(not isnan(one.start_s) for one in shown)
         at = np.array([one.start_s if timed else number for number, one in enumerate(shown, 1)])
         ratios = np.array([one.ratio for one in shown])
-        errors = np.nan_to_num([one.standard_error for one in shown], nan=0.0, posinf=0.0)
-        drawn.errorbar(at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, std. error")
+        errors = np.nan_to_num([Uncertainty.of(one).uncertainty for one in shown], nan=0.0)
+        drawn.errorbar(at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, uncertainty")
         drawn.legend(**_ABOVE)
         for x, y, one in zip(at, ratios, shown, strict=True):
             if one.flags and np.isfinite(y):

@@ -5,6 +5,7 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from palpate import digits
+from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from datetime import timedelta
@@ -19,7 +20,7 @@ _MOST = 20
 
 
 def ratio(value: float, error: float) -> str:
-    """Return a ratio with its standard error; without one, a few digits.
+    """Return a result of an estimator or a fit with its standard error; without one, a few digits.
 
     Examples
     --------
@@ -111,14 +112,14 @@ def tracker(shown: "Tracker") -> str:
 
 def running_ratio(shown: "Tracker") -> str:
     """Return the ratio of the running touch; "" without one: those that have ended have their own results."""
-    return ratio(shown.ratio, shown.standard_error) if shown.state in ("contact", "done") else ""
+    return str(Uncertainty.of_ratio(shown.ratio, shown.standard_error)) if shown.state in ("contact", "done") else ""
 
 
 def touch(shown: "Touch") -> str:
-    """Return a touch: when, the ratio, and its flags."""
+    """Return a touch: when, the ratio with its uncertainty (it knows no session: the scatter is assumed), and its flags."""
     when = f"reading {shown.start}" if isnan(shown.start_s) else seconds(shown.start_s)
     flags = f", flags {', '.join(shown.flags)}" if shown.flags else ""
-    result = f"ratio {ratio(shown.ratio, shown.standard_error)}, {counted(shown.samples, 'sample')}{flags}"
+    result = f"ratio {Uncertainty.of(shown)}, {counted(shown.samples, 'sample')}{flags}"
     return f"<Touch at {when}: {result}>"
 
 
