@@ -45,6 +45,8 @@ py::dict as_dict(const py::object& touch) {
                            "first_standard_error",
                            "level_ratio",
                            "level_standard_error",
+                           "contact_exponent",
+                           "age_s",
                            "ratio_after",
                            "after_standard_error",
                            "offset_ratio",
@@ -74,7 +76,7 @@ void visit_numbers(Result& r, Visit&& visit) {
   const auto all = [&](auto&... numbers) { (visit(numbers), ...); };
   all(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error, r.first_ratio,
       r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance, r.knows_error,
-      r.gap);
+      r.contact_exponent, r.age, r.gap);
   auto& f = r.fitted;
   all(f.offset, f.drift, f.lag, f.curve, f.tilt, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
   all(r.level.ratio, r.level.standard_error, r.after.ratio, r.after.standard_error);
@@ -138,6 +140,11 @@ void bind_touch(py::module_& module) {
   field(
       "level_standard_error", [](const R& touch) { return touch.level.standard_error; },
       "Standard deviation of `level_ratio`.");
+  field("contact_exponent", &R::contact_exponent,
+        "Exponent of force against depth with which `level_ratio` was computed; 0: there is none.");
+  field("age_s", &R::age,
+        "Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its "
+        "length.");
   field(
       "ratio_after", [](const R& touch) { return touch.after.ratio; },
       "With the flag \"changed\": the ratio after the change, from the last samples; else nan.");

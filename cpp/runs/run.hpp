@@ -20,7 +20,8 @@ struct Result : Touch<double> {
   bool has_length;  // the scene ends a touch at a length
   double initial_covariance;
   bool knows_error;
-  bool gap;  // it ended at a gap, or its baseline was measured after one, perhaps in contact
+  double contact_exponent, age;  // of the level ratio; 0: none
+  bool gap;                      // it ended at a gap, or its baseline was measured after one, perhaps in contact
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
@@ -137,10 +138,20 @@ struct Run {
     return {core.touch(),
             start_s,
             period_s(),
-            core.settings.samples > 0 || core.settings.seconds > 0,
+            core.settings.samples > 0 || core.settings.seconds > 0 || level_settings().age > 0,
             core.initial_covariance(),
             knows_its_error<decltype(core.estimator)>,
+            level_settings().contact_exponent,
+            level_settings().age,
             unproven};
+  }
+
+  LevelRatioSettings<double> level_settings() const {
+    if constexpr (Core::levels) {
+      return core.level_settings();
+    } else {
+      return {0, 0};
+    }
   }
 
   /// `touches`: how many have ended.

@@ -52,6 +52,9 @@ class _HandheldSettings(_Gated, total=False):
     soft_side: float
     slow_hard_side: float
     slow_soft_side: float
+    confirmed: float
+    contact_exponent: float
+    age: float
     clip: float
     smoothing: float
     guard: float
@@ -120,7 +123,7 @@ class _HandoverRls(_Estimator[_Real]):
         threshold: float = 10.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
-        guard: float = 2.0,
+        guard: float = 5.0,
         initial_ratio: float = 1.0,
         initial_covariance: float = 10000000000.0,
         max_covariance: float = 1000000000000.0,
@@ -195,6 +198,12 @@ class Touch(_State):
     revised: Final[bool]
     first_ratio: Final[float]
     first_standard_error: Final[float]
+    level_ratio: Final[float]
+    level_standard_error: Final[float]
+    contact_exponent: Final[float]
+    age_s: Final[float]
+    ratio_after: Final[float]
+    after_standard_error: Final[float]
     offset_ratio: Final[float]
     offset_standard_error: Final[float]
     effects: Final[dict[str, float]]

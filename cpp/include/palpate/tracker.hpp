@@ -81,7 +81,7 @@ class Tracker : public Settings,
                 Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage> {
   using Channels = Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>;
   using Extra = Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage>;
-  static constexpr bool fits = FitStage::fits, levels = LevelStage::levels;
+  static constexpr bool fits = FitStage::fits;
   static_assert(
       detail::has<detail::Aligns, AlignStage>,
       "palpate::Tracker: an AlignStage needs ticks_type; feed(hard_time, soft_time, hard, soft, wanted), which "
@@ -100,10 +100,11 @@ class Tracker : public Settings,
                 "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover; else use NoFit");
   static_assert(!fits || detail::has<detail::GoesBack, Estimator>,
                 "palpate::Tracker: a Fit needs an Estimator with estimate() and restore(estimate); else use NoFit");
-  static_assert(fits || !levels, "palpate::Tracker: a LevelRatio needs a Fit; else use NoLevelRatio");
+  static_assert(fits || !LevelStage::levels, "palpate::Tracker: a LevelRatio needs a Fit; else use NoLevelRatio");
 
  public:
-  using real_type = Real;  ///< float or double
+  using real_type = Real;                             ///< float or double
+  static constexpr bool levels = LevelStage::levels;  ///< it has a level ratio
   using Channels::gate;
   using Channels::hard_baseline;
   using Channels::soft_baseline;
