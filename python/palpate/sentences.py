@@ -97,9 +97,12 @@ def _offset(touch: Touch) -> str:
     first, second = ("soft", "hard") if share > 0 else ("hard", "soft")
     size = f"{_per_cent(share)} of the mean depth before the {second} one (bumps not level)"
     told = f"the {first} bump is reached {size}: hold the probe upright"
-    if not isfinite(touch.offset_ratio):
+    ratio, error = touch.offset_ratio, touch.offset_standard_error
+    if not isfinite(ratio):
+        ratio, error = touch.level_ratio, touch.level_standard_error
+    if not isfinite(ratio):
         return told
-    corrected = Uncertainty.of_ratio(touch.offset_ratio, touch.offset_standard_error)
+    corrected = Uncertainty.of_ratio(ratio, error)
     return f"{told}. With this offset taken out, the ratio is {corrected}"
 
 
@@ -142,7 +145,7 @@ def _curve(touch: Touch) -> str:
 
 
 def _tilt(touch: Touch) -> str:
-    level = plus_minus(touch.level_ratio, touch.level_standard_error)
+    level = Uncertainty.of_ratio(touch.level_ratio, touch.level_standard_error)
     return (
         f"the ratio is {_signed_per_cent(touch.effects['tilt'])} off the one over the swept depth, {level}, which a tilt does not "
         "change: hold the probe upright"
@@ -150,7 +153,7 @@ def _tilt(touch: Touch) -> str:
 
 
 def _changed(touch: Touch) -> str:
-    after = plus_minus(touch.ratio_after, touch.after_standard_error)
+    after = Uncertainty.of_ratio(touch.ratio_after, touch.after_standard_error)
     return (
         f"the ratio changed shortly before the end, to {after}; the result is the one before: lift straight up; after a "
         "real change, hold for another half a second"

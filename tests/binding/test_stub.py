@@ -14,7 +14,7 @@ from palpate import _core
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 PRIOR = {"initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12}
 PAPER = {"steady": 0.995, "alarmed": 0.9, "drift": 0.01, "threshold": 0.05, "clear_level": 0.0}
-HANDHELD = {"steady": 0.9995, "drift": 0.75, "threshold": 10.0, "clip": 3.0, "smoothing": 0.0625, "guard": 2}
+HANDHELD = {"steady": 0.9995, "drift": 0.75, "threshold": 10.0, "clip": 3.0, "smoothing": 0.0625, "guard": 5}
 DEFAULTS = {
     "Rls": {"forgetting": 0.995} | PRIOR,
     "AdaptiveRls": PAPER | PRIOR,

@@ -32,7 +32,7 @@ def test_an_offset_is_told_with_its_size_its_side_and_the_ratio_without_it(offse
     assert size(sentence) == pytest.approx(abs(offset), rel=0.15)
     first, second = ("soft", "hard") if offset > 0 else ("hard", "soft")
     assert re.search(f"the {first} bump is reached .* before the {second} one", sentence)
-    [(value, error)] = re.findall(r"ratio is ([\d.]+) ± ([\d.]+)$", sentence)
+    [(value, error)] = re.findall(r"ratio is ([\d.]+) ± ([\d.]+) \(assumed\)$", sentence)
     assert abs(float(value) - EFFECTS["not-level"].presses[0].ratios[0][1]) < 4 * float(error)
 
 

@@ -129,7 +129,7 @@ def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
 
 def flags_by_reference(touch: reference.Touch) -> set[str]:
     found = set(touch.misfit.flags) | (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
-    return found | ({"tilt"} if touch.tilted and not found & {"drift", "lag", "curve"} else set())
+    return found | ({"tilt"} if touch.tilted and not found & {"offset", "drift", "lag", "curve"} else set())
 
 
 def rounding(soft: NDArray[Any], rows: NDArray[Any], largest: float) -> float:

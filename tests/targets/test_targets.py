@@ -50,10 +50,10 @@ def test_the_bits_are_as_they_were() -> None:
     printed = {program: "\n".join(expected()[program]).encode() for program in targets.PRINTING}
     hashes = {program: hashlib.sha256(text).hexdigest()[:12] for program, text in printed.items()}
     assert hashes == {
-        "bits": "8cf483d4e275",
-        "hostile": "9d9f072b5598",
+        "bits": "3f8e0813cbee",
+        "hostile": "ed569b67bdef",
         "vectors": "e14339716b28",
-        "scenes": "a2f399c85e3e",
+        "scenes": "bf12614c6b7f",
     }
 
 

@@ -13,7 +13,7 @@ inline constexpr TrackerSettings<Estimator> timed = [] {
   TrackerSettings<Estimator> settings;
   settings.samples = 0;
   settings.seconds = typename Estimator::real_type(6.5);
-  settings.confirmed = typename Estimator::real_type(0.4);
+  settings.confirmed = typename Estimator::real_type(0.6);
   return settings;
 }();
 /// Settings with which a touch ends only by its release.

@@ -170,9 +170,12 @@ class Tracker : public Settings,
     }
     running_ = open_ = false;
     if constexpr (fits) {
-      const bool changed = Extra::unconfirmed.holds(estimator);
-      if (changed) {
-        Extra::after = {estimator.ratio(), standard_error()};
+      Extra::lifted = Extra::unconfirmed.holds(estimator);
+      bool changed = false;
+      if (Extra::lifted) {
+        const Real before = Extra::unconfirmed.estimator.ratio();
+        changed = magnitude(estimator.ratio() / before - 1) > Extra::evidence.fit.settings.least;
+        Extra::after = changed ? Levelled<Real>{estimator.ratio(), standard_error()} : Levelled<Real>();
         estimator = Extra::unconfirmed.estimator;
         Extra::evidence = Extra::unconfirmed.evidence;
       }
@@ -224,8 +227,8 @@ class Tracker : public Settings,
       }
       result.after = Extra::after;
       result.level = Extra::levelled;
-      // Where something else contradicts the model, that is the cause.
-      const bool otherwise = result.fitted.flags & (misfit_drift | misfit_lag | misfit_curve);
+      // Where something else contradicts the model, that is the cause; an offset has a flag of its own.
+      const bool otherwise = result.fitted.flags & (misfit_offset | misfit_drift | misfit_lag | misfit_curve);
       if (Extra::tilted && !otherwise) {
         result.fitted.flags = static_cast<std::uint8_t>(result.fitted.flags | misfit_tilt);
       }
@@ -350,7 +353,7 @@ class Tracker : public Settings,
       Extra::evidence.fit.reset();
       Extra::unconfirmed.reset();
       Extra::after = Extra::levelled = {};
-      Extra::tilted = false;
+      Extra::tilted = Extra::lifted = Extra::drifts = false;
       Extra::begin = time;
       if constexpr (levels) {
         Extra::evidence.level.reset();
@@ -375,11 +378,18 @@ class Tracker : public Settings,
     if (PALPATE_UNLIKELY(step.alarm)) {
       counts_.alarms += 1;
       if constexpr (fits) {
-        keep(before, time);
+        keep(before, time, true);
+        if constexpr (levels) {
+          Extra::evidence.level.restart();
+        }
         Extra::evidence.fit.restart(step.ratio / before.ratio - 1);
       }
     }
     if constexpr (fits) {
+      if (PALPATE_UNLIKELY(step.drifts && !Extra::drifts)) {
+        keep(before, time, false);
+      }
+      Extra::drifts = step.drifts;
       Extra::unconfirmed.follow(time, soft, settings.confirmed);
       const bool counts = step.gain != 0;  // in the sums
       Extra::evidence.times.follow(readings_, estimator.count(), step.alarm, counts);
@@ -399,14 +409,11 @@ class Tracker : public Settings,
     }
   }
 
-  /// At a hand-over from this estimate.
+  /// At a hand-over, and where a drift begins: the estimate before it.
   template <class Estimate>
-  PALPATE_COLD constexpr void keep(const Estimate& before, ticks_type time) noexcept {
+  PALPATE_COLD constexpr void keep(const Estimate& before, ticks_type time, bool alarm) noexcept {
     if (settings.confirmed > 0) {
-      Extra::unconfirmed.keep(time, estimator, before, Extra::evidence);
-    }
-    if constexpr (levels) {
-      Extra::evidence.level.restart();
+      Extra::unconfirmed.keep(time, estimator, before, Extra::evidence, alarm);
     }
   }
 
@@ -429,14 +436,17 @@ class Tracker : public Settings,
   // more than 4 errors of both and 0.5 %.
   constexpr void find_level([[maybe_unused]] bool revised) noexcept {
     if constexpr (levels) {
-      const bool falls = revised && !(Extra::fitted.flags & misfit_changed);
-      const auto found = rounding() > 0 ? Levelled<Real>() : Extra::evidence.level.result(estimator.ratio(), falls);
-      const Real apart = estimator.ratio() - found.ratio, own = error_of(shared_variance(), Real(0));
-      const Real square = product(own, own) + product(found.standard_error, found.standard_error);
-      const Real share = apart / found.ratio;
-      Extra::levelled = found;
-      Extra::fitted.tilt = is_finite(share) ? share : Real(0);
-      Extra::tilted = product(apart, apart) > 16 * square && magnitude(share) > Real(0.005);
+      const auto& level = Extra::evidence.level;
+      Extra::levelled = rounding() > 0 ? Levelled<Real>() : level.result(estimator.ratio(), revised && !Extra::lifted);
+      const auto [ratio, error] = Extra::levelled;
+      Extra::tilted = false;
+      Extra::fitted.tilt = 0;
+      if (ratio > 0) {
+        const Real apart = estimator.ratio() - ratio, own = error_of(shared_variance(), Real(0));
+        const Real square = product(own, own) + product(error, error);
+        Extra::fitted.tilt = apart / ratio;
+        Extra::tilted = product(apart, apart) > 16 * square && magnitude(Extra::fitted.tilt) > Real(0.005);
+      }
     }
   }
 

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from palpate.reference.fit import Fit
 from palpate.reference.level import Sweep
 from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
+from palpate.reference.model import LEAST
 from palpate.reference.noise import FEWEST
 
-CONFIRMED_S, LONGEST_LIFT_S = 0.4, 2.5  # a change with the probe down for so long is the result
-DOWN = 0.9  # share of the mean regressor before the change
+CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
+DOWN = 0.97  # share of the mean square of the regressors before the change
 
 
 def estimator(noise: float = 1.0) -> _Handover:
@@ -37,6 +38,8 @@ class Estimate:
         The same samples, for the level ratio.
     changed : bool
         Whether the ratio changed in these samples.
+    lifted : bool
+        Whether the result is the one before a change that was not confirmed.
     after : (float, float)
         Ratio and standard error after a change that was not confirmed; nan: there was none.
 
@@ -56,8 +59,14 @@ class Estimate:
     fit: Fit = field(default_factory=Fit)
     sweep: Sweep = field(default_factory=Sweep)
     changed: bool = False
+    lifted: bool = False
     after: tuple[float, float] = (np.nan, np.nan)
-    _unconfirmed: tuple[dict[str, Any], float, float] | None = None  # before a change, and the times of the changes, s
+    _unconfirmed: dict[str, Any] | None = None  # before a change
+    _begun_s: float = 0.0  # the first change, and the last one
+    _changed_s: float = 0.0
+    _alarmed: bool = False  # by a hand-over
+    _squares: list[float] = field(default_factory=list)  # of the regressors since the last one
+    _down: bool = False  # their mean is not much less than before
     _state: _Handover = field(default_factory=estimator)
     _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of the readings, and their weights
     _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
@@ -91,17 +100,20 @@ class Estimate:
         """Take a sample, pF, of the reading with this number, s after the contact; return whether there is an alarm."""
         state = self._state
         before = {name: getattr(state, name) for name in ("ratio", "information", "squares", "weight")}
+        drifted = state.drifting
         state.update(hard, soft)
         self.samples += 1
         if alarm := state.alarm():
             self.alarms += 1
-            self._keep(before, time_s)
+            self._keep(before, time_s, alarm=True)
             # The samples that the hand-over kept count as the last readings.
             self._weights = np.ones(round(state.weight))
             self._numbers = number - np.arange(len(self._weights), dtype=float)
             self.fit.restart(state.ratio / before["ratio"] - 1)
             self.sweep.restart()
             self.changed = True
+        if state.drifting and not drifted:
+            self._keep(before, time_s, alarm=False)
         self._confirm(soft, time_s)
         if not alarm and state.squares != before["squares"]:  # an outlier changes no sum, unless the ratio drifts
             self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or much
@@ -112,33 +124,39 @@ class Estimate:
                 self.sweep.add(hard, soft, time_s, held=True)
         return alarm
 
-    def _keep(self, before: dict[str, Any], time_s: float) -> None:
-        """Keep what is known before a hand-over, until it is confirmed; of several, the first one counts."""
-        kept, first_s, _ = self._unconfirmed or ({}, time_s, 0.0)
-        if not kept:
+    def _keep(self, before: dict[str, Any], time_s: float, *, alarm: bool) -> None:
+        """Keep what is known before a hand-over or a drift, until it is confirmed; of several, the first one counts."""
+        if self._unconfirmed is None:
             names = ("fit", "sweep", "changed", "_weights", "_numbers", "_state")
             kept = {name: deepcopy(getattr(self, name)) for name in names}
             for name, value in before.items():
                 setattr(kept["_state"], name, value)
-        self._unconfirmed = kept, first_s, time_s
+            self._unconfirmed, self._begun_s, self._alarmed = kept, time_s, False
+        self._alarmed = self._alarmed or alarm
+        self._changed_s, self._squares = time_s, []
 
     def _confirm(self, regressor: float, time_s: float) -> None:
         """Forget what was known before a change if the probe is still down some time after it, or after the longest lift."""
         if self._unconfirmed:
-            kept, first_s, last_s = self._unconfirmed
-            down = regressor**2 >= DOWN**2 * kept["_state"].information / kept["_state"].weight
-            if (down and time_s - last_s >= CONFIRMED_S) or time_s - first_s >= LONGEST_LIFT_S:
+            state = self._unconfirmed["_state"]
+            self._squares.append(regressor**2)
+            self._down = bool(np.mean(self._squares) >= DOWN * state.information / state.weight)
+            least_s = CONFIRMED_S if self._alarmed else 2 * CONFIRMED_S  # a drift is slow
+            confirmed = self._down and time_s - self._changed_s >= least_s
+            if confirmed or time_s - self._begun_s >= LONGEST_LIFT_S:
                 self._unconfirmed = None
 
     def go_back(self, noises: tuple[float, float], shared: float, rounding: float) -> bool:
-        """At the end: take the result before a change that is not confirmed; return whether there is one."""
-        kept = self._unconfirmed and self._unconfirmed[0]
-        if not kept or kept["_state"].weight < self._state.weight:
+        """At the end: take the result before a change that is not confirmed; return whether the change was large."""
+        kept = self._unconfirmed
+        if not kept or not (self._alarmed or not self._down) or kept["_state"].weight < self._state.weight:
             return False
-        self.after = self.ratio, self.standard_error(noises, shared, rounding=rounding)
+        self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST
+        if changed:
+            self.after = self.ratio, self.standard_error(noises, shared, rounding=rounding)
         for name, value in kept.items():
             setattr(self, name, value)
-        return True
+        return bool(changed)
 
     def standard_error(
         self, noises: tuple[float, float], shared: float, left_open: float = 0.0, rounding: float = 0.0

@@ -78,6 +78,7 @@ class _Handover:
     down: _Side = field(default_factory=_Side)
     seen: int = 0
     outlier: bool = False  # the last sample
+    drifting: bool = False  # the ratio, before the last sample
 
     def statistic(self) -> Any:
         return max(self.up.statistic, self.down.statistic)
@@ -101,7 +102,7 @@ class _Handover:
             z = clipped / scale if regressor >= 0 else -clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
-        self.outlier = outlier
+        self.outlier, self.drifting = outlier, bool(self.noise.drifts())
         limited = self.noise.rho * self.noise.before + clipped if outlier else e
         if self.alarm():
             self._hand_over()

@@ -73,7 +73,7 @@ class CodeStep:
     """The smallest difference between readings of a channel that came three times: the step of its codes."""
 
     def __init__(self) -> None:
-        self._last, self._least, self._times = np.nan, np.inf, 0
+        self._last, self._least, self._times = 0.0, np.inf, 0
 
     def add(self, value: float) -> None:
         """Take a reading of a touch, pF."""
@@ -223,7 +223,7 @@ class _Tracker:
         assert touch is not None
         rounding, (noises, shared) = self._rounding(touch.ratio), self._errors(touch.ratio)
         own = touch.standard_error(noises, shared, rounding=rounding)
-        with_fall = revised and "changed" not in result.misfit.flags
+        with_fall = revised and not touch.lifted
         level, error = (np.nan, np.nan) if rounding else touch.sweep.result(touch.ratio, revised=with_fall)
         tilt = touch.ratio / level - 1
         tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_TILT

@@ -105,7 +105,7 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(change)) {
       noise_.restart();
     }
-    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
+    return {next.ratio, innovation, next.gain, change, true, judged.outlier, drifts};
   }
 
   /// Forget all samples; the settings stay.

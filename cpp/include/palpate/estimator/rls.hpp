@@ -21,6 +21,7 @@ struct Step {
   bool alarm;            ///< of the detector
   bool accepted;         ///< the sample is in the state
   bool outlier = false;  ///< too large to be noise: only Handover says so
+  bool drifts = false;   ///< the ratio drifts (Handover): old samples were forgotten faster
 };
 
 namespace detail {

@@ -19,47 +19,56 @@ struct Evidence {
   LevelStage level;     ///< the ratio over the swept depth
 };
 
-/// The state before a hand-over, until the change is confirmed: when the probe is still down, with 0.9 of the depth,
-/// `confirmed` seconds after it. A change that is not was an effect of the lift, or it came too late to be measured:
-/// then the ratio before it is the result. Such a wait ends after the longest lift.
+/// The state before a hand-over, or before the ratio begins to drift, until the change is confirmed: when `confirmed`
+/// seconds have passed and the mean depth since then is not less than before, by 1.5 %. A change that is not was an effect of the lift, or it
+/// came too late to be measured: then the ratio before it is the result; after a drift only if the touch ends in a lift.
+/// Such a wait ends after the longest lift.
 template <class Real, class Ticks, class Estimator, class Collected>
 class Unconfirmed {
   static constexpr Real longest = Real(2.5);  // seconds
 
  public:
-  Estimator estimator;  ///< before the hand-over, with the noise of then
-  Collected evidence;   ///< before the hand-over
+  Estimator estimator;  ///< before the change, with the noise of then
+  Collected evidence;   ///< before the change
 
   constexpr void reset() noexcept { waits_ = false; }
-  /// Whether the result may be the one before the change: if it has more samples than the one after it.
-  constexpr bool holds(const Estimator& after) const noexcept { return waits_ && !(estimator.count() < after.count()); }
+  /// Whether the result is the one before the change: it has more samples than the one after it.
+  constexpr bool holds(const Estimator& after) const noexcept {
+    return waits_ && (alarmed_ || !down_) && !(estimator.count() < after.count());
+  }
 
-  /// At a hand-over: the estimate and the evidence before it. Of several, the first one counts.
+  /// The estimate and the evidence before a change. Of several, the first one counts.
   constexpr void keep(Ticks time, const Estimator& now, const typename Estimator::Estimate& before,
-                      const Collected& collected) noexcept {
+                      const Collected& collected, bool alarm) noexcept {
     if (!waits_) {
       estimator = now;
       estimator.restore(before);
       evidence = collected;
       begin_ = time;
+      alarmed_ = false;
     }
+    alarmed_ = alarmed_ || alarm;
     last_ = time;
+    squares_ = count_ = 0;
     waits_ = true;
   }
 
   /// After each sample.
   constexpr void follow(Ticks time, Real regressor, Real confirmed) noexcept {
     if (PALPATE_UNLIKELY(waits_)) {
-      const Real square = estimator.information() / estimator.count();  // of the mean regressor
-      const bool down = !(product(regressor, regressor) < product(Real(0.81), square));
-      waits_ =
-          !(down && seconds_between<Real>(time, last_) >= confirmed) && seconds_between<Real>(time, begin_) < longest;
+      squares_ += product(regressor, regressor);
+      count_ += 1;
+      const Real before = estimator.information() / estimator.count();  // mean square
+      down_ = !(squares_ / count_ < product(Real(0.97), before));
+      const Real least = alarmed_ ? confirmed : 2 * confirmed;  // a drift is slow
+      waits_ = !(down_ && seconds_between<Real>(time, last_) >= least) && seconds_between<Real>(time, begin_) < longest;
     }
   }
 
  private:
-  Ticks begin_ = 0, last_ = 0;  // of the first and of the last hand-over
-  bool waits_ = false;
+  Ticks begin_ = 0, last_ = 0;    // of the first and of the last change
+  Real squares_ = 0, count_ = 0;  // of the regressors since the last one
+  bool waits_ = false, alarmed_ = false, down_ = false;
 };
 
 /// The smallest difference between readings of a channel that came several times: the step of its codes.
@@ -84,7 +93,7 @@ class CodeStep {
   }
 
  private:
-  Real last_ = std::numeric_limits<Real>::quiet_NaN(), least_ = std::numeric_limits<Real>::max();
+  Real last_ = 0, least_ = std::numeric_limits<Real>::max() / 2;
   std::uint8_t times_ = 0;
 };
 
@@ -101,6 +110,8 @@ struct Fitting {
   Levelled<Real> levelled, after;
   Real first_ratio = 0, first_error = 0;
   bool tilted = false;  // the ratio and the level ratio differ
+  bool lifted = false;  // the result is the one before a change that was not confirmed
+  bool drifts = false;  // the ratio, at the last sample
 };
 template <class Real, class Ticks, class Estimator, class FitStage, class LevelStage>
 struct Fitting<Real, Ticks, Estimator, FitStage, LevelStage, false> {};

@@ -99,12 +99,15 @@ class LevelRatio : public Settings {
       return found;
     }
     const Line up = line(true, false), all = line(true, falls);
+    if (!(all.slope > 0)) {
+      return found;
+    }
     const Real p = settings.contact_exponent, level = to_power(all.slope);
     const Real apart = falls && number(rise) >= fewest ? up.slope - line(false, true).slope : Real(0);
     const Real shift = product(falls ? Real(0.02) : Real(0.05), (level - ratio) / level);
     const Real own = product(falls ? Real(3) : Real(9), all.variance) + product(apart, apart) / 4;
     const Real square = product(product(p, p), own) / product(all.slope, all.slope) + product(shift, shift);
-    if (all.slope > 0 && square < Real(0.01)) {
+    if (square < Real(0.01)) {
       found = {level, product(level, square_root(square))};
     }
     return found;

@@ -144,36 +144,3 @@ def _converted(way: Way, t: Array, channels: list[Array], release: float, random
         which = random.choice(last, way.swapped, replace=False)
         values[0][which], values[1][which] = values[1][which].copy(), values[0][which].copy()
     return Recorded(*times, *values, (way.before,))
-
-
-def ways(name: str, seed: int) -> Way:
-    """Return one of the named ways with a ratio and a length by chance."""
-    random = np.random.default_rng((seed, 5))
-    common = {"ratio": float(np.exp(random.uniform(np.log(1.3), np.log(7.5)))), "hold": float(random.uniform(2, 6))}
-    return replace(
-        WAYS[name], **{key: value for key, value in common.items() if getattr(WAYS[name], key) == getattr(Way(), key)}
-    )
-
-
-_OBLIQUE = Way(angle=0.5, trembling=0.03)
-WAYS: dict[str, Way] = {
-    "healthy": Way(),
-    "lift-10-percent": Way(lifted_ratio=0.9),
-    "lift-1-degree": Way(lifted_angle=1.0),
-    "lift-slowly": Way(lifted_ratio=0.9, fall=3.0),
-    "swapped-pairs": Way(swapped=2),
-    "codes-10-fF": Way(code=0.01, total=0.25 * 3.8),
-    "codes-quarter-pF": Way(code=0.25, total=3.8),
-    "oblique-flat": _OBLIQUE,
-    "oblique-domes": replace(_OBLIQUE, exponent=1.5),
-    "oblique-2-domes": replace(_OBLIQUE, angle=2.0, exponent=1.5),
-    "sliding-at-the-end": Way(slide=(0.4, 1.3)),
-    "ten-pairs": Way(period=0.1, before=5.0, after=5.0),
-    "pulses": Way(pulse=0.02),
-    "pink": Way(pink=1e-4),
-    "stale": Way(stale=0.15),
-    "hard-first": Way(gap=0.05, tremor=0.02, hold=1.7),
-    "change": Way(change=(2.0, 1.3), tremor=0.08, hold=4.5),
-    "creep": Way(creep=(0.03, 0.03)),
-    "object-creep": Way(object_creep=0.03),
-}

@@ -1,0 +1,141 @@
+"""What was wrong by per cents: the end of a touch, tilt, creep, coarse codes; on a simulator that shares nothing with palpate's.
+
+The bounds are what the product promises (docs/how.md); 20 touches a row, 200 by night.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import palpate
+import pytest
+from bench.accuracy.modulus import AGE_s, CREEPS, LEVEL, SILENT, SOURCES, drawn, found, longest_touch, rms, scatter
+from bench.accuracy.other_probe import Way, touch
+from effort import Tally, draws
+
+SEEDS = range(draws(20, nightly=200, at_least=20))
+BOUNDS = {  # rms of the level ratio, %
+    "level and still, flat": 0.02,
+    "level and still, domes": 0.04,
+    "level, trembling, flat": 0.2,
+    "level, trembling, domes": 0.25,
+    "0.5 degrees, flat": 0.2,
+    "0.5 degrees, domes": 0.3,
+    "2 degrees, domes": 0.5,
+}
+HARD = 0.8  # the same of the other rows
+
+
+@pytest.mark.parametrize("name", SILENT)
+def test_a_wrong_result_is_never_silent(name: str) -> None:
+    assert found(SILENT[name], SEEDS).silent <= 0.02
+
+
+@pytest.mark.parametrize("fall", [0.2, 1.0, 3.0])
+@pytest.mark.parametrize("period", [0.026, 0.006, 0.05])
+def test_a_lift_with_another_ratio_changes_nothing(fall: float, period: float) -> None:
+    """At 20 pairs a second without tremor, which they would alias."""
+    way = Way(lifted_ratio=0.9, hold=3.0, fall=fall, period=period, tremor=0.03 if period < 0.03 else 0.0, before=3.0)
+    assert rms(found(way, SEEDS).ratio) < 0.01
+
+
+def test_a_change_before_the_end_is_the_result_once_it_lasted() -> None:
+    """0.2 s before the lift the ratio before it is the result, with both said; 1 s before it the one after."""
+    late, early = (longest_touch(Way(hold=4.0, change=(before, 1.3)), 1) for before in (4.1, 3.3))
+    assert late.ratio == pytest.approx(2.8, rel=1e-3)
+    assert late.ratio_after == pytest.approx(1.3 * 2.8, abs=4 * late.after_standard_error)
+    assert "changed" in late.flags
+    assert early.ratio == pytest.approx(1.3 * 2.8, rel=1e-3)
+    assert "changed" not in early.flags
+    assert np.isnan(early.ratio_after)
+
+
+def test_readings_that_are_swapped_amid_a_touch_change_nothing() -> None:
+    run = touch(Way(hold=4.0), 3)
+    for pairs in ([120], [120, 150], [120, 121, 122]):
+        hard, soft = run.hard.copy(), run.soft.copy()
+        hard[pairs], soft[pairs] = run.soft[pairs], run.hard[pairs]
+        [made] = palpate.touches(replace(run, hard=hard, soft=soft))
+        assert made.ratio == pytest.approx(2.8, rel=1e-4)
+
+
+def test_the_level_ratio_keeps_its_bounds_and_its_intervals_hold(tally: Tally) -> None:
+    covered = []
+    for name, way in LEVEL.items():
+        made = found(way, SEEDS)
+        assert rms(made.level) <= BOUNDS.get(name, HARD), name
+        covered.append(made.covered)
+    share = float(np.concatenate(covered).mean())
+    tally.say(f"95 % intervals of the level ratio: {100 * share:.1f} %")
+    assert 0.9 <= share <= 0.99
+
+
+def test_a_tilt_is_flagged() -> None:
+    """Angles of 0.5 degrees rms, those from 0.3 on, rises of 0.2 to 0.5 s, flat bumps and domes."""
+    flagged = []
+    for seed in SEEDS:
+        random = np.random.default_rng((seed, 11))
+        angle = float(random.normal(0, 0.5))
+        way = Way(angle=angle, trembling=0.03, rise=random.uniform(0.2, 0.5), exponent=random.choice([1.0, 1.5]))
+        if abs(angle) >= 0.3:
+            flagged.append(bool({"tilt", "offset"} & {*longest_touch(drawn(way, seed), seed).flags}))
+    assert np.mean(flagged) >= 0.95
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.005])
+def test_a_healthy_touch_has_no_flag(bend: float) -> None:
+    count = draws(100, nightly=2000, at_least=100)
+    made = found(Way(bend=bend, rise=0.3), range(count))
+    flags = {flag: times for flag, times in made.flags.items() if flag != "short"}
+    assert sum(flags.values()) <= 0.002 * count, flags
+
+
+@pytest.mark.parametrize("name", list(CREEPS)[:2])
+def test_creep_is_the_same_at_one_age(name: str) -> None:
+    """Of the bumps, and of the object; a touch that does not reach the age says so."""
+    made = found(CREEPS[name], SEEDS, age=AGE_s)
+    assert scatter(made.ratio) < 0.1 < scatter(found(CREEPS[name], SEEDS).ratio)
+    reached, missed = (longest_touch(Way(hold=hold), 1, age=AGE_s) for hold in (2.0, 1.0))
+    assert (reached.age_s, "short" in reached.flags) == (AGE_s, False)
+    assert "short" in missed.flags
+
+
+def test_a_touch_in_the_first_baseline_is_found_or_said() -> None:
+    """It begins while the first baseline is measured; the next touch is right."""
+    for before in np.arange(0.1, 1.05, 0.1):
+        run = touch(Way(before=float(before), hold=2.0, after=3.0), 1) + touch(Way(before=0.3, hold=3.0), 2)
+        made = palpate.touch.tracked(run)
+        assert made.touches[-1].ratio == pytest.approx(2.8, rel=1e-4)
+        assert len(made.touches) == 2 or made.retaken, before
+
+
+def test_a_change_is_found_in_four_pairs() -> None:
+    """Of 30 % either way, under a tremor of 8 %: pairs until the ratio is within 2 %."""
+    pairs = []
+    for seed in range(draws(300, nightly=3000, at_least=300)):
+        ratio = float(np.random.default_rng(seed).uniform(1.5, 6))
+        way = Way(ratio=ratio, hold=4.5, tremor=0.08, change=(2.0, 0.7 if seed % 2 else 1.3))
+        run = touch(way, seed)
+        rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+        since = rows["ratio"][np.searchsorted(run.t_hard_s, way.before + 2.0) :]
+        pairs.append(int(np.argmax(np.abs(since / (ratio * way.change[1]) - 1) < 0.02)))
+    assert np.median(pairs) <= 4
+    assert np.mean(np.array(pairs) > 6) <= 0.025
+    assert max(pairs) <= 10
+
+
+def test_no_level_ratio_without_a_sweep_or_from_coarse_codes() -> None:
+    for way in (Way(rise=0.03, fall=0.03, exponent=1.5), SILENT["codes of 1/4 pF"]):
+        made = found(way, SEEDS)
+        known = np.isfinite(made.level)
+        assert np.all(np.abs(made.level[known]) < 4 * made.level_error[known])
+        assert known.mean() < 0.5 or rms(made.level) < HARD
+    [slid] = palpate.touches(touch(Way(), 1), scene="sliding")
+    assert slid.contact_exponent == 0
+    assert np.isnan(slid.level_ratio)
+
+
+def test_sources_of_error_are_as_told() -> None:
+    """The ratio is off by per cents, the level ratio by tenths of one."""
+    for name, way in SOURCES.items():
+        made = found(way, SEEDS)
+        assert rms(made.level) < 0.5, name
