@@ -4,7 +4,7 @@ The hand sets the depth, not the force: minimum jerk, tremor as filtered noise. 
 exponent; a tilt makes one deeper. Angles tremble and settle; lifts peel; gauges bend and creep. All on a grid of 1 ms.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,7 @@ class Recorded:
     full_scale_pF: float = 4.096
 
     def __add__(self, other: "Recorded") -> "Recorded":
+        """Join two recordings, one after the other."""
         late = self.t_soft_s[-1] + self.t_soft_s[1] - self.t_soft_s[0] + (self.t_hard_s[0] - other.t_soft_s[0])
         moved = (other.t_hard_s + late, other.t_soft_s + late, other.hard, other.soft)
         joined = (

@@ -23,7 +23,7 @@ using Core = palpate::HandheldTracker<double>;
 using Run = palpate::runs::Run<Core>;
 
 constexpr std::size_t most_text = 1 << 15, shortest_row = 16;  // "0,0,0,0,0,0,0,0" and a line end
-constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 21;
+constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 28;
 
 /// The touches that ended, or were revised, in order; in a block each sample may end and revise one.
 struct Touches {
@@ -66,10 +66,17 @@ struct Touches {
                           f.drift,
                           r.lag_ms(),
                           f.curve,
+                          f.tilt,
                           r.shift,
                           r.alarm_share(),
                           static_cast<double>(r.saturated),
-                          static_cast<double>(r.refused)};
+                          static_cast<double>(r.refused),
+                          r.level.ratio,
+                          r.level.standard_error,
+                          r.contact_exponent,
+                          r.age,
+                          r.after.ratio,
+                          r.after.standard_error};
     static_assert(sizeof all == touch_numbers * sizeof(double));
     std::memcpy(numbers + count * touch_numbers, all, sizeof all);
     char* at = flags[count].names;
@@ -176,11 +183,16 @@ EXPORT(form) void set_form(bool uncertainty, bool codes, double zero, double per
 }
 
 /// Begin a measurement. seconds, samples: the length of a touch, 0: no such limit.
-EXPORT(begin) void begin(double seconds, double samples, double release, double full_scale, bool host_stamps) {
+EXPORT(begin)
+void begin(double seconds, double samples, double release, double full_scale, bool host_stamps, double confirmed,
+           double contact_exponent, double age) {
   Core core;
   core.settings.seconds = seconds;
   core.settings.samples = static_cast<std::uint32_t>(samples);
   core.settings.full_scale = full_scale;
+  core.settings.confirmed = confirmed;
+  core.level_settings().contact_exponent = contact_exponent;
+  core.level_settings().age = age;
   core.gate.settings.release = release;
   new (memory) Measurement{Run(core, host_stamps), {}};
 }

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate import Tracker
-from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, linearity_pF, ZERO_CODE
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
 from palpate.sources.lines import COLUMNS as NAMES
@@ -88,6 +88,7 @@ def _given() -> dict[str, Any]:
         "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF, "largest": LAST_CODE},
         "saturated": [SATURATED_CODES, LAST_CODE - SATURATED_CODES],
         "full_scale_pF": SATURATED_PF,
+        "linearity_pF": linearity_pF(SATURATED_PF),
         "columns": {name: column for name, column in NAMES.items() if name != UNUSED},
         "picofarads": PICOFARADS,
         "nanoseconds": NANOSECONDS,

@@ -1,6 +1,8 @@
 // The core in WebAssembly, and what it makes of a measurement: rows, and the messages of the live page's server.
 // cpp/wasm/palpate.cpp says what its functions do.
 
+import { GIVEN } from "./given.js";
+
 export class Refused extends Error {}
 
 // Refuses unless it holds.
@@ -11,7 +13,8 @@ export function require(holds, text) {
 const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
-  "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "shift", "alarm_share", "saturated", "refused"];
+  "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused",
+  "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_after", "after_standard_error"];
 
 export class Core {
   static async of(compiled) {
@@ -22,8 +25,8 @@ export class Core {
     return core;
   }
 
-  begin({ seconds, samples, release, full_scale, host_stamps }) {
-    this.wasm.begin(seconds ?? 0, samples ?? 0, release, full_scale, host_stamps);
+  begin({ seconds, samples, release, full_scale, host_stamps, confirmed, contact_exponent, age }) {
+    this.wasm.begin(seconds ?? 0, samples ?? 0, release, full_scale, host_stamps, confirmed, contact_exponent, age);
   }
 
   // Reads whole lines: [rows that are plain, bytes of them].
@@ -98,6 +101,12 @@ export class Measurement {
     if (retaken > this.retaken) [this.retaken, this.retakenAt] = [retaken, this.end];
   }
 
+  // Of the ratio, by the converter: the data sheet's limit in both channels (Uncertainty.of).
+  linearity({ ratio, covariance, samples }) {
+    const linear = this.settings.full_scale === GIVEN.full_scale_pF ? GIVEN.linearity_pF : 0;
+    return linear * Math.hypot(1, ratio) * Math.sqrt(covariance * samples);
+  }
+
   note() {
     for (const touch of this.core.touches) this.found[touch.number - 1] = touch;
   }
@@ -136,7 +145,7 @@ export class Measurement {
     const error = measured ? orNull(wasm.standard_error()) : null, [now, line] = this.said(raw);
     const state = raw === "waiting" ? "no contact" : raw === "contact" && (wasm.alarm() || error === null) ? "adapting" : raw;
     const announce = `${now.word}. ${line.title} ${line.level === "quiet" && raw === "contact" ? "" : line.text}`;
-    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, ...uncertaintyOf(wasm.ratio(), error), now, line, announce, messages: this.messages };
+    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, ...uncertaintyOf(wasm.ratio(), error, 0), now, line, announce, messages: this.messages };
   }
 
   // What to do, and what to know: the rules of the live page (python/palpate/live) that a port alone can obey.
@@ -164,7 +173,7 @@ export class Measurement {
   get touches() {
     const rows = this.found.map((touch) => {
       const why = whyOf(touch);
-      return { ...touch, ...uncertaintyOf(touch.ratio, touch.standard_error), modulus: null, specimen: null, deviation: null, advice: adviceOn(touch), kept: !why, why };
+      return { ...touch, ...uncertaintyOf(touch.ratio, touch.standard_error, this.linearity(touch)), modulus: null, specimen: null, deviation: null, advice: adviceOn(touch), kept: !why, why };
     });
     return { rows, most_reliable: null, together: null };
   }
@@ -181,7 +190,7 @@ export class Measurement {
 
 // With the scatter from touch to touch that palpate assumes without a calibration (palpate/uncertainty.py).
 const SCATTER = 0.03;
-const uncertaintyOf = (ratio, error) => ({ uncertainty: error === null ? null : Math.hypot(error, SCATTER * ratio), uncertainty_from: "assumed" });
+const uncertaintyOf = (ratio, error, linear) => ({ uncertainty: error === null ? null : Math.hypot(error, linear, SCATTER * ratio), uncertainty_from: "assumed" });
 const now = (word, sub, tone = "idle", share = null) => ({ word, sub, tone, share });
 const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}`;
 
@@ -197,6 +206,8 @@ export const ADVICE = {
   drift: "a baseline or the object changed during the touch: hold the probe still, and keep hands and metal away from it",
   lag: "one channel is late: press slowly; check that the channels are not swapped",
   curve: "hard against soft bends: press less deep",
+  tilt: "the ratio differs from the one over the swept depth, which a tilt does not change: hold the probe upright",
+  changed: "the ratio changed shortly before the end, and the result is the one before: lift straight up",
   creep: "a channel recovers slowly after the release, so the ratio is not corrected: press for a shorter time",
   baseline: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
   gap: "the board restarted or was opened again during the touch or before it, so the baseline may have been measured in contact: lift the probe, and touch again",
@@ -211,8 +222,8 @@ function adviceOn(touch) {
 }
 
 // Why a touch does not count, as palpate.several says; "": it does.
-function whyOf({ flags, samples, standard_error: error, revised }) {
-  const harmless = { short: error !== null && samples >= FEWEST, drift: error !== null && revised };
+function whyOf({ flags, samples, standard_error: error, revised, age_s: age }) {
+  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);
   return found ? `${found}: ${ADVICE[found]}` : "";
 }

@@ -86,9 +86,11 @@ class Framed:
 _EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
 _TOUCH = {"start": "int64", "start_s": "double", "samples": "int64", "ratio": "double", "covariance": "double"}
 _TOUCH |= {"standard_error": "double", "revised": "bool", "first_ratio": "double", "first_standard_error": "double"}
-_TOUCH |= dict.fromkeys(["offset_ratio", "offset_standard_error", *(f"effect_{name}" for name in _EFFECTS)], "double")
+_LEVEL = ["level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_after", "after_standard_error"]
+_OFFSET = ["offset_ratio", "offset_standard_error"]
+_TOUCH |= dict.fromkeys([*_LEVEL, *_OFFSET, *(f"effect_{name}" for name in _EFFECTS)], "double")
 _TOUCH |= {"alarm_share": "double", "saturated": "int64", "refused": "int64", "flags": "string"}
-_UNITS = {"start_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
+_UNITS = {"start_s": "s", "age_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
 
 
 def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:

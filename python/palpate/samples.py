@@ -90,10 +90,7 @@ DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
 _made = tuple.__new__  # as Sample._make, in a third of its time
 REFUSED = Status.EXCITATION | Status.LOST
-RETAKEN = (
-    "something was touched while the baseline was measured, or it jumped: it is measured again; touches until then are "
-    "lost or flagged"
-)
+RETAKEN = "something was touched while the baseline was measured, or it jumped; touches since then may be lost; it is measured again"
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
 

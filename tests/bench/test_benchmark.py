@@ -84,7 +84,7 @@ def test_well_set_detectors_follow_a_step_at_once() -> None:
     assert pairs["paper +A"] == pytest.approx(10 * pairs["handheld scene"], rel=0.1)
     assert pairs["paper tuned +A"] == 2 * pairs["handheld scene"]
     assert pairs["restarted +A"] < pairs["handheld scene"]
-    assert rows["restarted +A"].rmse < 1.1 * rows["handheld scene"].rmse
+    assert rows["restarted +A"].rmse < 1.2 * rows["handheld scene"].rmse
 
 
 def test_alignment_is_most_of_the_gain_on_a_tremor(monkeypatch: pytest.MonkeyPatch) -> None:

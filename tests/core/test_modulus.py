@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import palpate
 import pytest
-from bench.accuracy.modulus import AGE_s, CREEPS, LEVEL, SILENT, SOURCES, drawn, found, longest_touch, rms, scatter
-from bench.accuracy.other_probe import Way, touch
 from effort import Tally, draws
+
+from bench.accuracy.modulus import CREEPS, LEVEL, SILENT, SOURCES, AGE_s, drawn, found, longest_touch, rms, scatter
+from bench.accuracy.other_probe import Way, touch
 
 SEEDS = range(draws(20, nightly=200, at_least=20))
 BOUNDS = {  # rms of the level ratio, %

@@ -24,7 +24,7 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 HEADER_LAYERS = (
     "contraction version",
     "arithmetic",
-    "elasticity pack ring settings square_root",
+    "cube_root elasticity pack ring settings square_root",
     "policy",
     "estimator stage",
     "bank touch",

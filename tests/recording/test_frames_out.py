@@ -75,7 +75,9 @@ def test_touches_are_a_column_for_each_field(scene: Any) -> None:
     flat = [name for name in records[0] if name != "effects"]
     for frame in (touches.to_arrow().to_pylist(), touches.to_polars().to_dicts()):
         for row, record in zip(frame, records, strict=True):
-            assert set(row) - set(flat) == {f"effect_{name}" for name in ("offset", "drift", "lag", "curve", "shift")}
+            assert set(row) - set(flat) == {
+                f"effect_{name}" for name in ("offset", "drift", "lag", "curve", "tilt", "shift")
+            }
             assert {name: row[name] for name in flat} == {
                 **{name: record[name] for name in flat},
                 "flags": " ".join(record["flags"]),

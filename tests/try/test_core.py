@@ -38,10 +38,11 @@ def require_same_touches(found: Any, path: Path) -> None:
     touches = document("replay", path)["touches"]
     assert len(found["touches"]) == len(touches)
     for row, touch in zip(found["touches"], touches, strict=True):
-        names = sorted(row.keys() & touch.keys() - {"advice"})
-        assert len(names) >= 12
+        names = sorted(row.keys() & touch.keys() - {"advice", "uncertainty"})
+        assert len(names) >= 18
         assert {name: row[name] for name in names} == {name: touch[name] for name in names}
-        for name in ("offset", "drift", "lag", "curve", "shift"):
+        assert row["uncertainty"] == pytest.approx(touch["uncertainty"], rel=1e-12)  # two roots of sums of squares
+        for name in ("offset", "drift", "lag", "curve", "tilt", "shift"):
             assert row[name] == touch["effects"][name]
         assert [text.split(":")[0] for text in row["advice"]] == [text.split(":")[0] for text in touch["advice"]]
         known = {"standard_error": nan} if touch["standard_error"] is None else {}

@@ -237,6 +237,7 @@ class Tracker : public Settings,
   }
   /// Settings of the level ratio.
   constexpr auto& level_settings() noexcept { return Extra::evidence.level.settings; }
+  /// The same, of a constant tracker.
   constexpr const auto& level_settings() const noexcept { return Extra::evidence.level.settings; }
   /// Whether a touch is taking samples.
   constexpr bool open() const noexcept { return open_; }

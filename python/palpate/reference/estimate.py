@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import Fit
-from palpate.reference.level import Sweep
 from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
+from palpate.reference.level import Sweep
 from palpate.reference.model import LEAST
 from palpate.reference.noise import FEWEST
 

@@ -13,11 +13,14 @@ FEWEST = 3  # pairs of the hold, and of the rise or the fall
 SCATTERS, SCATTER = 3.0, 9.0  # factors of the variance of the slope, with the fall and without
 BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall and without
 LARGEST = 0.1  # relative error of a level ratio
+LEAST_SWEEP = 5e-4  # variation of the soft channel, share of its sum of squares
 
 
 def fitted_line(x: Array, y: Array) -> tuple[float, float]:
-    """Return the slope of y = b x + c by least squares, and its variance from the residuals."""
+    """Return the slope of y = b x + c by least squares, and its variance from the residuals; 0: x does not vary."""
     middle = x - x.mean()
+    if middle @ middle <= LEAST_SWEEP * (x @ x):
+        return 0.0, np.nan
     slope = float(middle @ y / (middle @ middle))
     rest = y - y.mean() - slope * middle
     return slope, float(rest @ rest / (len(x) - 2) / (middle @ middle))
@@ -94,10 +97,12 @@ class Sweep:
             "down": hold | fall,
         }
         slope, variance = fitted_line(x[lines["all"]], y[lines["all"]])
+        if not slope > 0:
+            return none
         apart = 0.0
         if falls and rise.sum() >= FEWEST:
             apart = fitted_line(x[lines["up"]], y[lines["up"]])[0] - fitted_line(x[lines["down"]], y[lines["down"]])[0]
-        level = slope**self.exponent if slope > 0 else np.nan
+        level = slope**self.exponent
         shift = (BENT if falls else BENDS) * (level - ratio) / level
         own = (SCATTERS if falls else SCATTER) * variance + apart**2 / 4
         square = self.exponent**2 * own / slope**2 + shift**2

@@ -181,24 +181,36 @@ class _Tracker:
         if event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
-        touch, since_s = self._touch, (time_ns - self._begin_ns) / 1e9
-        if self._running and touch is not None:
-            for step, value in zip(self._steps, values, strict=True):
-                step.add(float(value))
-            alarm = self._sample(number, since_s, *pair)
-            settled, _, settled_s = touch.sweep.settled()
-            aged = self._age and settled and since_s - settled_s >= self._age
-            if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
-                self.finish(full=True)
+        if self._running:
+            alarm = self._in_touch(number, time_ns, values, pair)
         else:
             self._before_ns = time_ns
-            if touch is not None and touch.samples and self._idle.gate.state != "idle" and pair[2] and pair[3]:
-                levels = [known.level for known in self._baselines()]
-                touch.sweep.add(pair[0] - levels[0], pair[1] - levels[1], since_s, held=False)
+            self._falling(time_ns, pair)
+        touch = self._touch
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, self._idle.gate.state == "contact", revises)
         error = touch.standard_error(*self._errors(touch.ratio), rounding=self._rounding(touch.ratio))
         return (touch.ratio, error, touch.statistic, alarm, self._idle.gate.state == "contact", revises)
+
+    def _in_touch(self, number: int, time_ns: int, values: NDArray[np.float64], pair: list[float]) -> bool:
+        """Take a reading into the running touch, and end it at its age or length; return whether there is an alarm."""
+        assert self._touch is not None
+        for step, value in zip(self._steps, values, strict=True):
+            step.add(float(value))
+        since_s = (time_ns - self._begin_ns) / 1e9
+        alarm = self._sample(number, since_s, *pair)
+        settled, _, settled_s = self._touch.sweep.settled()
+        aged = self._age and settled and since_s - settled_s >= self._age
+        if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
+            self.finish(full=True)
+        return alarm
+
+    def _falling(self, time_ns: int, pair: list[float]) -> None:
+        """Take a pair between the end of a touch and the end of its release: it belongs to the level ratio."""
+        if self._touch and self._touch.samples and self._idle.gate.state != "idle" and pair[2] and pair[3]:
+            levels = [known.level for known in self._baselines()]
+            since_s = (time_ns - self._begin_ns) / 1e9
+            self._touch.sweep.add(pair[0] - levels[0], pair[1] - levels[1], since_s, held=False)
 
     def finish(self, *, full: bool = False) -> None:
         """End the running touch."""

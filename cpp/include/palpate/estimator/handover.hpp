@@ -115,9 +115,10 @@ class Handover : public Parameters {
 
   /// The ratio and the sums from which it was computed, without the noise.
   struct Estimate {
-    Real ratio;
-    Sums<Real> sums;
+    Real ratio;       ///< the estimate r
+    Sums<Real> sums;  ///< of the samples
   };
+  /// The present one.
   constexpr Estimate estimate() const noexcept { return {ratio_, sums_}; }
   /// Go back to such an estimate; the noise stays.
   constexpr void restore(const Estimate& estimate) noexcept {

@@ -183,9 +183,9 @@ class LevelRatio : public Settings {
     if (down) {
       all.join(sums_[fall]);
     }
-    const Real n = all.at(one, one);
+    const Real n = all.at(one, one), least = product(Real(5e-4), all.at(x, x));  // else there is no sweep
     all.sweep(one);
-    const bool any = all.sweep(x);
+    const bool any = all.at(x, x) > least && all.sweep(x);
     const Real rest = all.at(y, y) > 0 ? all.at(y, y) / (n - 2) : Real(0);
     return {any ? first_ + all.at(x, y) : Real(0), product(rest, all.error(x))};
   }
