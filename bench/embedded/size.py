@@ -66,7 +66,8 @@ def cells(row: dict[str, Any]) -> str:
 PRICES = (
     ("MatchedPair for Align", "Handheld", "HandheldMatched"),
     ("drift, wrong baseline", "HandheldMatched", "HandheldUnfitted"),
-    ("Fit and revision", "HandheldUnfitted", "HandheldFull"),
+    ("Fit, revision, confirmation", "HandheldUnfitted", "HandheldTilted"),
+    ("level ratio", "HandheldTilted", "HandheldFull"),
 )
 
 

@@ -66,6 +66,9 @@ using LeanWith = embedded::HandheldTracker<float, Ticks, embedded::Handover<floa
                                            defaults<TrackerSettings<embedded::Handover<float>>>, AlignStage>;
 struct HandheldMatched : Whole<LeanWith<embedded::MatchedPair<float, Ticks>>> {};
 struct HandheldUnfitted : Whole<embedded::FullHandheldTracker<float, Ticks, NoFit<float>>> {};
+struct HandheldTilted
+    : Whole<embedded::FullHandheldTracker<float, Ticks, embedded::Fit<float>, embedded::Handover<float>,
+                                          timed<embedded::Handover<float>>, NoLevelRatio<float>>> {};
 struct HandheldFull : Whole<embedded::FullHandheldTracker<float>> {};
 struct Sliding : Whole<embedded::SlidingTracker<float>> {};
 struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
@@ -174,6 +177,7 @@ void for_each(Visit visit) {
   visit("Handheld", Handheld());
   visit("HandheldMatched", HandheldMatched());
   visit("HandheldUnfitted", HandheldUnfitted());
+  visit("HandheldTilted", HandheldTilted());
   visit("HandheldFull", HandheldFull());
   visit("Sliding", Sliding());
   visit("HandheldRuntime", HandheldRuntime());

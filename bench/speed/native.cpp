@@ -250,6 +250,7 @@ int main(int argc, char** argv) {
   bench.add<FixedTracker<double>>("scene fixed", readings);
   bench.add<PaperTracker<double>>("scene paper", readings);
   bench.add<HandheldTracker<double>>("scene handheld", readings);
+  bench.add<Tracker<double, Matched, Base, Gate, Hand, Fit<double>>>("handheld without level ratio", readings);
   bench.add<Tracker<double, Matched, Base, Gate, Hand>>("handheld without fit", readings);
   bench.add<Tracker<double, Unaligned, Base, Gate, Hand, Fit<double>>>("handheld without align", readings);
   bench.add<Tracker<double, Aligned<4>, Base, Gate, Hand, Fit<double>>>("handheld, align by 4 points", readings);

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate import Tracker
-from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, linearity_pF, ZERO_CODE
+from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE, linearity_pF
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
 from palpate.sources.lines import COLUMNS as NAMES
