@@ -271,7 +271,7 @@ def intervals(seeds: int) -> Iterator[Row]:
     name = f"touches of {FEWEST_PAIRS} to {max(lengths)[0]} pairs without a standard error"
     yield Row(name, 100 * float(np.mean(without)), 0.0, beside=f"of {len(without)}")
     for rho in (0.0, 0.5, 0.8):
-        yield from between(f"95 % intervals, AR(1) noise of rho {rho}: hold", ar1_coverage(rho, 10 * seeds), 93, 97)
+        yield from between(f"95 % intervals, AR(1) noise of rho {rho}: hold", ar1_coverage(rho, 40 * seeds), 93, 97)
 
 
 def healthy(seed: int) -> Simulation:

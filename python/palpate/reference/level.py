@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SETTLED_S, GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
-HELD, LEAST = 0.75, 1 / 8  # shares of the height: the hold, and the end of the fall
+HELD, LEAST = 0.75, 1 / 6  # shares of the height: the hold, and the end of the fall
 FEWEST = 3  # pairs of the hold, and of the rise or the fall
 SCATTERS, SCATTER = 3.0, 9.0  # factors of the variance of the slope, with the fall and without
 BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall and without

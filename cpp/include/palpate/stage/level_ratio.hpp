@@ -48,9 +48,9 @@ struct LevelRatioSettings {
 ///
 /// whatever g is. The hold alone cannot tell c from r; the rise sweeps the depth from 0, and the fall back to it.
 ///
-/// The sums of the rise are kept by octaves of the soft channel, since the depth of the hold is not yet known: those
-/// from an eighth of it on count. The error has the scatter around the line; the disagreement of rise and fall; and
-/// while the fall is not known, a share of what the intercept changes.
+/// The sums of the rise are kept by octaves of the soft channel, since the depth of the hold is not yet known: three of
+/// them count, down to a quarter or an eighth of it; of the fall the pairs from a sixth on. The error has the scatter
+/// around the line; the disagreement of rise and fall; and a share of what the intercept changes.
 template <class Real, class Settings = Kept<LevelRatioSettings<Real>>>
 class LevelRatio : public Settings {
  public:
@@ -81,7 +81,7 @@ class LevelRatio : public Settings {
       follow(soft, time);
     } else if (soft > product(Real(0.75), highest_)) {
       add_to(held ? hold : places, hard, soft);
-    } else if (8 * soft > highest_) {
+    } else if (6 * soft > highest_) {
       add_to(fall, hard, soft);
     }
   }
