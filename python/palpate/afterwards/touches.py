@@ -1,7 +1,7 @@
 """Touches of a recording, estimated afterwards: with more points, all idle readings, and spikes left out."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -11,6 +11,7 @@ from palpate import digits
 from palpate._core import Touch
 from palpate.afterwards.fit import HARD, SOFT, aligned, fitted, since_change
 from palpate.afterwards.idle import IdleLevel, Readings, idle, level_of, pause
+from palpate.afterwards.level import Sweep, sweep
 from palpate.touch import Blocks, Channels, feed_recording, timed, tracker_of
 
 if TYPE_CHECKING:
@@ -65,6 +66,10 @@ class OfflineTouch:
         How late the soft channel was, or its times: removed; 0 if not significant.
     live : Touch
         The touch as the tracker found it; its flags hold here, too.
+    level_ratio, level_standard_error : float
+        As of `Touch`, for any exponent of the contact; nan if there is none.
+    sweep : palpate.afterwards.level.Sweep or None
+        The pairs of the level ratio.
     """
 
     ratio: float
@@ -78,6 +83,13 @@ class OfflineTouch:
     left_out: int
     lag_s: float
     live: Touch
+    level_ratio: float = math.nan
+    level_standard_error: float = math.nan
+    sweep: Sweep | None = field(default=None, repr=False, compare=False)
+
+    def level(self, contact_exponent: float) -> tuple[float, float]:
+        """Return the level ratio with another exponent, and its standard error; nan: there is none."""
+        return self.sweep.result(self.live.ratio, contact_exponent) if self.sweep else (math.nan, math.nan)
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -91,7 +103,7 @@ class OfflineTouch:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all fields but `live` as a dict of plain values; nan and inf become None."""
-        return digits.plain({name: value for name, value in self.__dict__.items() if name != "live"})
+        return digits.plain({name: value for name, value in self.__dict__.items() if name not in ("live", "sweep")})
 
 
 def offline(
@@ -115,6 +127,8 @@ def offline(
     contradict hard = ratio * soft it is not below the live one. With the flag "drift" the ratio is a mean over
     the touch; the live ratio is nearer to its end.
 
+    The level ratio is the slope of hard^(1/p) against soft^(1/p) over rise, hold and fall, to the power p.
+
     Parameters
     ----------
     recording : Recording, Simulation, or the result of `palpate.recorded`
@@ -122,7 +136,7 @@ def offline(
     scene : str
         As in `Tracker`; not "fixed".
     **settings
-        As in `Tracker`.
+        As in `Tracker`; but `contact_exponent`, p of force ~ depth^p, is any number from 1 (flat bumps, the default) to 3.
 
     Returns
     -------
@@ -143,11 +157,17 @@ def offline(
     >>> [touch] = palpate.offline(scenarios.run("stiff-steady"))
     >>> touch.method, abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     ('offline: matched pair of 5 + 6 points', True)
+    >>> [touch] = palpate.offline(scenarios.run("not-level"), contact_exponent=1.2)
+    >>> [abs(ratio / touch.live.level_ratio - 1) < 0.05 for ratio in (touch.level_ratio, touch.level(1.0)[0])]
+    [True, True]
     """
     if scene == "fixed":
         raise ValueError("scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'")
     if hasattr(recording, "full_scale_pF") and not timed(recording):
         raise ValueError("recording: got one without times, allowed: one with times; name its column, as time=COL")
+    exponent = settings.pop("contact_exponent", 1.0)
+    if not 1 <= exponent <= 3:
+        raise ValueError(f"contact_exponent: got {exponent}, allowed: 1 to 3")
     tracker = tracker_of(recording, scene, settings)
     parts = list(feed_recording(tracker, recording))
     tracker.finish()
@@ -158,7 +178,7 @@ def offline(
         t_hard, t_soft = smooth(t_hard), smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
     channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
-    return _estimated(tracker.touches, rows, era, channels)
+    return _estimated(tracker.touches, rows, era, channels, exponent)
 
 
 def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
@@ -168,7 +188,11 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
 
 
 def _estimated(
-    touches: list[Touch], rows: NDArray[Any], era: NDArray[np.intp], channels: tuple[Readings, Readings]
+    touches: list[Touch],
+    rows: NDArray[Any],
+    era: NDArray[np.intp],
+    channels: tuple[Readings, Readings],
+    exponent: float,
 ) -> list[OfflineTouch]:
     ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
     starts = [touch.start for touch in touches] + [len(rows)]
@@ -186,7 +210,15 @@ def _estimated(
         ]
         inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
         alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
-        found.append(_one(touch, inside, levels, alarms))
+        one = _one(touch, inside, levels, alarms)
+        if not math.isnan(one.ratio):
+            bases = [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")] if touch.age_s else levels
+            part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
+            pairs = aligned(*(_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True)))
+            whole = sweep(pairs, one.start_s if len(alarms) else -math.inf, ends[i]) if pairs else None
+            level = whole.result(touch.ratio, exponent) if whole else (math.nan, math.nan)
+            one = replace(one, level_ratio=level[0], level_standard_error=level[1], sweep=whole)
+        found.append(one)
     return found
 
 
@@ -199,16 +231,18 @@ def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], c
     return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
 
 
+def _change(channel: Readings, base: IdleLevel | float) -> Readings:
+    """Return readings without their baseline; at an age that of the tracker: a creep has hardly begun."""
+    return replace(channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base))
+
+
 def _one(
     touch: Touch, inside: list[Readings], levels: list[IdleLevel | None], alarms: NDArray[np.intp]
 ) -> OfflineTouch:
     hard_level, soft_level = levels
     if hard_level is None or soft_level is None:
         return _without(touch, "no idle readings before and after the touch")
-    hard, soft = (
-        replace(channel, value=channel.value - level.at(channel.t))
-        for channel, level in zip(inside, (hard_level, soft_level), strict=True)
-    )
+    hard, soft = map(_change, inside, (hard_level, soft_level))
     if len(alarms):
         pairs = aligned(hard, soft)
         first = since_change(pairs, alarms) if pairs else None
