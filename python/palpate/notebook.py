@@ -5,7 +5,7 @@ import os
 import time
 from contextlib import AbstractContextManager
 from threading import Event, Thread
-from typing import TYPE_CHECKING, ClassVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 from palpate.display.markup import element
 from palpate.extras import need
@@ -79,7 +79,9 @@ def live(
     if LivePage._newest:
         LivePage._newest.close()
     files = RunFiles(None if record is None else os.fspath(record))
-    measurement = LiveMeasurement(opener(source, {}), files, {"scene": scene, **settings})
+    how: dict[str, Any] = {"scene": scene, **settings}
+    how = {**calibration.for_tracking(how), **how} if calibration else how
+    measurement = LiveMeasurement(opener(source, {}), files, how)
     return LivePage(measurement, PageApp(Workbench(measurement, source, calibration)), source, height)
 
 

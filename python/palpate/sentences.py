@@ -1,10 +1,10 @@
 """What the flags of a touch mean, in words for the person who holds the probe; and doubts about a calibration."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
 from palpate._core import Touch
-from palpate.digits import error
+from palpate.digits import error, plus_minus
 from palpate.uncertainty import Uncertainty
 
 
@@ -38,6 +38,25 @@ def advice(touch: Touch) -> list[str]:
 def advice_at_end(touch: Touch, *, cut: bool) -> list[str]:
     """Return `advice` on a touch; of one that the end of the recording cut, longer would not have helped."""
     return [_CUT if cut and sentence.startswith("short: ") else sentence for sentence in advice(touch)]
+
+
+def reasons(said: Iterable[str], against: Iterable[str]) -> list[str]:
+    """Return of the sentences of `advice` those of these flags; what is no flag is a sentence itself."""
+    of_flag = {sentence.partition(":")[0]: sentence for sentence in said}
+    return [of_flag.get(each, each) for each in against]
+
+
+def refusal(touch: Touch, contact_exponent: float | None, age_s: float) -> str:
+    """Return why a calibration with this age and exponent (None: not of level ratios) has no modulus of a touch; "": it has."""
+    wanted = {"age": age_s} | ({"contact_exponent": contact_exponent} if contact_exponent else {})
+    made = {"age": touch.age_s, "contact_exponent": touch.contact_exponent}
+    if other := [name for name, value in wanted.items() if made[name] != value]:
+        was, calibrated = (" and ".join(f"{name} {of[name]:g}" for name in other) for of in (made, wanted))
+        again = " ".join(f"--set {name}={wanted[name]:g}" for name in other)
+        return f"measured with {was}, but calibrated with {calibrated}: use {again}"
+    if contact_exponent and not isfinite(touch.level_ratio):
+        return "no level ratio, as the press shows no sweep of the depth: press more slowly, and hold"
+    return "" if contact_exponent or isfinite(touch.ratio) else "no ratio"
 
 
 _CUT = "short: the recording ended during this touch"
@@ -162,7 +181,8 @@ def _changed(touch: Touch) -> str:
 
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "short": lambda touch: (
-        f"the touch ended after {touch.samples} samples, before its full length: hold the probe longer"
+        f"the touch ended after {touch.samples} samples, before its "
+        f"{f'age of {touch.age_s:g} s' if touch.age_s else 'full length'}: hold the probe longer"
     ),
     "saturated": _saturated,
     "refused": _refused,
@@ -206,7 +226,7 @@ def _signed_per_cent(share: float) -> str:
 
 
 def doubts_of_origin(about: Mapping[str, str], scene: str) -> list[str]:
-    """Return what may be wrong with a calibration for this scene, from what its file says about its origin."""
+    """Return what may be wrong with a calibration for this scene, from what its file says about its origin; see `refusal`."""
     made_by, doubts = about.get("scene", scene), about.get("doubts", "")
     other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
     doubtful = (

@@ -23,10 +23,26 @@ DOUBT = 0.01
 FEWEST = 16
 """Samples of a short touch: with fewer, nothing shows that both channels follow one ratio. A burst of noise has a few."""
 USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
-    "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
-    "drift": lambda touch: isfinite(touch.standard_error) and bool(touch.revised),
+    "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST and not touch.age_s,
+    "drift": lambda touch: touch.age_s > 0 or (isfinite(touch.standard_error) and bool(touch.revised)),
+    "creep": lambda touch: touch.age_s > 0,
+    "tilt": lambda _: True,
+    "changed": lambda _: True,
 }
-"""Flags that do not exclude a touch under a condition: its standard error includes their effect. All other flags do."""
+"""Flags that do not exclude a touch under a condition: its standard error includes their effect, or it ends at an age,
+before most of it. All other flags do."""
+RatioOf = Callable[[Touch], tuple[float, float]]
+"""Which ratio of a touch counts, with its standard error (nan: not known): `hold`, `level`, or `Calibration.ratio_of`."""
+
+
+def hold(touch: Touch) -> tuple[float, float]:
+    """Return the ratio of a touch, and its standard error."""
+    return touch.ratio, touch.standard_error
+
+
+def level(touch: Touch) -> tuple[float, float]:
+    """Return the ratio of a touch over the swept depth, and its standard error; nan: it has none."""
+    return touch.level_ratio, touch.level_standard_error
 
 
 @dataclass(frozen=True)
@@ -99,6 +115,7 @@ def agreement(
     scatter: float = TOUCH_SCATTER,
     freedom: float = inf,
     accept: Collection[str] = (),
+    ratio_of: RatioOf = hold,
 ) -> Agreement:
     """Return whether touches agree, as those on one object do, and their mean.
 
@@ -115,6 +132,8 @@ def agreement(
         Degrees of freedom with which the scatter was estimated, 1 or more; inf: it is known.
     accept : collection of str
         Flags that do not exclude a touch.
+    ratio_of : callable
+        Which ratio counts: `hold` or `level` of this module, or `Calibration.ratio_of`.
 
     Returns
     -------
@@ -137,8 +156,8 @@ def agreement(
         raise ValueError(f"scatter: got {scatter}, allowed: 0 or more, relative to the ratio")
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
-    kept = usable(touches, accept)
-    ratios, errors = [touch.ratio for touch in kept], [_error(touch, 0.0) for touch in kept]
+    kept = usable(touches, accept, ratio_of)
+    ratios, errors = [ratio_of(touch)[0] for touch in kept], [_error(ratio_of(touch), 0.0) for touch in kept]
     between = (scatter * sorted(ratios)[len(ratios) // 2]) ** 2
     variances = [error**2 + between for error in errors]
     weights = [1 / variance for variance in variances] if all(variances) else [1.0] * len(kept)
@@ -155,15 +174,19 @@ def agreement(
     )
 
 
-def objections(touch: Touch, accept: Collection[str] = ()) -> tuple[str, ...]:
-    """Return the flags for which a touch does not count; empty if it does. Those in `accept` do not exclude it."""
-    known = {flag for flag, holds in USABLE_IF.items() if holds(touch)}
-    return tuple(flag for flag in touch.flags if flag not in known and flag not in accept)
+def objections(touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold) -> tuple[str, ...]:
+    """Return the flags for which a touch does not count; empty if it does. Those in `accept` do not exclude it.
+
+    With `level` a touch counts with the flag "offset", and without a level ratio "no level ratio" is in the result.
+    """
+    known = {flag for flag, holds in USABLE_IF.items() if holds(touch)} | {*accept, *["offset"] * (ratio_of is level)}
+    missing = ratio_of is level and not isfinite(touch.level_ratio)
+    return (*(flag for flag in touch.flags if flag not in known), *["no level ratio"] * missing)
 
 
-def usable(touches: Sequence[Touch], accept: Collection[str] = ()) -> list[Touch]:
-    """Return the touches without a flag that excludes them."""
-    kept = [touch for touch in touches if not objections(touch, accept)]
+def usable(touches: Sequence[Touch], accept: Collection[str] = (), ratio_of: RatioOf = hold) -> list[Touch]:
+    """Return the touches with a ratio that counts, and without a flag that excludes them."""
+    kept = [touch for touch in touches if isfinite(ratio_of(touch)[0]) and not objections(touch, accept, ratio_of)]
     if not kept:
         flags = "; ".join(" ".join(touch.flags) for touch in touches) or "no touches"
         raise ValueError(f"touches: got no usable touch ({flags}), allowed: at least one without a flag")
@@ -176,6 +199,7 @@ def most_reliable(
     by: str = "agreement",
     scatter: float | None = TOUCH_SCATTER,
     accept: Collection[str] = (),
+    ratio_of: RatioOf = hold,
 ) -> Touch:
     """Return the most reliable one of several touches on the same object.
 
@@ -191,6 +215,8 @@ def most_reliable(
         As in `agreement`: touches that differ by more are not on one object. None: they are known to be, not tested.
     accept : collection of str
         Flags that do not exclude a touch.
+    ratio_of : callable
+        As in `agreement`.
 
     Returns
     -------
@@ -211,39 +237,43 @@ def most_reliable(
     """
     if by not in _CHOICES:
         raise ValueError(f"by: {unlike(by, _CHOICES)}")
-    chosen_from = list(touches) if by == "covariance" and touches else usable(touches, accept)
+    chosen_from = list(touches) if by == "covariance" and touches else usable(touches, accept, ratio_of)
     if scatter is not None:
-        found = agreement(chosen_from, scatter=scatter, accept={flag for touch in chosen_from for flag in touch.flags})
+        accepted = {flag for touch in chosen_from for flag in touch.flags}
+        found = agreement(chosen_from, scatter=scatter, accept=accepted, ratio_of=ratio_of)
         if not found.agree:
             raise ValueError(
                 f"touches: {found}, allowed: touches on one object, or scatter=None if they are known to be"
             )
-    return _CHOICES[by](chosen_from)
+    return _CHOICES[by](chosen_from, ratio_of)
 
 
-def _nearest(kept: list[Touch]) -> Touch:
-    mean = sum(touch.ratio for touch in kept) / len(kept)
-    return min(
-        kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), _error(touch, inf), touch.covariance)
-    )
+def _nearest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
+    mean = sum(ratio_of(touch)[0] for touch in kept) / len(kept)
+
+    def distance(touch: Touch) -> tuple[float, float, float]:
+        ratio, error = ratio_of(touch)
+        return len(kept) > 2 and abs(ratio - mean), _error((ratio, error), inf), touch.covariance
+
+    return min(kept, key=distance)
 
 
-def _surest(kept: list[Touch]) -> Touch:
-    surest = min(kept, key=lambda touch: _error(touch, inf))
-    if not isfinite(surest.standard_error):
+def _surest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
+    surest = min(kept, key=lambda touch: _error(ratio_of(touch), inf))
+    if not isfinite(ratio_of(surest)[1]):
         raise ValueError("touches: got no touch with a standard error, allowed: at least one, or another `by`")
     return surest
 
 
-_CHOICES: Mapping[str, Callable[[list[Touch]], Touch]] = {
+_CHOICES: Mapping[str, Callable[[list[Touch], RatioOf], Touch]] = {
     "agreement": _nearest,
     "standard_error": _surest,
-    "covariance": lambda touches: min(touches, key=lambda touch: touch.covariance),
+    "covariance": lambda touches, _: min(touches, key=lambda touch: touch.covariance),
 }
 
 
-def _error(touch: Touch, unknown: float) -> float:
-    return touch.standard_error if isfinite(touch.standard_error) else unknown
+def _error(known: tuple[float, float], unknown: float) -> float:
+    return known[1] if isfinite(known[1]) else unknown
 
 
 def _deviation(values: list[float]) -> float:

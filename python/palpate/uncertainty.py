@@ -6,13 +6,13 @@ converter, and not that each touch is held in another way: these are larger, and
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from math import hypot, isfinite, log, nan, sqrt
+from math import hypot, inf, isfinite, log, nan, sqrt
 from statistics import pvariance
 from typing import NamedTuple
 
 from palpate import digits
 from palpate._core import Touch
-from palpate.several import TOUCH_SCATTER, Agreement
+from palpate.several import TOUCH_SCATTER, Agreement, RatioOf, hold
 
 
 class Scatter(NamedTuple):
@@ -44,13 +44,15 @@ class Scatter(NamedTuple):
         return cls(sqrt(variance * freedom / (freedom - 2)), source) if freedom > 2 else cls()
 
     @classmethod
-    def of_session(cls, touches: Iterable[tuple[str | None, Touch]]) -> "Scatter":
+    def of_session(cls, touches: Iterable[tuple[str | None, Touch]], ratio_of: RatioOf = hold) -> "Scatter":
         """Return the scatter within the specimens of a session, pooled, without the part of the standard errors.
 
         Parameters
         ----------
         touches : iterable of (str or None, Touch)
             The kept touches, each with the name of its specimen. Without a name, or a ratio above 0, one does not count.
+        ratio_of : callable
+            As in `agreement`.
 
         Returns
         -------
@@ -65,16 +67,15 @@ class Scatter(NamedTuple):
         >>> Scatter.of_session(("gel", touch) for touch in four).source
         'session'
         """
-        groups: dict[str, list[Touch]] = {}
+        groups: dict[str, list[tuple[float, float]]] = {}
         for name, touch in touches:
-            if name and touch.ratio > 0 and isfinite(touch.ratio):
-                groups.setdefault(name, []).append(touch)
-        used = [touch for group in groups.values() for touch in group]
+            if name and 0 < (known := ratio_of(touch))[0] < inf:
+                groups.setdefault(name, []).append(known)
+        used = [known for group in groups.values() for known in group]
         if (freedom := len(used) - len(groups)) < 1:
             return cls()
-        squares = sum(len(group) * pvariance([log(touch.ratio) for touch in group]) for group in groups.values())
-        known = [touch for touch in used if isfinite(touch.standard_error)]
-        noise = sum((touch.standard_error / touch.ratio) ** 2 for touch in known) / len(used)
+        squares = sum(len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values())
+        noise = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error)) / len(used)
         return cls.of(max(squares / freedom - noise, 0.0), freedom, "session")
 
 
@@ -122,7 +123,9 @@ class Uncertainty:
         return cls(ratio, standard_error, linearity, abs(scatter.share * ratio), scatter.source)
 
     @classmethod
-    def of(cls, touch: Touch, scatter: Scatter = ASSUMED, linearity_pF: float = 0.0) -> "Uncertainty":
+    def of(
+        cls, touch: Touch, scatter: Scatter = ASSUMED, linearity_pF: float = 0.0, ratio_of: RatioOf = hold
+    ) -> "Uncertainty":
         """Return the uncertainty of a touch.
 
         Parameters
@@ -132,6 +135,8 @@ class Uncertainty:
             Of the calibration (`Calibration.touch_scatter`) or of the session; default: assumed.
         linearity_pF : float, pF
             Standard deviation of a reading by the linearity of the converter, `palpate.ad7746.datasheet.linearity_pF`.
+        ratio_of : callable
+            As in `agreement`.
 
         Returns
         -------
@@ -148,8 +153,9 @@ class Uncertainty:
         """
         # With d in both channels the ratio y / x changes by d sqrt(1 + r^2) / x. The mean square of x is at least
         # 1 / (P n): P is 1 / sum w x^2, and no weight w is above 1. In `handheld` it is hardly more.
-        linear = linearity_pF * hypot(1, touch.ratio) * sqrt(touch.covariance * touch.samples) if linearity_pF else 0.0
-        return cls.of_ratio(touch.ratio, touch.standard_error, scatter, linear)
+        ratio, error = ratio_of(touch)
+        linear = linearity_pF * hypot(1, ratio) * sqrt(touch.covariance * touch.samples) if linearity_pF else 0.0
+        return cls.of_ratio(ratio, error, scatter, linear)
 
     @property
     def uncertainty(self) -> float:

@@ -114,12 +114,12 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     assert str(above) == f"stiffer than {digits.number(above.low)} MPa"
     assert all(map(isnan, far))
     assert far.reason.endswith("the difference is larger than the uncertainty")
-    assert str(far) == "no modulus agrees with this ratio"
+    assert str(far) == "no modulus"
     below, nothing = calibration.modulus(0.99), calibration.modulus(0.2)
     assert (isnan(below.value), below.low) == (True, 0.0)
     assert 0 < below.high < 0.1
     assert str(below).startswith("softer than")
-    assert str(nothing) == "no modulus agrees with this ratio"
+    assert str(nothing) == "no modulus"
     assert str(calibration.modulus(5.0, 50.0)) == "every modulus agrees with this ratio"
     assert below.as_dict()["value_MPa"] is None
     assert above.as_dict()["high_MPa"] is None

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import RecordingError, Touch
+from palpate import Calibration, RecordingError, Touch
 from palpate.live.commands import COMMANDS
 from palpate.live.feed import RefusedCommand
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
@@ -46,14 +45,14 @@ def moved(touch: Touch, start_s: float, ratio: float | None = None) -> Any:
 class Bench:
     """A plan without a measurement: touches come when the test says so."""
 
-    def __init__(self, wanted: int = 2, accepted: Sequence[str] = ()) -> None:
+    def __init__(self, wanted: int = 2, calibration: Calibration | None = None) -> None:
         self.touches, self.last_s = list[Any](), 0.0
         self.listeners, self.recording_begun, self.said = list[Any](), list[Any](), list[str]()
         self.recorder: Recorder | None = Recorder()
         self.newest_recorder: Recorder | None = self.recorder
         self.say = self.said.append
         measurement: Any = self
-        self.plan = TouchPlan(measurement, accepted)
+        self.plan = TouchPlan(measurement, calibration)
         self.do("plan", text=THREE, wanted=wanted, title="gels", operator="A. B.")
 
     def do(self, do: str, /, **given: Any) -> str:
@@ -143,10 +142,11 @@ def test_what_comes_next(story: str) -> None:
 
 
 def test_flags_decide_unless_a_calibration_accepts_them() -> None:
-    bench = Bench(accepted=SHORT.flags)
+    about = {"accepted flags": " ".join(SHORT.flags)}
+    bench = Bench(calibration=Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about))
     bench.take("short")
     assert bench.plan.rows[0]["kept"]
-    bench.plan.progress.accepted = ()
+    bench.plan.progress.calibration = None
     bench.do("note", text="another calibration")
     [row] = bench.plan.rows
     assert (row["kept"], row["deviation"], row["why"].split(":")[0] in SHORT.flags) == (False, None, True)

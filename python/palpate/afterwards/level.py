@@ -35,9 +35,10 @@ class Sweep:
         falls, rises = self.fall.sum() >= _FEWEST, self.rise.sum() >= _FEWEST
         if self.hold.sum() < _FEWEST or not (rises or falls):
             return math.nan, math.nan
-        whole = self.rise | self.hold | (self.fall & falls)
-        used = whole & self._near(whole, exponent)
-        slope, variance = self._line(used, exponent)
+        used = self.rise | self.hold | (self.fall & falls)
+        size = np.abs(self._line(used, exponent)[2])
+        used[used] = size <= max(_OUTLIER * float(np.median(size)), size.max() * 1e-9)  # without spikes
+        slope, variance, _ = self._line(used, exponent)
         apart = 0.0
         if falls and rises:
             apart = self._line(used & ~self.fall, exponent)[0] - self._line(used & ~self.rise, exponent)[0]
@@ -50,29 +51,21 @@ class Sweep:
         error = math.sqrt(exponent**2 * own / slope**2 + shift**2)
         return (level, level * error) if error < _LARGEST else (math.nan, math.nan)
 
-    def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float]:
-        """Return the slope by least squares, and its variance from the residuals."""
-        rest, x, slope = self._rest(which, exponent)
-        square = float(x @ x)
-        return slope, float(rest @ rest) / max(len(rest) - 2, 1) / square if square else math.inf
-
-    def _rest(self, which: NDArray[np.bool_], exponent: float) -> tuple[Array, Array, float]:
+    def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, Array]:
+        """Return the slope by least squares, its variance from the residuals, and these."""
         x, y = (values[which] ** (1 / exponent) for values in (self.soft, self.hard))
         x, y = x - x.mean(), y - y.mean()
-        slope = float(x @ y) / (float(x @ x) or math.inf)
-        return y - slope * x, x, slope
-
-    def _near(self, which: NDArray[np.bool_], exponent: float) -> NDArray[np.bool_]:
-        """Return the pairs without spikes."""
-        size = np.abs(self._rest(which, exponent)[0])
-        near = np.ones(len(which), bool)
-        near[which] = size <= max(_OUTLIER * float(np.median(size)), size.max() * 1e-9)
-        return near
+        square = float(x @ x) or math.inf
+        slope = float(x @ y) / square
+        rest = y - slope * x
+        return slope, float(rest @ rest) / max(len(rest) - 2, 1) / square, rest
 
 
-def sweep(pairs: Aligned, begin_s: float, end: int) -> Sweep | None:
+def sweep(pairs: Aligned | None, begin_s: float, end: int) -> Sweep | None:
     """Return the sweep of the pairs of a touch from a time on, s, whose last sample is in row `end`; None: there is none."""
     # A lag is not removed: a tilt looks like one.
+    if pairs is None:
+        return None
     good = pairs.good & (pairs.x > 0) & (pairs.y > 0)
     hard, soft, row = pairs.y[good], pairs.x[good], pairs.row[good]
     t = pairs.hard.readings.t[pairs.hard.at[good, HARD // 2]]

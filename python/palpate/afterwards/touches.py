@@ -178,7 +178,9 @@ def offline(
         t_hard, t_soft = smooth(t_hard), smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
     channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
-    return _estimated(tracker.touches, rows, era, channels, exponent)
+    found = _estimated(tracker.touches, rows, era, channels)
+    levels = [one.level(exponent) for one in found]
+    return [replace(one, level_ratio=r, level_standard_error=e) for one, (r, e) in zip(found, levels, strict=True)]
 
 
 def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
@@ -188,11 +190,7 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
 
 
 def _estimated(
-    touches: list[Touch],
-    rows: NDArray[Any],
-    era: NDArray[np.intp],
-    channels: tuple[Readings, Readings],
-    exponent: float,
+    touches: list[Touch], rows: NDArray[Any], era: NDArray[np.intp], channels: tuple[Readings, Readings]
 ) -> list[OfflineTouch]:
     ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
     starts = [touch.start for touch in touches] + [len(rows)]
@@ -214,10 +212,8 @@ def _estimated(
         if not math.isnan(one.ratio):
             bases = [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")] if touch.age_s else levels
             part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
-            pairs = aligned(*(_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True)))
-            whole = sweep(pairs, one.start_s if len(alarms) else -math.inf, ends[i]) if pairs else None
-            level = whole.result(touch.ratio, exponent) if whole else (math.nan, math.nan)
-            one = replace(one, level_ratio=level[0], level_standard_error=level[1], sweep=whole)
+            swept = (_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True))
+            one = replace(one, sweep=sweep(aligned(*swept), one.start_s if len(alarms) else -math.inf, ends[i]))
         found.append(one)
     return found
 
@@ -231,7 +227,7 @@ def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], c
     return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
 
 
-def _change(channel: Readings, base: IdleLevel | float) -> Readings:
+def _change(channel: Readings, base: Any) -> Readings:
     """Return readings without their baseline; at an age that of the tracker: a creep has hardly begun."""
     return replace(channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base))
 

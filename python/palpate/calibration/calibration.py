@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate import digits
-from palpate._core import Touch, __version__
+from palpate._core import Touch, Tracker, __version__
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
 from palpate.calibration.curve_fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit, variances
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.extras import display, need
-from palpate.several import Agreement, agreement
+from palpate.sentences import refusal
+from palpate.several import Agreement, agreement, objections
 from palpate.uncertainty import Scatter
 
 _LARGEST = 690.0  # exp of it is still finite
@@ -35,7 +36,7 @@ class Modulus:
         By eq. (2); nan if the ratio is outside the range of the curve.
     low, high : float, MPa
         Ends of the interval. high is inf if all stiffer moduli agree with the ratio, low is 0 if all softer ones do;
-        both are nan if no modulus agrees.
+        both are nan if no modulus agrees, or there is no ratio.
     reason : str
         Why value is nan; else empty.
     extrapolated : bool
@@ -70,7 +71,7 @@ class Modulus:
         if self.low == 0 and self.high < inf:
             return f"softer than {digits.number(self.high)} MPa"
         if not self.low > 0:
-            return "no modulus agrees with this ratio" if self.low != 0 else "every modulus agrees with this ratio"
+            return "no modulus" if self.low != 0 else "every modulus agrees with this ratio"
         if not isfinite(self.value):
             _, low, high = digits.between((self.low + self.high) / 2, self.low, self.high)
             return f"{low} to {high} MPa"
@@ -164,6 +165,12 @@ class Calibration:
         Origin of the data; saved with the calibration.
     version : str
         The version of palpate that fitted it.
+    ratio : str
+        Which ratio of a touch it converts: "hold", or "level", the one over the swept depth.
+    contact_exponent, age_s : float
+        The settings of the tracker for its touches; an age of 0: the whole touch.
+    error_share : float, 0 to 1
+        Share of the standard errors of level ratios that showed in the scatter within the specimens.
     """
 
     fitted: Fit
@@ -173,6 +180,10 @@ class Calibration:
     touches: Array
     about: Mapping[str, str] = field(default_factory=dict)
     version: str = ""
+    ratio: str = "hold"
+    contact_exponent: float = 1.0
+    age_s: float = 0.0
+    error_share: float = 1.0
 
     @classmethod
     def fit(
@@ -228,7 +239,7 @@ class Calibration:
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data = checked(ratios, moduli, standard_errors, touches)
+        data: dict[str, Any] = dict(checked(ratios, moduli, standard_errors, touches))
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it")
         known, specimen = np.unique(data["moduli"], return_inverse=True)
@@ -290,14 +301,59 @@ class Calibration:
     def scatter(self) -> str:
         """Scatter from touch to touch as text, and what else it holds."""
         percent = digits.error(100 * self.touch_spread)
+        if self.error_share < 1:
+            return f"{digits.error(self.error_share)} of the standard errors of the level ratios, as much as they scattered"
         if self.fitted.touch_freedom:
             return f"scatter from touch to touch ({percent} %)"
         return f"scatter of touches and specimens together ({percent} %; the calibration has one value a specimen)"
 
     @property
     def accepted(self) -> frozenset[str]:
-        """Flags of touches that were used for the fit all the same."""
-        return frozenset(self.about.get("accepted flags", "").split())
+        """Flags of touches that do not exclude them: those accepted for the fit; a level ratio has no offset."""
+        return frozenset([*self.about.get("accepted flags", "").split(), *["offset"] * (self.ratio == "level")])
+
+    def for_tracking(self, tracking: Mapping[str, Any]) -> dict[str, Any]:
+        """Return scene and settings of a tracker with the age and exponent of this calibration, where the scene has them."""
+        wanted = {"age": self.age_s} | ({"contact_exponent": self.contact_exponent} if self.ratio == "level" else {})
+        usual: Mapping[str, Any] = Tracker(tracking.get("scene", "handheld")).settings
+        other = {
+            name: value for name, value in wanted.items() if name in usual and value != {**usual, **tracking}[name]
+        }
+        return {**tracking, **other}
+
+    def refusal(self, touch: Touch) -> str:
+        """Return why a touch has no modulus by this calibration, as a sentence; "": it has one."""
+        return refusal(touch, self.contact_exponent if self.ratio == "level" else None, self.age_s)
+
+    def objections(self, touch: Touch) -> tuple[str, ...]:
+        """Return why a touch does not count: flags, and `refusal`; empty if it does."""
+        return (*objections(touch, self.accepted), *filter(None, [self.refusal(touch)]))
+
+    def ratio_of(self, touch: Touch) -> tuple[float, float]:
+        """Return the ratio of a touch that this calibration converts, and its standard error (nan: not known).
+
+        Both are nan if it has none: measured with another exponent or age, or without a level ratio; see `refusal`.
+
+        Examples
+        --------
+        >>> import palpate
+        >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
+        >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+        >>> found.ratio_of(touch) == (touch.ratio, touch.standard_error)
+        True
+        """
+        if self.refusal(touch):
+            return nan, nan
+        if self.ratio == "level":
+            return touch.level_ratio, self.error_share * touch.level_standard_error
+        return touch.ratio, touch.standard_error
+
+    def modulus_of(self, touch: Touch) -> Modulus:
+        """Return the modulus of an object from a touch, as `modulus` of its `ratio_of`; without one the reason says why."""
+        ratio, error = self.ratio_of(touch)
+        if reason := self.refusal(touch):
+            return Modulus(nan, nan, nan, reason)
+        return self.modulus(ratio, error if isfinite(error) else None)
 
     @property
     def specimen_spread(self) -> float:
@@ -432,7 +488,9 @@ class Calibration:
             No usable touch.
         """
         freedom = self.fitted.touch_freedom or self.fitted.specimen_freedom
-        return agreement(touches, scatter=self.touch_spread, freedom=freedom, accept=self.accepted)
+        return agreement(
+            touches, scatter=self.touch_spread, freedom=freedom, accept=self.accepted, ratio_of=self.ratio_of
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the calibration as TOML, with units, versions and the fitted data."""
@@ -455,6 +513,7 @@ class Calibration:
                 "covariance": self.fitted.covariance.tolist(),
                 "covariance_of": calibration_file.PARAMETERS,
             },
+            "touch": {name: getattr(self, name) for name in calibration_file.TOUCH},
             "scatter": {name: getattr(self.fitted, name) for name in calibration_file.SCATTER},
             "data": {key: getattr(self, name).tolist() for name, key in calibration_file.DATA.items()},
         }

@@ -1,15 +1,15 @@
 """Choose one ratio from the touches on a specimen, and fit a calibration to specimens."""
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
-from palpate.errors import unlike
-from palpate.several import TOUCH_SCATTER, most_reliable, usable
+from palpate.errors import CalibrationError, unlike
+from palpate.several import TOUCH_SCATTER, RatioOf, hold, level, most_reliable, usable
 
 # Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
 # most reliable touch.
@@ -50,6 +50,8 @@ class Specimen:
     touches : sequence of Touch
     accept : collection of str
         Flags that do not exclude a touch.
+    ratio_of : callable
+        As in `palpate.several.agreement`: `hold`, the default, or `level`.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class Specimen:
     modulus: float
     touches: Sequence[Touch]
     accept: Collection[str] = ()
+    ratio_of: RatioOf = hold
 
     @property
     def mean(self) -> float:
@@ -73,20 +76,20 @@ class Specimen:
     @property
     def usable(self) -> list[Touch]:
         """The touches without a flag that excludes them."""
-        return usable(self.touches, self.accept)
+        return usable(self.touches, self.accept, self.ratio_of)
 
     def choose(self, by: str) -> Chosen:
         """Return one ratio for the touches, as `choose` does."""
-        return choose(self.touches, by, self.accept)
+        return choose(self.touches, by, self.accept, self.ratio_of)
 
     @property
     def spread(self) -> float:
         """Standard deviation of these ratios, divided by their mean; nan for one touch."""
-        ratios = [touch.ratio for touch in self.usable]
+        ratios = [self.ratio_of(touch)[0] for touch in self.usable]
         return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
 
 
-def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> Chosen:
+def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold) -> Chosen:
     """Return one ratio for several touches on one object.
 
     Parameters
@@ -98,6 +101,8 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
         agree.
     accept : collection of str
         Flags that do not exclude a touch.
+    ratio_of : callable
+        As in `palpate.several.agreement`.
 
     Returns
     -------
@@ -117,17 +122,17 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
     4.0
     """
     if by not in ("mean", "level", "weighted"):
-        touch = most_reliable(touches, by=by, scatter=None, accept=accept)
-        return Chosen(touch.ratio, _error(touch))
-    kept = usable(touches, accept)
-    errors = np.array([_error(touch) for touch in kept])
+        return _chosen(ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)))
+    kept = usable(touches, accept, ratio_of)
+    each = [_chosen(ratio_of(touch)) for touch in kept]
+    errors = np.array([one.standard_error for one in each])
     weights = np.ones(len(kept))
     if by == "level":
         weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in kept]) ** 2)
     elif by == "weighted" and (errors > 0).all():
         weights = 1 / errors**2
     weights = weights / weights.sum()
-    ratio = float(weights @ [touch.ratio for touch in kept])
+    ratio = float(weights @ [one.ratio for one in each])
     return Chosen(ratio, float(np.sqrt((weights**2) @ errors**2)), float(1 / (weights**2).sum()))
 
 
@@ -139,8 +144,8 @@ def unlevel(touch: Touch) -> float:
     return abs(effects["curve"] - effects["offset"]) if effects else 0.0
 
 
-def _error(touch: Touch) -> float:
-    return touch.standard_error if np.isfinite(touch.standard_error) else 0.0
+def _chosen(known: tuple[float, float]) -> Chosen:
+    return Chosen(known[0], known[1] if np.isfinite(known[1]) else 0.0)
 
 
 def rises(ratios: Sequence[float]) -> bool:
@@ -160,6 +165,7 @@ def calibrate(
     Parameters
     ----------
     specimens : sequence of Specimen
+        Their touches with one age and, for the level ratio, one exponent: the calibration has them.
     by : str
         One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to touch.
     soft_ratio, about
@@ -174,7 +180,7 @@ def calibrate(
     ValueError
         A specimen without a usable touch, or an unknown `by`.
     CalibrationError
-        As in `Calibration.fit`.
+        As in `Calibration.fit`; or touches with different ages, exponents or kinds of ratio.
 
     Examples
     --------
@@ -188,18 +194,45 @@ def calibrate(
     """
     if by not in CHOICES:
         raise ValueError(f"by: {unlike(by, CHOICES)}")
+    by_level, share = any(specimen.ratio_of is level for specimen in specimens), 1.0
+    ages, exponents = (
+        {getattr(t, name) for s in specimens for t in s.usable} for name in ("age_s", "contact_exponent")
+    )
+    if max(len(ages), len(exponents) * by_level, len({specimen.ratio_of for specimen in specimens})) > 1:
+        raise CalibrationError("touches: got several ages, exponents or kinds of ratio, allowed: one of each")
+    if by_level:
+        share = error_share([level(touch) for touch in specimen.usable] for specimen in specimens)
     rows = [
         (chosen, specimen.modulus)
         for specimen in specimens
         for chosen in (
-            [Chosen(touch.ratio, _error(touch)) for touch in specimen.usable] if by == "all" else [specimen.choose(by)]
+            [_chosen(specimen.ratio_of(touch)) for touch in specimen.usable] if by == "all" else [specimen.choose(by)]
         )
     ]
-    return Calibration.fit(
+    found = Calibration.fit(
         [chosen.ratio for chosen, _ in rows],
         [modulus for _, modulus in rows],
-        standard_errors=[chosen.standard_error for chosen, _ in rows],
+        standard_errors=[share * chosen.standard_error for chosen, _ in rows],
         touches=[chosen.touches for chosen, _ in rows],
         soft_ratio=soft_ratio,
         about={**(about or {}), "fitted on": by},
     )
+    exponent = max(exponents) if by_level else 1.0
+    kind = "level" if by_level else "hold"
+    return replace(found, ratio=kind, contact_exponent=exponent, age_s=max(ages, default=0.0), error_share=share)
+
+
+def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
+    """Return the share of their standard errors by which ratios scatter within specimens; 1 if it is more, or not known.
+
+    The standard error of a level ratio is a bound of what a wrong model costs; how much of it is the same in each touch,
+    so that the calibrated curve has it, shows in the scatter: R. T. Birge, Physical Review 40 (1932) 207. With few degrees
+    of freedom v it is larger by v / (v - 2), as in `Scatter.of`.
+    """
+    squares, freedom = 0.0, 0
+    for known in specimens:
+        ratios, errors = np.array(known, float).reshape(-1, 2).T
+        weights = 1 / np.maximum(errors, 1e-9 * ratios) ** 2
+        squares += float(weights @ (ratios - np.average(ratios, weights=weights)) ** 2) if len(known) > 1 else 0.0
+        freedom += max(len(known) - 1, 0)
+    return min(float(np.sqrt(squares / (freedom - 2))), 1.0) if freedom > 2 else 1.0

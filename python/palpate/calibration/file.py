@@ -27,6 +27,10 @@ SCATTER: dict[str, tuple[float, float]] = {
     "misfit": (0.0, _RANGE),
 }
 
+# Fields of `Calibration`, and the range of each number; files without them are of the ratio of the hold.
+NUMBERS = {"contact_exponent": (1.0, 3.0), "age_s": (0.0, _RANGE), "error_share": (0.0, 1.0)}
+TOUCH = ["ratio", *NUMBERS]
+
 
 def save(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document; the file is replaced atomically."""
@@ -56,14 +60,20 @@ def _arguments(read: dict[str, Any]) -> dict[str, Any]:
     symmetric = np.allclose(covariance, covariance.T, rtol=1e-9, atol=0)
     if not symmetric or np.linalg.eigvalsh(covariance)[0] < -1e-9 * np.trace(covariance):
         raise ValueError("covariance: got an invalid matrix, allowed: symmetric and positive semidefinite")
-    fit = Fit(parameters, covariance, **{name: _number(read["scatter"], name) for name in SCATTER})
+    fit = Fit(
+        parameters, covariance, **{name: _number(read["scatter"], name, *range_) for name, range_ in SCATTER.items()}
+    )
     data, size = read["data"], (len(read["data"]["ratios"]),)
     arrays = {name: _array(data, key, size) for name, key in DATA.items()}
     for name in ("moduli", "touches"):
         if not (arrays[name].size and (arrays[name] > 0).all()):
             raise ValueError(f"{DATA[name]}: got no value, or a value that is not positive, allowed: positive numbers")
     about = {str(key): str(value) for key, value in dict(read["about"]).items()}
-    return {"fitted": fit, **arrays, "about": about, "version": str(read["palpate"])}
+    touch = dict(read.get("touch", {}))
+    if (ratio := touch.pop("ratio", "hold")) not in ("hold", "level"):
+        raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
+    made = {name: _number(touch, name, *range_) for name, range_ in NUMBERS.items() if name in touch}
+    return {"fitted": fit, **arrays, "about": about, "version": str(read["palpate"]), "ratio": ratio, **made}
 
 
 def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
@@ -74,8 +84,8 @@ def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
     return values
 
 
-def _number(table: dict[str, Any], name: str) -> Any:
-    value, (low, high) = table[name], SCATTER[name]
+def _number(table: dict[str, Any], name: str, low: float, high: float) -> Any:
+    value = table[name]
     if not (isinstance(value, type(low)) and low <= value <= high):
         kind = "a whole number, " if isinstance(low, int) else ""
         raise ValueError(f"{name}: got {quoted(value)}, allowed: {kind}{low:g} to {high:g}")

@@ -25,7 +25,7 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
             "specimen": specimen.name,
             "modulus_MPa": specimen.modulus,
             "touches": len(specimen.touches),
-            "usable": sum(not objections(touch, specimen.accept) for touch in specimen.touches),
+            "usable": sum(not objections(touch, specimen.accept, specimen.ratio_of) for touch in specimen.touches),
             **{name: _ratio(specimen, by) for name, by in RATIOS.items()},
             "spread": specimen.spread if isfinite(specimen.spread) else None,
         }

@@ -1,7 +1,7 @@
 """`palpate calibrate`: fits a calibration to recordings."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from palpate import Calibration, Touch
 from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
+from palpate.calibration.ratio_choice import EXPONENTS, KINDS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli
 from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import recording_options
@@ -19,11 +20,12 @@ from palpate.cli.terminal import aligned
 from palpate.errors import CalibrationError, listed, nearest, shortened
 from palpate.extras import need
 from palpate.files import write
-from palpate.report.findings import Run, assigned, known_moduli, run_of
+from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of
 from palpate.sentences import FLAGS
 from palpate.several import FEWEST, objections
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"
+_YOUNG = "short, it did not reach the age"
 
 
 @click.command()
@@ -35,6 +37,12 @@ _SHORT = f"short, below {FEWEST} samples or without a standard error"
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
               "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
+@click.option("--ratio", type=click.Choice([*KINDS]), help="Ratio of a touch: hold, or level, over the swept depth.  "
+              "[default: the one that scatters less]")  # fmt: skip
+@click.option("--contact-exponent", type=click.Choice([f"{p:g}" for p in EXPONENTS]), help="Of force against depth: 1, flat "
+              "bumps; 1.5, domes.  [default: by the scatter]")  # fmt: skip
+@click.option("--age", type=click.FloatRange(min=0),
+              help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]")  # fmt: skip
 @click.option("--free-soft-ratio", is_flag=True,
               help="Fit the ratio on an infinitely soft object, too: for channels with different gains.")  # fmt: skip
 @click.option("--accept", multiple=True, metavar="FLAG", type=click.Choice(FLAGS),
@@ -49,6 +57,9 @@ def calibrate(
     plot: Path | None,
     report: Path | None,
     by: str,
+    ratio: str | None,
+    contact_exponent: str | None,
+    age: float | None,
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
@@ -76,11 +87,16 @@ def calibrate(
         need("matplotlib", "science")
     if report:
         need("jinja2", "report")
+    exponent = float(contact_exponent) if contact_exponent else None
+    how |= {name: value for name, value in {"contact_exponent": exponent, "age": age}.items() if value is not None}
     runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
-    specimens = _specimens(runs, moduli, accept)
+    chosen = _chosen(runs, moduli, ratio, accept)
+    runs = [run_again(run, chosen.settings) for run in runs]
+    specimens = _specimens(runs, moduli, accept, chosen)
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
     about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
+    about |= chosen.about
     with usage_errors():
         soft = None if free_soft_ratio else 1.0
         found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
@@ -88,7 +104,7 @@ def calibrate(
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
-    show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens))
+    show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens, chosen))
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
 
 
@@ -103,9 +119,10 @@ def _write_pictures(found: Calibration, specimens: list[Specimen], plot: Path | 
         write(report, calibration_page(found, specimens).encode())
 
 
-def _fit_table(found: Calibration, specimens: list[Specimen]) -> str:
+def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) -> str:
+    why = [f"{name}: {text}" for name, text in chosen.about.items()]
     parameters = [f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)]
-    return "\n".join([aligned(specimen_rows(specimens)), "", *parameters, "", found.verdict])
+    return "\n".join([aligned(specimen_rows(specimens)), "", *why, *[""] * bool(why), *parameters, "", found.verdict])
 
 
 def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
@@ -116,7 +133,16 @@ def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
     return run
 
 
-def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...]) -> list[Specimen]:
+def _chosen(runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]) -> Choice:
+    """Return which ratio of the touches to use."""
+    moduli, _ = known_moduli(runs, read_moduli(table) if table else {})
+    named = [{t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out} for run in runs]
+    tracks = [Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)]
+    with usage_errors():
+        return choose(tracks, ratio=ratio, accept=accept)
+
+
+def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...], chosen: Choice) -> list[Specimen]:
     """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
     if table is None and (unnamed := next((run.recording.path for run in runs if not run.plan.touches), None)):
         raise click.UsageError(
@@ -126,21 +152,23 @@ def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...])
     moduli, differences = known_moduli(runs, read_moduli(table) if table else {})
     for difference in differences:
         click.echo(f"{difference}, as {table} says", err=True)
-    found = _touches(runs, moduli, accept)
+    found = _touches(runs, moduli, accept, chosen)
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
         there = " ".join(sorted(flags)) or "none"
         click.echo(f"--accept {flag}: no touch has this flag; those found: {there}", err=True)
     kept = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
-        if any(not objections(touch, accept) for touch in found[name]):
-            kept.append(Specimen(name, modulus, found[name], accept))
+        if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
+            kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
         else:
             click.echo(f"{name}: no usable touch among {len(found[name])}: the specimen is left out", err=True)
     return kept
 
 
-def _touches(runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...]) -> dict[str, list[Touch]]:
+def _touches(
+    runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...], chosen: Choice
+) -> dict[str, list[Touch]]:
     """Return the touches on each specimen, without those left out by hand; print what is left out, and why."""
     found: dict[str, list[Touch]] = {name: [] for name in moduli}
     unknown = set[str]()
@@ -156,8 +184,9 @@ def _touches(runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str
                 unknown.add(name)
             else:
                 found[name] += [] if left_out else [touch]
-                if against := [left_out] if left_out else objections(touch, accept):
-                    reasons = ", ".join(_SHORT if flag == "short" else flag for flag in against)
+                if against := [left_out] if left_out else objections(touch, accept, chosen.ratio_of):
+                    short = _YOUNG if touch.age_s else _SHORT
+                    reasons = ", ".join(short if flag == "short" else flag for flag in against)
                     click.echo(f"{name}: {place} is left out: {reasons}", err=True)
     for name in sorted(unknown):
         click.echo(f"{name}: no modulus is known: the specimen is left out", err=True)

@@ -96,6 +96,7 @@ def live(
     token = _token(host, no_token=no_token)
     source = source or _plugged_in()
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
+    how = {**calibrated.for_tracking(how), **how} if calibrated else how
     measurement: LiveMeasurement | RecordedMeasurement
     with usage_errors(), ExitStack() as unless_started:
         if is_file(source):

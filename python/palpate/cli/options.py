@@ -13,6 +13,8 @@ from palpate.errors import quoted
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+    from palpate.calibration import Calibration
+
 _Adding = Callable[[Callable[..., Any]], Callable[..., Any]]
 _SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
 _LSL_NAME = "palpate"
@@ -93,9 +95,10 @@ def tracking(
     return _given(scene=scene) | other_length | given
 
 
-def tracking_of(recording: Any, how: dict[str, Any]) -> dict[str, Any]:
-    """Return scene and settings for a recording: without a given scene its own, with the given settings."""
-    return how if "scene" in how else {"scene": "handheld"} | recording.settings | how
+def tracking_of(recording: Any, how: dict[str, Any], calibration: "Calibration | None" = None) -> dict[str, Any]:
+    """Return scene and settings for a recording: without a given scene its own; of a calibration; and those that are given."""
+    found = how if "scene" in how else {"scene": "handheld"} | recording.settings | how
+    return calibration.for_tracking(found) | how if calibration else found
 
 
 INPUT = InputFile(allow_dash=True)

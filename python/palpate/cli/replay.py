@@ -22,7 +22,7 @@ from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
-from palpate.several import objections
+from palpate.several import hold, level, objections
 from palpate.touch import tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
@@ -105,9 +105,8 @@ class Replayed:
 
     def add_moduli(self, calibration: "Calibration", touches: list[palpate.Touch]) -> None:
         """Add the modulus of each touch, and of their mean."""
-        errors = [touch.standard_error if math.isfinite(touch.standard_error) else None for touch in touches]
-        moduli = [calibration.modulus(touch.ratio, error) for touch, error in zip(touches, errors, strict=True)]
-        usable = [touch for touch in touches if not objections(touch, calibration.accepted)]
+        moduli = [calibration.modulus_of(touch) for touch in touches]
+        usable = [touch for touch in touches if not calibration.objections(touch)]
         found, of_mean = calibration.agreement(usable) if len(usable) > 1 else None, None
         if found and found.agree:
             of_mean = calibration.modulus(found.ratio, found.own_error, touches=found.effective)
@@ -141,14 +140,17 @@ def replayed(
         As from `palpate.touches`.
     """
     recording = recorded(file, **asked)
-    tracking = tracking_of(recording, how)
+    tracking = tracking_of(recording, how, calibration)
     again = palpate.offline(recording, **tracking) if offline else None
     of_tracker = tracked(recording, **tracking)
     touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
-    scatter = calibration.touch_scatter if calibration else Scatter.of_session(_kept(touches, entries))
-    uncertainties = [Uncertainty.of(touch, scatter, linearity_pF(recording.full_scale_pF)) for touch in touches]
+    by_plan = {"hold": hold, "level": level}[plan.ratio]
+    ratio_of = calibration.ratio_of if calibration else by_plan
+    scatter = calibration.touch_scatter if calibration else Scatter.of_session(_kept(touches, entries), ratio_of)
+    linearity = linearity_pF(recording.full_scale_pF)
+    uncertainties = [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
     document = {
         "file": str(file),
         "scene": tracking["scene"],
@@ -162,6 +164,9 @@ def replayed(
     reliable = bool(touches) and not recording.doubts
     rows = map(touch_table.row, count(1), touches, uncertainties)
     found = Replayed(document, touch_table.table([*rows]), recording.understood, notes, reliable)
+    if (calibration or plan).ratio == "level":
+        document["ratio_used"] = "level_ratio"
+        found.below.append("The ratios are level ratios: over the swept depth, not of the hold.")
     if touches and plan.touches:
         found.add_specimens(entries)
     if calibration:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +14,20 @@ from palpate.calibration import Calibration
 from palpate.calibration.calibration import band
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.fit_tables import parameter_rows
+from palpate.calibration.ratio_choice import Choice, Track, choose
 from palpate.errors import CalibrationError, MissingExtra, PalpateError, listed
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.files import RunFiles
+from palpate.recording.own_file import Recorded
+from palpate.recording.recorder import Recorder
 from palpate.report import calibration_page
-from palpate.several import objections
+from palpate.several import RatioOf, hold, objections
+from palpate.touch import tracked
 
 FEWEST = 3  # specimens of different moduli that eq. (2) needs
 _POINTS = 81
+_NEAR_S = 0.5  # two begins of one touch
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,7 @@ class KnownSpecimen:
     modulus: float  # MPa
     wanted: int  # touches that shall be kept
     touches: tuple[tuple[int, Touch, bool], ...] = ()
+    ratio_of: RatioOf = hold
 
     @property
     def kept(self) -> list[Touch]:
@@ -42,7 +48,7 @@ class KnownSpecimen:
     @property
     def usable(self) -> list[Touch]:
         """The kept touches that a fit can use."""
-        return [touch for touch in self.kept if not objections(touch)]
+        return [touch for touch in self.kept if not objections(touch, (), self.ratio_of)]
 
     @property
     def lacks(self) -> int:
@@ -54,7 +60,8 @@ class GuidedCalibration:
     """Fits a calibration to the touches so far, in a thread of its own.
 
     `known` returns the specimens of known modulus with their touches; `use` takes a saved calibration and its path: the
-    measurement goes on with it.
+    measurement goes on with it. `recorded` returns the newest recorder, and scene and settings: if its recording has all
+    touches, ratio, exponent and age are chosen by it.
     """
 
     def __init__(
@@ -62,9 +69,9 @@ class GuidedCalibration:
         known: Callable[[], Sequence[KnownSpecimen]],
         files: RunFiles,
         use: Callable[[Calibration, Path], None],
-        scene: Callable[[], str] = lambda: "handheld",
+        recorded: Callable[[], tuple[Recorder | None, dict[str, Any]]] = lambda: (None, {}),
     ) -> None:
-        self._known, self._files, self._use, self._scene = known, files, use, scene
+        self._known, self._files, self._use, self._recorded = known, files, use, recorded
         self._on, self._saved = False, ""
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
         self._seen: Any = None
@@ -99,9 +106,8 @@ class GuidedCalibration:
 
     def save(self, name: str | None = None) -> Document:
         """Save the calibration, and a report of it; return the answer."""
-        known = self._known()
         path = self._files.checked(name, ".toml") if name else self._files.free("probe.toml")
-        specimens, found = self._fit(known)
+        _, specimens, found = self._fit(self._known())
         found.save(path)
         self._files.made(path, "calibration")
         self._report(path, found, specimens)
@@ -117,14 +123,19 @@ class GuidedCalibration:
             write(beside, text.encode())
             self._files.made(beside, "report")
 
-    def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[Specimen], Calibration]:
-        specimens = [Specimen(each.name, each.modulus, each.kept) for each in known if each.usable]
-        return specimens, calibrate(specimens, about={"scene": self._scene()})
+    def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
+        """Return the specimens with the touches as they are used, and the fit."""
+        (recorder, how), about = self._recorded(), dict[str, str]()
+        if recorder and (track := _track(Recorded(recorder.path), how, known)):
+            chosen = choose([track])
+            about, known = {**chosen.about}, _measured_again(known, track, chosen)
+        specimens = [Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable]
+        return list(known), specimens, calibrate(specimens, about={"scene": how.get("scene", "handheld"), **about})
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
         found, error = None, None
         try:
-            _, found = self._fit(known)
+            known, _, found = self._fit(known)
             verdict = found.verdict
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
             error = str(failure)
@@ -139,6 +150,28 @@ class GuidedCalibration:
             "error": error,
             **_fitted(found),
         }
+
+
+def _track(recording: Recorded, how: dict[str, Any], known: Sequence[KnownSpecimen]) -> Track | None:
+    """Return a recording with the specimen of each kept touch, by its reading; None: it does not have all of them."""
+    starts = [(touch.start_s, touch.start) for touch in tracked(recording, **how).touches]
+    kept = [(one.start_s, each.name) for each in known for one in each.kept]
+    found = {start: name for at_s, name in kept for start_s, start in starts if abs(start_s - at_s) < _NEAR_S}
+    return Track(recording, how, found) if len(found) == len(kept) else None
+
+
+def _measured_again(known: Sequence[KnownSpecimen], track: Track, chosen: Choice) -> list[KnownSpecimen]:
+    """Return the specimens with the touches as the chosen settings measure them."""
+    touches = tracked(track.recording, **{**track.tracking, **chosen.settings}).touches
+
+    def again(one: Touch) -> Touch:
+        near = min(touches, key=lambda touch: abs(touch.start_s - one.start_s), default=one)
+        return one if (near.contact_exponent, near.age_s) == (one.contact_exponent, one.age_s) else near
+
+    return [
+        replace(each, ratio_of=chosen.ratio_of, touches=tuple((n, again(one), kept) for n, one, kept in each.touches))
+        for each in known
+    ]
 
 
 def missing(known: Sequence[KnownSpecimen]) -> list[str]:
@@ -202,5 +235,7 @@ def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[D
     for each in known:
         fitted = found.probe.ratio(each.modulus) if found else None
         named = {"modulus": each.modulus, "specimen": each.name, "fitted": fitted}
-        points += [{**named, "touch": n, "ratio": touch.ratio, "kept": kept} for n, touch, kept in each.touches]
+        points += [
+            {**named, "touch": n, "ratio": each.ratio_of(touch)[0], "kept": kept} for n, touch, kept in each.touches
+        ]
     return points

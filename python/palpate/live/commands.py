@@ -84,7 +84,7 @@ class Workbench:
     ) -> None:
         self.measurement: LiveMeasurement | RecordedMeasurement = measurement
         self._calibration_file = calibration_file
-        plan = self._plan = TouchPlan(measurement, calibration.accepted if calibration else frozenset())
+        plan = self._plan = TouchPlan(measurement, calibration)
         table = self._table = TouchTable(measurement, plan, calibration, scatter)
         events = Events(measurement)
         self.documents: dict[str, Callable[[], Document]] = {
@@ -101,7 +101,9 @@ class Workbench:
         state = ConnectionState(measurement, plan, table.result)
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
-        guided = GuidedCalibration(plan.known, measurement.files, self._use, lambda: measurement.tracker.scene)
+        guided = GuidedCalibration(
+            plan.known, measurement.files, self._use, lambda: (measurement.newest_recorder, measurement.how)
+        )
         self.documents |= {"device": device.document, "calibration": guided.document}
         self._parts |= {"measurement": measurement, "events": events, "plan": plan, "device": device}
         self._parts["calibration"] = guided
@@ -129,8 +131,11 @@ class Workbench:
 
     def _use(self, calibration: Calibration, path: Path) -> None:
         self._table.calibration, self._calibration_file = calibration, path
-        self._plan.progress.accepted = calibration.accepted
-        self._plan.note(f"moduli are from {path.name} from here on")
+        self._plan.progress.calibration = calibration
+        said = f"moduli are from {path.name} from here on"
+        self._plan.note(said)
+        if isinstance(self.measurement, LiveMeasurement):
+            self.measurement.use(calibration.for_tracking(self.measurement.how), said)
 
 
 def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:

@@ -13,7 +13,6 @@ from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
 from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, view_of
 from palpate.sentences import advice
-from palpate.several import objections
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
 from palpate.uncertainty import Uncertainty
@@ -144,7 +143,7 @@ class ConnectionState(Listener):
         key = (number, touch.revised, why)
         if self._known is None or self._known[0] != key:
             swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
-            flags = objections(touch, self._plan.progress.accepted)
+            flags = self._plan.progress.objections(touch)
             text = self._result_of(touch)
             self._known = key, LastTouch(number, text, why, flags, swapped.removeprefix("swapped: "), touch.revised)
         return self._known[1]

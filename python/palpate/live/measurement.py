@@ -138,7 +138,7 @@ class LiveMeasurement(Measurement):
         self.last: Sample | None = None  # that was estimated
         self.records: bool = files.allowed  # whether this measurement, and so the next one, is recorded
         self.outlets: Outlets | None = None
-        self._open, self._how, self._lsl = open_source, how, lsl
+        self._open, self.how, self._lsl = open_source, how, lsl
         self._options: dict[str, Any] = {}
         self.moment = Moment("ended")  # until it starts
 
@@ -150,7 +150,7 @@ class LiveMeasurement(Measurement):
         options = {**self._options, **options}
         path = self.files.next() if self.records else None
         source = self._open(**options)
-        stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self._how)
+        stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self.how)
         if self.outlets:
             self.outlets.follow(stream)
         elif self._lsl is not None:
@@ -182,6 +182,13 @@ class LiveMeasurement(Measurement):
         self._thread.join()
         self.start(**options)
         self.stream.note(note)
+
+    def use(self, how: dict[str, Any], note: str) -> None:
+        """Go on with these settings of the tracker: with another measurement, if one runs with other ones."""
+        if how != self.how:
+            self.how = how
+            if self.running:
+                self.reopen({}, note)
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""

@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from math import inf, isfinite
@@ -10,6 +10,8 @@ from threading import RLock
 from typing import Any
 
 from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.calibration.ratio_choice import KINDS
 from palpate.errors import PalpateError, quoted
 from palpate.live.calibration_fit import KnownSpecimen
 from palpate.live.feed import Document, RefusedCommand
@@ -18,8 +20,8 @@ from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
-from palpate.sentences import advice
-from palpate.several import objections
+from palpate.sentences import advice, reasons
+from palpate.several import RatioOf, objections
 from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 
@@ -46,15 +48,15 @@ def _order(obey: Callable[..., str]) -> Callable[..., str]:
 class TouchPlan(Listener):
     """The plan of a measurement, and what was done of it; also in the recording, as far as it is within it.
 
-    `accepted`: the flags that do not exclude a touch, those of the calibration. `document`: the message `session`.
+    `calibration`: says which ratio of a touch counts, and which flags exclude it. `document`: the message `session`.
     `rows`: what is known of each touch of the measurement: specimen, deviation, kept, and why it is not.
     """
 
     def __init__(
-        self, measurement: LiveMeasurement | RecordedMeasurement, accepted: Collection[str] = frozenset()
+        self, measurement: LiveMeasurement | RecordedMeasurement, calibration: Calibration | None = None
     ) -> None:
         self._measurement = measurement
-        self.progress = Progress(accepted)
+        self.progress = Progress(calibration)
         self._lock = RLock()
         self._head: Document = {"title": "", "operator": "", "wanted": 4}
         self._notes: list[stored.Note] = []
@@ -65,6 +67,7 @@ class TouchPlan(Listener):
             wanted = max((one.wanted for one in plan.specimens), default=0)
             self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
             self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
+            self.progress.kind = plan.ratio
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -130,9 +133,9 @@ class TouchPlan(Listener):
     def keep(self, touch: int) -> str:
         """Keep a touch, whatever its flags say; return the message."""
         done = self._done(touch)
-        if not isfinite(done.touch.ratio):
+        if not isfinite(self.progress.ratio_of(done.touch)[0]):
             raise RefusedCommand(f"keep: touch {touch} has no ratio; touch again")
-        done.left_out = "" if objections(done.touch, self.progress.accepted) else None
+        done.left_out = "" if self.progress.objections(done.touch) else None
         return f"Touch {touch} is kept. {self._following()}".strip()
 
     @_order
@@ -190,8 +193,9 @@ class TouchPlan(Listener):
             if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
         )
         notes = tuple(note for note in self._notes if note.t_s >= first_s)
+        ratio = progress.calibration.ratio if progress.calibration else progress.kind
         return stored.Plan(
-            self._head["title"], self._head["operator"], tuple(progress.specimens), tuple(entries), notes
+            self._head["title"], self._head["operator"], tuple(progress.specimens), tuple(entries), notes, ratio
         )
 
     def _following(self) -> str:
@@ -222,13 +226,12 @@ class Done:
     left_out: str | None = None  # why; "": it is kept; None: its flags decide
     why: str = ""  # why it is left out now; "": it is kept
 
-    def judge(self, accepted: Collection[str]) -> None:
-        """Find why it is left out. `accepted`: flags that do not exclude a touch."""
+    def judge(self, against: Callable[[Touch], Sequence[str]]) -> None:
+        """Find why it is left out."""
         if self.left_out is not None:
             self.why = self.left_out
             return
-        flags = objections(self.touch, accepted)
-        told = [sentence for sentence in advice(self.touch) if sentence.partition(":")[0] in flags]
+        told = reasons(advice(self.touch), against(self.touch))
         self.why = (told or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
 
 
@@ -240,15 +243,27 @@ class Progress:
     lacks touches.
     """
 
-    def __init__(self, accepted: Collection[str] = ()) -> None:
+    def __init__(self, calibration: Calibration | None = None) -> None:
         self.specimens: list[Specimen] = []
         self.present: list[Done] = []  # the touches of this measurement
         self.chosen: tuple[float, str] | None = None  # when, s, and which
-        self.accepted = accepted  # flags that do not exclude a touch
+        self.calibration = calibration
+        self.kind = "hold"  # of the ratio that counts without a calibration
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
         self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
+
+    @property
+    def ratio_of(self) -> RatioOf:
+        """Which ratio of a touch counts."""
+        return self.calibration.ratio_of if self.calibration else KINDS[self.kind]
+
+    def objections(self, touch: Touch) -> tuple[str, ...]:
+        """Return why a touch does not count: flags, or sentences."""
+        if self.calibration:
+            return self.calibration.objections(touch)
+        return objections(touch, ratio_of=self.ratio_of)
 
     def begin(self) -> None:
         """Begin a new measurement: times and numbers begin again; what was done stays."""
@@ -276,11 +291,11 @@ class Progress:
         """Judge each touch after a change at a time, s, and note what comes next from then on."""
         self._on, self._kept = defaultdict(list), defaultdict(list)
         for done in (*self._earlier, *self.present):
-            done.judge(self.accepted)
+            done.judge(self.objections)
             if done.specimen:
                 self._on[done.specimen].append(done)
-                if not done.why:
-                    self._kept[done.specimen].append(done.touch.ratio)
+                if not done.why and isfinite(ratio := self.ratio_of(done.touch)[0]):
+                    self._kept[done.specimen].append(ratio)
         if (name := self.next) != self._nexts[-1][1]:
             self._nexts.append((t_s, name))
 
@@ -366,7 +381,7 @@ class Progress:
     def _deviation(self, done: Done) -> float | None:
         """Return the distance of a ratio from the mean of the kept touches on its specimen, relative."""
         mean = self._mean(done.specimen) if done.specimen else None
-        return done.touch.ratio / mean - 1 if mean else None
+        return self.ratio_of(done.touch)[0] / mean - 1 if mean else None
 
 
 def specimens_of(text: str, wanted: int) -> list[Specimen]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from itertools import count
 
+from palpate import digits
 from palpate._core import Touch
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.calibration import Calibration
@@ -66,14 +67,14 @@ class TouchTable:
             "end_s": measurement.levels.span and measurement.levels.span[1],
             "ratio": ratio,
             "standard_error": error,
-            **self._calibrated(Uncertainty.of_ratio(ratio, error, self._scatter_now())),
+            **self._running(Uncertainty.of_ratio(ratio, error, self._scatter_now())),
         }
 
     def result(self, touch: Touch) -> str:
         """Return the ratio of a touch with its uncertainty, and its modulus if there is a calibration."""
         known = self._of(touch, self._scatter_now())
-        modulus = (self._calibrated(known)["modulus"] or {}).get("text", "")
-        return f"ratio {known}{f', modulus {modulus}' if modulus else ''}"
+        modulus = f", modulus {self.calibration.modulus_of(touch)}" if self.calibration else ""
+        return f"ratio {known}{modulus}"
 
     def document(self) -> Document:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
@@ -87,7 +88,9 @@ class TouchTable:
         alike = _on_the_last(touches, known)
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
-            best = touches.index(most_reliable(alike, scatter=None, accept=self._plan.progress.accepted)) + 1
+            progress = self._plan.progress
+            accepted = progress.calibration.accepted if progress.calibration else ()
+            best = touches.index(most_reliable(alike, scatter=None, accept=accepted, ratio_of=progress.ratio_of)) + 1
         if found and found.touches > 1:
             modulus = None
             if self.calibration and found.agree:
@@ -104,28 +107,33 @@ class TouchTable:
     def _row(self, number: int, touch: Touch) -> Document:
         of = self._measurement.number, number, touch.revised, self.calibration
         if of not in self._rows:
-            known = Uncertainty.of_ratio(touch.ratio, touch.standard_error)
-            end_s, more = self._measurement.ends.get(number), self._calibrated(known)
-            self._rows[of] = {"number": number, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
+            modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
+            used = digits.plain(
+                dict(zip(("ratio", "standard_error"), self._plan.progress.ratio_of(touch), strict=True))
+            )
+            more = {"end_s": self._measurement.ends.get(number), "modulus": modulus, "advice": advice(touch)}
+            self._rows[of] = {"number": number, **touch.as_dict(), **used, **more}
         return self._rows[of]
 
-    def _calibrated(self, known: Uncertainty) -> Document:
-        """Return the uncertainty of a ratio, where its scatter is from, and the modulus if there is a calibration."""
-        modulus = None
-        if self.calibration and math.isfinite(known.ratio):
+    def _running(self, known: Uncertainty) -> Document:
+        """Return the uncertainty of the ratio of a touch that runs, where its scatter is from, and its modulus."""
+        modulus = None  # a level ratio is known at the end only
+        if self.calibration and self.calibration.ratio == "hold" and math.isfinite(known.ratio):
             noise = known.noise if math.isfinite(known.noise) else None
             modulus = self.calibration.modulus(known.ratio, noise).as_dict()
         return {**known.as_dict(), "modulus": modulus}
 
     def _of(self, touch: Touch, scatter: Scatter) -> Uncertainty:
-        return Uncertainty.of(touch, scatter, linearity_pF(self._measurement.tracker.settings["full_scale"]))
+        linearity = linearity_pF(self._measurement.tracker.settings["full_scale"])
+        return Uncertainty.of(touch, scatter, linearity, self._plan.progress.ratio_of)
 
     def _scatter_now(self) -> Scatter:
         """Return the scatter of the calibration, else of the touches that are kept, else the assumed one."""
         if self.calibration:
             return self.calibration.touch_scatter
         pairs = zip(self._plan.rows, self._measurement.touches, strict=False)
-        found = Scatter.of_session((row["specimen"], touch) for row, touch in pairs if row["kept"])
+        kept = ((row["specimen"], touch) for row, touch in pairs if row["kept"])
+        found = Scatter.of_session(kept, self._plan.progress.ratio_of)
         return Scatter(self._scatter) if found.source == "assumed" else found
 
     def _agreement(self, touches: list[Touch]) -> Agreement | None:
@@ -133,7 +141,8 @@ class TouchTable:
         try:
             if self.calibration:
                 return self.calibration.agreement(touches)
-            return with_scatter(agreement(touches, scatter=self._scatter), self._scatter_now())
+            found = agreement(touches, scatter=self._scatter, ratio_of=self._plan.progress.ratio_of)
+            return with_scatter(found, self._scatter_now())
         except ValueError:
             return None
 

@@ -97,6 +97,8 @@ class Plan:
         Each name once.
     touches : tuple of Entry
     notes : tuple of Note
+    ratio : str
+        Which ratio of a touch is shown: "hold", or "level", the one over the swept depth, by the calibration.
 
     Raises
     ------
@@ -117,6 +119,7 @@ class Plan:
     specimens: tuple[Specimen, ...] = ()
     touches: tuple[Entry, ...] = ()
     notes: tuple[Note, ...] = ()
+    ratio: str = "hold"
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -125,6 +128,8 @@ class Plan:
         for name, most in _MOST.items():
             if len(getattr(self, name)) > most:
                 raise ValueError(f"{name}: got {len(getattr(self, name))}, allowed: {most} at most")
+        if self.ratio not in ("hold", "level"):
+            raise ValueError(f"ratio: got {quoted(self.ratio)}, allowed: hold or level")
         names = [specimen.name for specimen in self.specimens]
         if len(set(names)) < len(names):
             twice = next(name for number, name in enumerate(names) if name in names[:number])

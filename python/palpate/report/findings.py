@@ -1,7 +1,7 @@
 """What a report shows: recordings, the specimen of each touch and whether it is kept, and the result of each specimen."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import inf, isfinite, log, nan
 from pathlib import Path
 from statistics import fmean
@@ -18,8 +18,8 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.report.repeatability import Repeatability, repeatability
-from palpate.sentences import advice_at_end
-from palpate.several import Agreement, agreement, objections
+from palpate.sentences import advice_at_end, reasons
+from palpate.several import Agreement, RatioOf, agreement, hold, objections
 from palpate.touch import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
@@ -40,14 +40,24 @@ class Run:
     period_s: float
 
 
-def run_of(path: Path, name: str, how: dict[str, Any] | None = None, **asked: Any) -> Run:
+def run_of(
+    path: Path, name: str, how: dict[str, Any] | None = None, calibration: Calibration | None = None, **asked: Any
+) -> Run:
     """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own."""
     recording = recorded(path, **asked)
     tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
+    if calibration:
+        tracking = calibration.for_tracking(tracking)
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
     return Run(name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times)
+
+
+def run_again(run: Run, settings: Mapping[str, float]) -> Run:
+    """Send a recording through the estimator again, with other settings."""
+    tracking = {**run.tracking, **settings}
+    return replace(run, tracking=tracking, found=tracked(run.recording, **tracking)) if settings else run
 
 
 @dataclass(frozen=True)
@@ -60,10 +70,16 @@ class Found:
     specimen: str
     left_out: tuple[str, ...]
     said: tuple[str, ...]
+    ratio_of: RatioOf
+
+    @property
+    def ratio(self) -> float:
+        """The ratio that counts."""
+        return self.ratio_of(self.touch)[0]
 
     def uncertainty(self, scatter: Scatter) -> Uncertainty:
         """Return the uncertainty of its ratio with this scatter."""
-        return Uncertainty.of(self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF))
+        return Uncertainty.of(self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF), self.ratio_of)
 
 
 @dataclass(frozen=True)
@@ -148,7 +164,7 @@ class Findings:
 def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
-    touches = list(_touches(runs, calibration.accepted if calibration else (), known))
+    touches = list(_touches(runs, calibration, known))
     groups: dict[str, list[Found]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
@@ -185,18 +201,18 @@ def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str
         yield touch, names.get(bare(given), given), entry.left_out if entry else ""
 
 
-def _touches(runs: Iterable[Run], accept: Collection[str], moduli: Mapping[str, float]) -> Iterator[Found]:
-    number = 0
+def _touches(runs: Iterable[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Iterator[Found]:
+    number, ratio_of = 0, calibration.ratio_of if calibration else hold
     for run in runs:
         whole = len(run.found.touches) - run.found.cut
         for at, (touch, specimen, by_hand) in enumerate(assigned(run, moduli)):
             number += 1
             said = tuple(advice_at_end(touch, cut=at >= whole))
-            against = objections(touch, accept)
-            reasons = [sentence for sentence in said if sentence.partition(":")[0] in against]
-            yield Found(number, run, touch, specimen, (*filter(None, [by_hand]), *reasons), said)
+            against = calibration.objections(touch) if calibration else objections(touch)
+            left_out = (*filter(None, [by_hand]), *reasons(said, against))
+            yield Found(number, run, touch, specimen, left_out, said, ratio_of)
 
 
 def _logarithms(touches: Iterable[Found]) -> list[float]:
-    ratios = (one.touch.ratio for one in touches)
+    ratios = (one.ratio for one in touches)
     return [log(ratio) for ratio in ratios if isfinite(ratio) and ratio > 0]

@@ -108,8 +108,9 @@ def write(
         need(module, "report")  # before the recordings are read
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
-    runs = [run_of(each, name) for name, each in _recordings(recordings, table).items()]
-    found = findings(runs, Calibration.load(probe) if probe else None, known)
+    fitted = Calibration.load(probe) if probe else None
+    runs = [run_of(each, name, calibration=fitted) for name, each in _recordings(recordings, table).items()]
+    found = findings(runs, fitted, known)
     files = [("calibration", probe), ("moduli", table)]
     options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
     options += [("note", note) for note in notes]
@@ -302,12 +303,11 @@ def _touches(found: Findings, happened: Mapping[str, list[_Event]]) -> Iterator[
             name = one.run.name
             yield element("b", name)
         touch = one.touch
-        uncertainty = one.uncertainty(found.scatter).uncertainty
-        noise = touch.standard_error if isfinite(touch.standard_error) else 0.0
+        known = one.uncertainty(found.scatter)
         modulus = NONE if found.calibration else ""
         if found.calibration and not one.left_out:
-            modulus = str(found.calibration.modulus(touch.ratio, noise)).partition(" (")[0].removesuffix(" MPa")
-        from_mean = touch.ratio / means.get(one.specimen, nan) - 1
+            modulus = str(found.calibration.modulus_of(touch)).partition(" (")[0].removesuffix(" MPa")
+        from_mean = known.ratio / means.get(one.specimen, nan) - 1
         end_s = touch.start_s + touch.samples * one.run.period_s
         marks = [text for t_s, kind, text in happened[name] if kind == "mark" and touch.start_s <= t_s <= end_s]
         yield {
@@ -315,9 +315,9 @@ def _touches(found: Findings, happened: Mapping[str, list[_Event]]) -> Iterator[
             "Specimen": one.specimen or NONE,
             "Start": _clock(touch.start_s - one.run.first_s),
             "Samples": touch.samples,
-            "Ratio": digits.number(touch.ratio, uncertainty),
-            "±": digits.error(uncertainty) if isfinite(uncertainty) else NONE,
-            "Noise, %": _percent(touch.standard_error / abs(touch.ratio) if touch.ratio else nan),
+            "Ratio": digits.number(known.ratio, known.uncertainty),
+            "±": digits.error(known.uncertainty) if isfinite(known.uncertainty) else NONE,
+            "Noise, %": _percent(known.noise / abs(known.ratio) if known.ratio else nan),
             "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS) if isfinite(from_mean) else NONE,
             "MPa": modulus,
             "Alarm, %": f"{100 * touch.alarm_share:.0f}",
@@ -385,7 +385,7 @@ def _sentences(found: Findings, kept: int) -> Iterator[str]:
         yield f"{sum(inside)} of {len(inside)} known moduli {_is(sum(inside))} in the 95 % interval."
     if found.calibration is None:
         yield "No calibration was given, so there are ratios, and no moduli."
-    elif of_fit := sum(one.touch.ratio in found.calibration.ratios for one in found.touches):  # with the same bits
+    elif of_fit := sum(one.ratio in found.calibration.ratios for one in found.touches):  # with the same bits
         yield f"{of_fit} of these touches are data of the calibration itself: for them that is no independent test."
 
 
