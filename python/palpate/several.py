@@ -45,6 +45,9 @@ def level(touch: Touch) -> tuple[float, float]:
     return touch.level_ratio, touch.level_standard_error
 
 
+KINDS: Mapping[str, RatioOf] = {"hold": hold, "level": level}
+
+
 @dataclass(frozen=True)
 class Agreement:
     """Whether several touches agree, and their mean; made by `agreement`.
@@ -251,11 +254,8 @@ def most_reliable(
 def _nearest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
     mean = sum(ratio_of(touch)[0] for touch in kept) / len(kept)
 
-    def distance(touch: Touch) -> tuple[float, float, float]:
-        ratio, error = ratio_of(touch)
-        return len(kept) > 2 and abs(ratio - mean), _error((ratio, error), inf), touch.covariance
-
-    return min(kept, key=distance)
+    apart = {id(touch): len(kept) > 2 and abs(ratio_of(touch)[0] - mean) for touch in kept}
+    return min(kept, key=lambda touch: (apart[id(touch)], _error(ratio_of(touch), inf), touch.covariance))
 
 
 def _surest(kept: list[Touch], ratio_of: RatioOf) -> Touch:

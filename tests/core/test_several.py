@@ -17,7 +17,8 @@ from scipy import special
 
 def touched(ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any) -> palpate.Touch:
     """Return what the rules read of a touch."""
-    known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error, "age_s": 0.0, **others}
+    known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error}
+    known |= {"age_s": 0.0, "contact_exponent": 1.0, **others}
     return cast(palpate.Touch, SimpleNamespace(ratio=ratio, flags=flags, **known))
 
 

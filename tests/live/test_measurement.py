@@ -1,9 +1,11 @@
 """A measurement behind the page: what the buttons do, what is recorded, what its touches say; and a recording instead."""
 
 import json
+import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from palpate.live import levels
 from palpate.live.commands import Workbench
 from palpate.live.feed import HEADER, Kind, RefusedCommand
 from palpate.live.measurement import RecordedMeasurement, open_file
+from palpate.live.plan import TouchPlan
 from palpate.live.touch_rows import TouchTable
 from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
@@ -65,6 +68,22 @@ def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     document = json.loads((tmp_path / "run.json").read_text())
     assert [mark["t_s"] for mark in document["marks"] if mark["tare"]] == pytest.approx(tares)
     assert "session" not in document
+
+
+def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_hold(tmp_path: Path) -> None:
+    calibration = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+    calibration = replace(calibration, ratio="level", contact_exponent=1.5, age_s=0.8)
+    bench = ended(begun(fast, tmp_path, record=False))
+    bench._use(calibration, tmp_path / "probe.toml")
+    [row, *_] = bench.documents["touches"]()["rows"]
+    assert (row["ratio"], row["kept"], row["modulus"]["text"]) == (None, False, "no modulus")
+    assert row["why"].startswith("measured with age 0 and contact_exponent 1, but calibrated with age 0.8")
+    bench.obey("again")
+    soon(lambda: len(bench.measurement.touches) == 4)
+    assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {(0.8, 1.5)}
+    rows, touches = bench.documents["touches"]()["rows"], bench.measurement.touches
+    assert [row["ratio"] for row in rows] == [touch.level_ratio for touch in touches]
+    assert plan_of({"session": bench._plan._within(-math.inf).as_dict()}).ratio == "level"
 
 
 def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
@@ -131,7 +150,7 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     assert [(flag["touch"], flag["name"]) for flag in flags] == [
         (number, name) for number, touch in enumerate(measurement.touches, 1) for name in touch.flags
     ]
-    plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, plan, calibration)
+    plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, TouchPlan(measurement, calibration))
     for table in (plain, calibrated):
         together = table.document()["together"]
         assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (None, False, None)

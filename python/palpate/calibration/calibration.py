@@ -315,11 +315,8 @@ class Calibration:
     def for_tracking(self, tracking: Mapping[str, Any]) -> dict[str, Any]:
         """Return scene and settings of a tracker with the age and exponent of this calibration, where the scene has them."""
         wanted = {"age": self.age_s} | ({"contact_exponent": self.contact_exponent} if self.ratio == "level" else {})
-        usual: Mapping[str, Any] = Tracker(tracking.get("scene", "handheld")).settings
-        other = {
-            name: value for name, value in wanted.items() if name in usual and value != {**usual, **tracking}[name]
-        }
-        return {**tracking, **other}
+        known: Mapping[str, Any] = {**Tracker(tracking.get("scene", "handheld")).settings, **tracking}
+        return {**tracking, **{name: value for name, value in wanted.items() if known.get(name, value) != value}}
 
     def refusal(self, touch: Touch) -> str:
         """Return why a touch has no modulus by this calibration, as a sentence; "": it has one."""

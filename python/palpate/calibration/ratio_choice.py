@@ -11,15 +11,13 @@ import numpy as np
 from palpate import digits
 from palpate._core import Tracker
 from palpate.afterwards import offline
-from palpate.several import RatioOf, hold, level, objections
+from palpate.several import KINDS, RatioOf, objections
 from palpate.touch import Blocks, Channels, tracked
 
 AGES_S = (0.0, 0.5, 0.8, 1.3, 2.0)
 """Ages that are compared; 0: the whole touch."""
 EXPONENTS = (1.0, 1.5)
 """Exponents of the contact that a tracker has."""
-KINDS: Mapping[str, RatioOf] = {"hold": hold, "level": level}
-"""Ratios of a touch."""
 _GRID = np.linspace(1, 2, 51)
 _GAIN = 0.1  # a choice that is not the simplest one has to reduce the scatter by more
 _MOST_LOST = 0.1  # share of the touches
@@ -49,8 +47,8 @@ class Choice(NamedTuple):
 
     Examples
     --------
-    >>> Choice("hold", {}, {}).ratio_of is hold
-    True
+    >>> Choice("level", {"contact_exponent": 1.0, "age": 0.0}, {}).ratio_of.__name__
+    'level'
     """
 
     ratio: str
@@ -118,7 +116,7 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
     if best.kind == "level":
         why = "as given" if len(exponents) == 1 else "assumed: the touches were too level to show it"
         if len(exponents) > 1 and _gains(best, holds[best.age_s]):
-            why = f"by the least scatter, at {fitted_exponent(tracks, best.age_s, accepted):.2f}"
+            why = f"as the scatter is least at {fitted_exponent(tracks, best.age_s, accepted):.2f}"
         about["contact exponent"] = f"{best.exponent:g}, {why}"
     if best.age_s:
         whole = next((each for each in found if each[:3] == (best.kind, best.exponent, 0.0)), None)

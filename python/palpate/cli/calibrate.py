@@ -11,7 +11,7 @@ from palpate import Calibration, Touch
 from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
-from palpate.calibration.ratio_choice import EXPONENTS, KINDS, Choice, Track, choose
+from palpate.calibration.ratio_choice import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli
 from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import recording_options
@@ -22,7 +22,7 @@ from palpate.extras import need
 from palpate.files import write
 from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of
 from palpate.sentences import FLAGS
-from palpate.several import FEWEST, objections
+from palpate.several import FEWEST, KINDS, objections
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"
 _YOUNG = "short, it did not reach the age"
@@ -91,7 +91,7 @@ def calibrate(
     how |= {name: value for name, value in {"contact_exponent": exponent, "age": age}.items() if value is not None}
     runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
     chosen = _chosen(runs, moduli, ratio, accept)
-    runs = [run_again(run, chosen.settings) for run in runs]
+    runs = [run_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _specimens(runs, moduli, accept, chosen)
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})

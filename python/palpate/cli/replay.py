@@ -22,7 +22,7 @@ from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
-from palpate.several import hold, level, objections
+from palpate.several import KINDS, objections
 from palpate.touch import tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
@@ -146,8 +146,7 @@ def replayed(
     touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
-    by_plan = {"hold": hold, "level": level}[plan.ratio]
-    ratio_of = calibration.ratio_of if calibration else by_plan
+    ratio_of = calibration.ratio_of if calibration else KINDS[plan.ratio]
     scatter = calibration.touch_scatter if calibration else Scatter.of_session(_kept(touches, entries), ratio_of)
     linearity = linearity_pF(recording.full_scale_pF)
     uncertainties = [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]

@@ -85,7 +85,7 @@ class Workbench:
         self.measurement: LiveMeasurement | RecordedMeasurement = measurement
         self._calibration_file = calibration_file
         plan = self._plan = TouchPlan(measurement, calibration)
-        table = self._table = TouchTable(measurement, plan, calibration, scatter)
+        table = self._table = TouchTable(measurement, plan, scatter)
         events = Events(measurement)
         self.documents: dict[str, Callable[[], Document]] = {
             "hello": lambda: table.hello(source),
@@ -130,8 +130,7 @@ class Workbench:
         return self.measurement.files.report(self._calibration_file)
 
     def _use(self, calibration: Calibration, path: Path) -> None:
-        self._table.calibration, self._calibration_file = calibration, path
-        self._plan.progress.calibration = calibration
+        self._plan.progress.calibration, self._calibration_file = calibration, path
         said = f"moduli are from {path.name} from here on"
         self._plan.note(said)
         if isinstance(self.measurement, LiveMeasurement):

@@ -11,7 +11,6 @@ from typing import Any
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
-from palpate.calibration.ratio_choice import KINDS
 from palpate.errors import PalpateError, quoted
 from palpate.live.calibration_fit import KnownSpecimen
 from palpate.live.feed import Document, RefusedCommand
@@ -21,7 +20,7 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
 from palpate.sentences import advice, reasons
-from palpate.several import RatioOf, objections
+from palpate.several import KINDS, RatioOf, objections
 from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 

@@ -29,13 +29,16 @@ class TouchTable:
         self,
         measurement: LiveMeasurement | RecordedMeasurement,
         plan: TouchPlan,
-        calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
     ) -> None:
-        self.calibration: Calibration | None = calibration  # a new one holds for all touches
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
         self._rows: dict[tuple[object, ...], Document] = {}  # a row takes 1 ms
         self._shown: tuple[tuple[object, ...], Document] | None = None
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """The calibration of the plan; a new one holds for all touches."""
+        return self._plan.progress.calibration
 
     def hello(self, source: str) -> Document:
         """Return the values that do not change during a measurement."""
@@ -88,9 +91,8 @@ class TouchTable:
         alike = _on_the_last(touches, known)
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
-            progress = self._plan.progress
-            accepted = progress.calibration.accepted if progress.calibration else ()
-            best = touches.index(most_reliable(alike, scatter=None, accept=accepted, ratio_of=progress.ratio_of)) + 1
+            accepted, ratio_of = self.calibration.accepted if self.calibration else (), self._plan.progress.ratio_of
+            best = touches.index(most_reliable(alike, scatter=None, accept=accepted, ratio_of=ratio_of)) + 1
         if found and found.touches > 1:
             modulus = None
             if self.calibration and found.agree:

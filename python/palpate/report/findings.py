@@ -19,7 +19,7 @@ from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.report.repeatability import Repeatability, repeatability
 from palpate.sentences import advice_at_end, reasons
-from palpate.several import Agreement, RatioOf, agreement, hold, objections
+from palpate.several import Agreement, RatioOf, agreement, hold, level, objections
 from palpate.touch import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
@@ -40,24 +40,20 @@ class Run:
     period_s: float
 
 
-def run_of(
-    path: Path, name: str, how: dict[str, Any] | None = None, calibration: Calibration | None = None, **asked: Any
-) -> Run:
+def run_of(path: Path, name: str, how: dict[str, Any] | None = None, **asked: Any) -> Run:
     """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own."""
     recording = recorded(path, **asked)
     tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
-    if calibration:
-        tracking = calibration.for_tracking(tracking)
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
     return Run(name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times)
 
 
-def run_again(run: Run, settings: Mapping[str, float]) -> Run:
-    """Send a recording through the estimator again, with other settings."""
-    tracking = {**run.tracking, **settings}
-    return replace(run, tracking=tracking, found=tracked(run.recording, **tracking)) if settings else run
+def run_again(run: Run, tracking: dict[str, Any]) -> Run:
+    """Send a recording through the estimator again, if scene or settings are other ones."""
+    same = tracking == run.tracking
+    return run if same else replace(run, tracking=tracking, found=tracked(run.recording, **tracking))
 
 
 @dataclass(frozen=True)
@@ -130,7 +126,7 @@ def _result(
     ratios = [one.touch for one in kept]
     found = mean = modulus = None
     if kept:
-        found = calibration.agreement(ratios) if calibration else agreement(ratios)
+        found = calibration.agreement(ratios) if calibration else agreement(ratios, ratio_of=kept[0].ratio_of)
         mean = with_scatter(found, scatter) if found.agree else None
     if mean and calibration:
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
@@ -164,12 +160,14 @@ class Findings:
 def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
-    touches = list(_touches(runs, calibration, known))
+    by_level = all(run.plan.ratio == "level" for run in runs)
+    ratio_of = calibration.ratio_of if calibration else level if by_level else hold
+    touches = list(_touches(runs, calibration, known, ratio_of))
     groups: dict[str, list[Found]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
     kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
-    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept)
+    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
     results = [_result(name, known.get(name), group, calibration, scatter) for name, group in groups.items() if name]
     return Findings(runs, touches, results, calibration, scatter)
 
@@ -201,14 +199,16 @@ def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str
         yield touch, names.get(bare(given), given), entry.left_out if entry else ""
 
 
-def _touches(runs: Iterable[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Iterator[Found]:
-    number, ratio_of = 0, calibration.ratio_of if calibration else hold
+def _touches(
+    runs: Iterable[Run], calibration: Calibration | None, moduli: Mapping[str, float], ratio_of: RatioOf
+) -> Iterator[Found]:
+    number = 0
     for run in runs:
         whole = len(run.found.touches) - run.found.cut
         for at, (touch, specimen, by_hand) in enumerate(assigned(run, moduli)):
             number += 1
             said = tuple(advice_at_end(touch, cut=at >= whole))
-            against = calibration.objections(touch) if calibration else objections(touch)
+            against = calibration.objections(touch) if calibration else objections(touch, ratio_of=ratio_of)
             left_out = (*filter(None, [by_hand]), *reasons(said, against))
             yield Found(number, run, touch, specimen, left_out, said, ratio_of)
 

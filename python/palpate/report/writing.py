@@ -23,7 +23,7 @@ from palpate.errors import shortened
 from palpate.extras import need
 from palpate.files import write as write_file
 from palpate.recording import sidecar
-from palpate.report.findings import Findings, Result, Run, findings, run_of
+from palpate.report.findings import Findings, Result, Run, findings, run_again, run_of
 from palpate.sentences import doubts_of_origin
 from palpate.tables.packed import unpacked_name
 
@@ -109,7 +109,8 @@ def write(
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
     fitted = Calibration.load(probe) if probe else None
-    runs = [run_of(each, name, calibration=fitted) for name, each in _recordings(recordings, table).items()]
+    runs = [run_of(each, name) for name, each in _recordings(recordings, table).items()]
+    runs = [run_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
     found = findings(runs, fitted, known)
     files = [("calibration", probe), ("moduli", table)]
     options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
