@@ -5,7 +5,8 @@
 Four touches on each of ten specimens of known modulus make a calibration; then five objects are touched four times. Domes
 (force ~ depth^1.5), gauges bent by 0.5 %/pF, a soft bump that creeps by 3 % within 2 s and by 3 % within 20 s, each touch at an
 angle of 0.5 degrees rms that trembles by 0.03 degrees, 0.5 to 1.5 pF in both channels together, rises of 0.2 to 0.5 s, holds
-of 1.5 to 6.5 s. Prints the rms error of the modulus: of a touch, of the mean of four; and how many 95 % intervals hold it.
+of 1.5 to 6.5 s. Prints the rms error of log(E / truth): of a touch, of the mean of four; how many 95 % intervals hold it; and how many touches
+have none.
 """
 
 import argparse
@@ -88,7 +89,7 @@ def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration,
 
 @dataclass
 class Found:
-    """Relative errors of the modulus, and whether the intervals hold it: of touches, and of means of four."""
+    """Errors of the logarithm of the modulus, and whether the intervals hold it: of touches, and of means of four."""
 
     touches: list[tuple[float, bool]] = field(default_factory=list)
     means: list[tuple[float, bool]] = field(default_factory=list)
@@ -101,11 +102,11 @@ class Found:
             if math.isnan(value) or calibration.objections(each):
                 self.missing += 1
             else:
-                self.touches.append((value / modulus - 1, low <= modulus <= high))
+                self.touches.append((math.log(value / modulus), low <= modulus <= high))
         if any(not calibration.objections(each) for each in touches):
             mean = calibration.agreement(touches)
             value, low, high = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
-            self.means.append((value / modulus - 1, low <= modulus <= high))
+            self.means.append((math.log(value / modulus), low <= modulus <= high))
 
     @property
     def numbers(self) -> tuple[float, float, float, float]:

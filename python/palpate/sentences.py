@@ -27,8 +27,8 @@ def advice(touch: Touch) -> list[str]:
     >>> import palpate
     >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
-    >>> [sentence] = palpate.advice(touch)
-    >>> sentence.partition(". ")[2]
+    >>> offset, tilt = palpate.advice(touch)
+    >>> offset.partition(". ")[2]
     'With this offset taken out, the ratio is 2.844 ± 0.085 (assumed)'
     """
     told = [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
