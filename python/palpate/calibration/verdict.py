@@ -106,9 +106,8 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
         more = "the scatter of the specimens around the curve is not larger than this explains"
         if fit.specimen_variance:
             more = f"the specimens scatter by a further {_share(fit.specimen_variance)} % around the curve"
-        scatter = (
-            f"From touch to touch the ratio scatters by {spread} ({fit.touch_freedom} degrees of freedom); {more}."
-        )
+        by = f"by {spread}" if fit.touch_variance else "as much as its standard errors say"
+        scatter = f"From touch to touch the ratio scatters {by} ({fit.touch_freedom} degrees of freedom); {more}."
     opening = "This calibration is not reliable." if against else "The curve fits."
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])
 
