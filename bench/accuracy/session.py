@@ -1,6 +1,6 @@
-"""Modulus at the end of a whole session, on a simulator that shares nothing with ours: tests/tools/other_probe.py.
+"""Modulus at the end of a whole session, on a simulator that shares nothing with ours: bench/accuracy/other_probe.py.
 
-    PYTHONPATH=tests/tools python -m bench.accuracy.session [--seeds 20] [--out bench/results]
+    python -m bench.accuracy.session [--seeds 20] [--out bench/results]
 
 Four touches on each of ten specimens of known modulus make a calibration; then five objects are touched four times. Domes
 (force ~ depth^1.5), gauges bent by 0.5 %/pF, a soft bump that creeps by 3 % within 2 s and by 3 % within 20 s, each touch at an
@@ -21,12 +21,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import palpate
-from other_probe import Recorded, Way, touch
 from palpate import Calibration
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.ratio_choice import Choice, Track, choose
 from palpate.elasticity import Elasticity
 
+from bench.accuracy.other_probe import Recorded, Way, touch
 from bench.results_age import RESULTS, about
 
 PROBE = Elasticity()

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
 from palpate._core import Touch
-from palpate.digits import error, plus_minus
+from palpate.digits import error
 from palpate.uncertainty import Uncertainty
 
 
@@ -27,7 +27,7 @@ def advice(touch: Touch) -> list[str]:
     >>> import palpate
     >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
-    >>> offset, tilt = palpate.advice(touch)
+    >>> [offset] = palpate.advice(touch)
     >>> offset.partition(". ")[2]
     'With this offset taken out, the ratio is 2.844 ± 0.085 (assumed)'
     """

@@ -86,7 +86,7 @@ def test_any_text_is_text_again(child: str, attribute: str) -> None:
 
 def test_a_flag_has_its_sentence() -> None:
     assert "hold the probe upright" in SHOWN["flagged"]._repr_html_()
-    assert repr(SHOWN["flagged"][0]).endswith(", 250 samples, flags offset, tilt>")
+    assert repr(SHOWN["flagged"][0]).endswith(", 250 samples, flags offset>")
 
 
 def test_digits_are_those_of_the_uncertainty() -> None:

@@ -63,7 +63,7 @@ def test_what_is_drawn_is_what_was_measured() -> None:
     [container] = touches.containers
     assert container[0].get_xdata().tolist() == [touch.start_s for touch in DRAWABLE["touches"]]
     assert container[0].get_ydata().tolist() == [touch.ratio for touch in DRAWABLE["touches"]]
-    assert [text.get_text() for text in DRAWABLE["flagged"].plot().texts] == ["offset, tilt"]
+    assert [text.get_text() for text in DRAWABLE["flagged"].plot().texts] == ["offset"]
 
 
 def test_marks_and_gaps_are_lines_and_a_mark_is_no_formula() -> None:

@@ -61,6 +61,11 @@ class Press:
         """The newest estimate."""
         return float(self.trace[-1, 1])
 
+    @property
+    def standard_error(self) -> float:
+        """Of that."""
+        return float(self.trace[-1, 2])
+
     def until(self, now: float) -> "Press":
         """Return the part before a moment."""
         return replace(self, trace=self.trace[self.trace[:, 0] < now - self.start])
