@@ -65,11 +65,13 @@ class Recorded:
     def __add__(self, other: "Recorded") -> "Recorded":
         """Join two recordings, one after the other."""
         late = self.t_soft_s[-1] + self.t_soft_s[1] - self.t_soft_s[0] + (self.t_hard_s[0] - other.t_soft_s[0])
-        moved = (other.t_hard_s + late, other.t_soft_s + late, other.hard, other.soft)
-        joined = (
-            np.concatenate(two) for two in zip((self.t_hard_s, self.t_soft_s, self.hard, self.soft), moved, strict=True)
+        return Recorded(
+            np.append(self.t_hard_s, other.t_hard_s + late),
+            np.append(self.t_soft_s, other.t_soft_s + late),
+            np.append(self.hard, other.hard),
+            np.append(self.soft, other.soft),
+            (*self.contacts, *(contact + late for contact in other.contacts)),
         )
-        return Recorded(*joined, (*self.contacts, *(contact + late for contact in other.contacts)))
 
 
 def minimum_jerk(part: Array) -> Array:
@@ -137,11 +139,11 @@ def _converted(way: Way, t: Array, channels: list[Array], release: float, random
         ends = [np.interp((middle + side * length / 2) / STEP_s, np.arange(len(sums)), sums) for side in (-1, 1)]
         read = (ends[1] - ends[0]) / (length / STEP_s) + way.noise * random.standard_normal(pairs)
         values.append(np.rint(read / way.code) * way.code)
-        times.append(middle)
+        times.append(np.asarray(middle, float))
     stale = np.flatnonzero(random.random(pairs) < way.stale)
     values[1][stale[stale > 0]] = values[1][stale[stale > 0] - 1]
     if way.swapped:
         last = np.flatnonzero(times[0] < release)[-int(0.15 / way.period) :]
         which = random.choice(last, way.swapped, replace=False)
         values[0][which], values[1][which] = values[1][which].copy(), values[0][which].copy()
-    return Recorded(*times, *values, (way.before,))
+    return Recorded(times[0], times[1], values[0], values[1], (way.before,))
