@@ -114,16 +114,16 @@ class LevelRatio : public Settings {
   }
 
  private:
-  enum Column : int { one, x, y, columns };
+  static constexpr int one = 0, x = 1, y = 2, columns = 3;
   // While the press rises the places are octaves of the soft channel, the highest one first.
-  enum Place : int { rise, hold, fall, places };
+  static constexpr int rise = 0, hold = 1, fall = 2, places = 3;
   static constexpr int fewest = 3;
   using Pairs = Sweep<Real, columns>;
   struct Line {
     Real slope, variance;
   };
 
-  constexpr Real number(Place place) const noexcept { return sums_[place].at(one, one); }
+  constexpr Real number(int place) const noexcept { return sums_[place].at(one, one); }
 
   /// x^(1/p)
   constexpr Real root(Real value) const noexcept {
