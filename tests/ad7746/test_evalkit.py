@@ -21,7 +21,7 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, LED_PIN, OUT, PORTS, EvalKit
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, LED_PIN, OUT, PORTS, EvalKit
 from palpate.ad7746.evalkit.find import VENDOR, boards, devices
 from palpate.ad7746.twin.kit import Fault, Reply
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
@@ -155,6 +155,19 @@ def test_auto_capdac_says_why_there_is_no_setting(bench: Bench) -> None:
     bench.fail("excitation shorted", 100)
     with pytest.raises(ProtocolError, match="EXCERR: the excitation pin is shorted or overloaded"):
         driver.auto_capdac()
+
+
+def test_a_chip_that_does_not_acknowledge_its_reset_byte(bench: Bench) -> None:
+    """Tolerated for this byte alone: what follows is acknowledged, and shows the reset."""
+    bench.fail("not acknowledged in mid-write", 1, request=I2C_PLAIN)  # the byte arrives
+    driver = bench.open()
+    assert bench.read(driver, 1)[-1].status == Status.OK
+    assert counted(driver) == {}
+    for kind, tries, request in (("not acknowledged", 9, I2C_PLAIN), ("not acknowledged", 3, I2C)):
+        bench.fail(kind, request=request, times=tries)  # the byte does not arrive; the next access fails, too
+        with pytest.raises(ProtocolError, match="not acknowledged"):
+            driver.start()
+        bench.kit.faults.clear()
 
 
 @pytest.mark.parametrize("fault", ["unplug", "lock"])

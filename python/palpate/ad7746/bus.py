@@ -62,6 +62,10 @@ class NotReady(DeviceRefused):
     """The device is there, but cannot be used yet: its permissions may be set, or its firmware loaded, in a moment."""
 
 
+class NotAcknowledged(ProtocolError):
+    """The chip did not acknowledge its address or a byte."""
+
+
 @contextmanager
 def translated(what: object, meanings: Meanings) -> Iterator[None]:
     """Translate errors of the system to palpate's."""

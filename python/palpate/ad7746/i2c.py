@@ -4,15 +4,15 @@ import errno
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Clock, Meanings, RealClock, translated
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceTimeout
+from palpate.ad7746.bus import Clock, Meanings, NotAcknowledged, RealClock, translated
+from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout
 from palpate.extras import need
 
 smbus2 = need("smbus2", "i2c")
 
 _NO_BUS = (DeviceNotFound, "there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
 _FORBIDDEN = (DeviceRefused, "no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again")
-_NOBODY = (ProtocolError, "not acknowledged: check that the AD7746 is wired to this bus and has its supply")
+_NOBODY = (NotAcknowledged, "not acknowledged: check that the AD7746 is wired to this bus and has its supply")
 _ERRORS: Meanings = {
     errno.ENOENT: _NO_BUS,
     errno.ENODEV: _NO_BUS,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Clock, NotReady, RealClock
+from palpate.ad7746.bus import Clock, NotAcknowledged, NotReady, RealClock
 from palpate.ad7746.evalkit import find
 from palpate.ad7746.evalkit.find import REPLUG, Board, board_of, translated
 from palpate.ad7746.evalkit.firmware import read_hex, transfer
@@ -221,7 +221,7 @@ class EvalKit:
         why = "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1, its supply (5.0 V)"
         if self._acknowledged:
             why = f"errors counted by the board: {errors}; if it happens repeatedly, its firmware hangs: {REPLUG}"
-        raise ProtocolError(f"{what}: not acknowledged: {why}")
+        raise NotAcknowledged(f"{what}: not acknowledged: {why}")
 
     @property
     def _opened(self) -> Any:
