@@ -1,14 +1,20 @@
 """Where the earlier baseline is no longer valid: the driver says so, whatever happens while it opens the board again."""
 
+import re
+from pathlib import Path
+from statistics import median
 from typing import Any
 
 import pytest
+from effort import Tally, draws, random_of
 from kit_bench import CENTRED, Bench, pins
-from palpate.ad7746.evalkit.board import I2C_PLAIN
+from palpate.ad7746.driver import REPLUG_S
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, OUT, RAM
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin, Reply
 from palpate.samples import Status
 
+FAULTS = ("stall", "line error", "no answer", "short", "not acknowledged", "unplug")
 OTHER = bytes([0x61, 0x12, 0x5C, 0x34])
 
 
@@ -63,6 +69,92 @@ def test_gains_that_change_while_it_runs_are_noticed_within_a_second() -> None:
         bench.check_samples(driver)
 
 
+def test_readings_at_another_gain_are_named_and_none_comes_after_the_gap() -> None:
+    """Another program writes CAP_GAIN: the readings have status OK, and are 20 % too high."""
+    with Bench() as bench:
+        driver = bench.open()
+        bench.read(driver, 60)
+        bench.kit.control(OUT, I2C, 0x90, 0x0F, 2, (0xAE8F).to_bytes(2, "big"))
+        bench.read(driver, 60)
+        [(seq, text)] = driver.gaps
+        assert (since := re.search(r"Readings since (\d+\.\d) s may be wrong", text))
+        # What the two channels should differ by is constant: both ramps are the same.
+        difference_pF = median(sample.hard - sample.soft for sample in bench.samples[:60])
+        wrong = [s for s in bench.samples if not s.status and abs(s.hard - s.soft - difference_pF) > 0.001]
+        assert wrong
+        assert float(since[1]) - 0.05 <= wrong[0].t_hard_ns / 1e9 <= wrong[-1].t_hard_ns / 1e9 < float(since[1]) + 1.1
+        assert wrong[-1].seq < seq
+        assert driver.describe()["fingerprint"] == "66 cc 5c 90"
+
+
+def with_image(bench: Bench, tmp_path: Path) -> Bench:
+    """Give the bench a firmware of 46 load requests, which the board loses when it is unplugged."""
+    bench.firmware = tmp_path / "image.hex"
+    records = [bytes([64, *(64 * i).to_bytes(2, "big"), 0, *[i + 1] * 64]) for i in range(22)]
+    lines = [f":{(record + bytes([-sum(record) & 0xFF])).hex()}" for record in records]
+    bench.firmware.write_text("\n".join([*lines, ":00000001FF"]))
+    bench.kit.loaded = bench.kit.keeps_firmware = False
+    return bench
+
+
+@pytest.mark.parametrize("kind", ["stall", "line error", "no answer", "unplug"])
+@pytest.mark.parametrize("request_number", [1, 3, 40])
+def test_a_fault_while_the_firmware_is_loaded_after_a_replug(kind: str, request_number: int, tmp_path: Path) -> None:
+    with with_image(Bench(), tmp_path) as bench:
+        driver = bench.open()
+        bench.read(driver, 2)
+        bench.fail("unplug", 1.0)
+        bench.fail(kind, 1.0, request=RAM, skip=request_number - 1)
+        bench.read(driver, 5)
+        assert not bench.kit.faults
+        assert (bench.samples[-1].status, driver.counters.reconnects, len(driver.gaps)) == (Status.OK, 1, 1)
+        bench.check_samples(driver)
+
+
+def test_a_firmware_that_does_not_start_is_loaded_again(tmp_path: Path) -> None:
+    with with_image(Bench(), tmp_path) as bench:
+        driver = bench.open()
+        bench.read(driver, 2)
+        bench.fail("unplug", 1.0)
+        bench.fail("stall", request=ERROR_COUNT, times=12)
+        assert bench.read(driver, 2)[-1].status == Status.OK
+        assert not bench.kit.faults
+
+
+def test_a_board_is_waited_for_two_minutes_counted_down() -> None:
+    with Bench() as bench:
+        bench.replug_s = REPLUG_S
+        driver = bench.open()
+        bench.read(driver, 2)
+        bench.fail("unplug", 119.0)
+        bench.read(driver, 2)
+        left = [re.findall(r"Waiting for it: (\d+) s left", note) for note in bench.notes]
+        assert [int(number) for [number] in filter(None, left)] == [90, 60, 30, 10]
+        assert driver.away == ""
+        bench.check_samples(driver)
+
+
+def test_schedules_of_faults_and_replugs(tmp_path: Path, tally: Tally) -> None:
+    """No wrong value, and it goes on: the board is back within two minutes in all."""
+    for number in range(draws(50, 1000, at_least=50)):
+        random = random_of(f"replugs {number}")
+        with with_image(Bench(seed=number), tmp_path) as bench:
+            bench.replug_s = REPLUG_S
+            driver = bench.open()
+            for _ in range(random.randint(1, 3)):
+                bench.read(driver, random.randint(1, 3))
+                bench.fail("unplug", random.uniform(0.0, 60.0), skip=random.randint(0, 20))
+                for _ in range(random.randint(0, 4)):
+                    request, skip = random.choice([RAM, None]), random.randint(0, 60)
+                    bench.fail(random.choice(FAULTS), random.uniform(0.0, 12.0), request=request, skip=skip)
+                bench.read(driver, 8)
+                bench.kit.faults.clear()
+            assert bench.read(driver, 3)[-1].status == Status.OK
+            assert driver.counters.reconnects > 0
+            bench.check_samples(driver)
+        tally.count("schedules of faults with replugs")
+
+
 @pytest.mark.parametrize("kind", ["no answer", "stall", "line error"])
 @pytest.mark.parametrize("why", ["lost conversion", "unplug"])
 def test_a_fault_while_it_is_opened_again_does_not_end_it(why: str, kind: str) -> None:
@@ -89,7 +181,7 @@ def test_firmware_that_another_program_loads_is_waited_for() -> None:
         bench.fail("unplug", 1.0)
         bench.read(driver, 2)
         assert [note for note in bench.notes if "no firmware" in note] == [bench.notes[1]]
-        assert bench.notes[1].endswith("Waiting until it is ready.")
+        assert bench.notes[1].endswith("unplug the board for a moment. Waiting for it: 7 s left.")
         [(seq, text)] = driver.gaps
         assert 2 <= seq <= bench.samples[2].seq
         assert text.startswith("the board was unplugged for 6.")

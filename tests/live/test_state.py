@@ -272,6 +272,7 @@ def test_a_board_is_unplugged_and_comes_back(tmp_path: Path) -> None:
     gone = bench.waited("unplugged")
     assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
     assert gone["line"]["text"].endswith(" The recording goes on.")
+    assert re.search(r"plug it in again\. Waiting for it: 1[12]\d s left\.", gone["line"]["text"])
     assert {fact["value"] for fact in bench.documents["device"]()["facts"] if fact["warn"]} >= {"0", "-"}
     assert "The board was unplugged for" in bench.waited("gap")["line"]["text"]
     bench.measurement.close()

@@ -13,10 +13,11 @@ What happens after an error:
 4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
    pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
    failures of the device: it is not opened again.
-5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
-   are counted in `lost`, and their sequence numbers are skipped.
+5. If the device is unplugged, the driver waits for it, up to `replug_s`, and opens it again as often as that fails. The
+   pairs that the gap would have held are counted in `lost`, and their sequence numbers are skipped.
 6. Once a second the gains of the chip are read: a chip has no serial number, but other gains than any other chip, set
-   in the factory. If another program has changed them, the pair is LOST, and the device is opened again.
+   in the factory. If another program has changed them, the pair is LOST, and the device is opened again: the reset
+   restores them. The text of the gap says since when readings may be wrong.
 
 After 3, 5 and 6, and where the range was set again, the earlier baseline is no longer valid: `gaps` lists from which
 sample on, and why.
@@ -30,7 +31,7 @@ from threading import Event
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Access, Clock, NotReady, RealClock, RegisterBus, repeated
+from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Overdue, Reading
 from palpate.ad7746.pace import Middle, difference_ns
@@ -40,13 +41,16 @@ from palpate.samples import Sample, Status
 from palpate.systems import on_monotonic
 
 STREAK = 3
+REPLUG_S = 120.0  # Longest time to wait for an unplugged device: a person looks for the cable.
 LIMIT_NS = 2_000_000  # Largest possible error of the difference of the two times of a pair that is not LOST, ns.
 _UNKNOWN_NS = -1000
 _GRACE_NS = 200_000_000
 _CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
 _GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
 _POLL_S = 0.1
-_SETTLING = 20  # tries until a board that is not ready is reported: permissions and firmware take up to 2 s
+_SETTLING = 20  # tries until a board that cannot be opened is reported: permissions and firmware take up to 2 s
+_LEFT_S = (10, 30, 60, 90)  # the rest of the wait that is reported
+_GONE = "The board is gone: plug it in again."
 
 
 class _Interrupted(Exception):
@@ -68,9 +72,10 @@ class Ad7746:
     clock : Clock, optional
         The clock of the bus.
     replug_s : float
-        Longest time to wait for an unplugged device, s.
+        Longest time to wait for an unplugged device, s, 0 or more.
     notify : callable, optional
-        Called with a message when the device is unplugged and when it is back, or if its range cannot be set again.
+        Called with a message when the device is unplugged, as the wait for it goes on, and when it is back, or if its
+        range cannot be set again.
     limit_ns : int
         Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
 
@@ -79,8 +84,6 @@ class Ad7746:
     counters : Counters
     gaps : list of (int, str)
         Each: number of the first sample for which the earlier baseline is no longer valid; and why.
-    away : str
-        While the driver waits for an unplugged device: a sentence that says so; else empty.
 
     Raises
     ------
@@ -105,12 +108,12 @@ class Ad7746:
         configuration: Configuration | None = None,
         clock: Clock | None = None,
         *,
-        replug_s: float = 30.0,
+        replug_s: float = REPLUG_S,
         notify: Callable[[str], None] = lambda _: None,
         limit_ns: int = LIMIT_NS,
     ) -> None:
         self.gaps: list[tuple[int, str]] = []
-        self.away = ""
+        self._away, self._deadline_ns = "", 0.0
         self._bus, self._clock = bus, clock or RealClock()
         self._replug_s, self._notify = replug_s, notify
         self._interrupted, self._centre = Event(), Event()
@@ -125,6 +128,12 @@ class Ad7746:
     def configuration(self) -> Configuration:
         """Configuration in the chip, with the CAPDAC steps that `auto_capdac` found."""
         return self._converter.configuration
+
+    @property
+    def away(self) -> str:
+        """While the driver waits for an unplugged device: why, and the rest of the wait; else empty."""
+        left_s = max(self._deadline_ns - self._clock.now_ns(), 0) / 1e9
+        return self._away and f"{self._away} Waiting for it: {left_s:.0f} s left."
 
     @property
     def period_s(self) -> float:
@@ -311,41 +320,45 @@ class Ad7746:
         now = self._clock.now_ns()
         if now < self._look_at_gains_ns:
             return
+        since_s = (self._look_at_gains_ns - _GAINS_NS - self._start_ns) / 1e9
         self._look_at_gains_ns = now + _GAINS_NS
         if (found := self._converter.gains()) != self._gains:
             gains = f"{found.hex(' ')}, before {self._gains.hex(' ')}"
-            why = "another program uses the board; close that program"
+            why = f"another program uses the board; close that program. Readings since {since_s:.1f} s may be wrong"
             raise _OtherGains(f"the gains of the chip (registers 0x0F to 0x12) are {gains}: {why}")
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
         """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""
-        self.away = f"The board is gone: plug it in again. It is waited for, up to {self._replug_s:g} s."
+        self._deadline_ns = self._clock.now_ns() + self._replug_s * 1e9
+        self._away = _GONE
         self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
         try:
-            other = self._open_when_back(self._clock.now_ns() + self._replug_s * 1e9)
+            other = self._open_when_back()
             gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
             lost = self._skipped()
             self.counters.reconnects += 1
             self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
         finally:
-            self.away = ""  # after the gap: one of the two says what is going on
+            self._away = ""  # after the gap: one of the two says what is going on
         self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
 
-    def _open_when_back(self, deadline_ns: float) -> str:
+    def _open_when_back(self) -> str:
         """Open the device as soon as possible; return as `_set_up`. Raises the error of the last try."""
-        not_ready = 0
+        failed, told = 0, (False, _marks_passed(self._replug_s))
         while True:
             try:
                 return self._reopen()
             except SourceError as error:
-                settling = isinstance(error, NotReady)
-                if self._clock.now_ns() > deadline_ns or (isinstance(error, DeviceRefused) and not settling):
+                left_s = (self._deadline_ns - self._clock.now_ns()) / 1e9
+                if left_s < 0:
                     raise
-                not_ready += settling
-                if settling and not_ready == _SETTLING:
-                    self.away = f"{error}. Waiting until it is ready."
-                    self._notify(self.away)
+                gone = isinstance(error, DeviceNotFound) and not isinstance(error, DeviceRefused)
+                failed = 0 if gone else failed + 1
+                self._away = f"{error}." if failed == _SETTLING else self._away if failed else _GONE
+            if (due := (failed >= _SETTLING, _marks_passed(left_s))) != told:
+                told = due
+                self._notify(self.away)
             self._clock.sleep(_POLL_S)
 
     def _centred(self) -> int:
@@ -373,6 +386,11 @@ class Ad7746:
     def _check_interrupt(self) -> None:
         if self._interrupted.is_set() and self._clock.now_ns() >= self._grace_ns:
             raise _Interrupted
+
+
+def _marks_passed(left_s: float) -> int:
+    """Return how many of the reported rests of the wait are passed."""
+    return sum(left_s <= mark_s for mark_s in _LEFT_S)
 
 
 def _empty(middle: Middle) -> Reading:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 from palpate.ad7746.bus import Clock, RealClock, RegisterBus
 from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.ad7746.driver import LIMIT_NS, Ad7746
+from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
 from palpate.ad7746.wiring import Wiring, WiringWatch
 from palpate.errors import DeviceRefused, PalpateError, SourceError, quoted
 from palpate.samples import Sample, Status
@@ -64,7 +64,7 @@ class BoardSource(Source):
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
-        how = {"replug_s": options.get("replug", 30.0), "limit_ns": options.get("limit_ns", LIMIT_NS)}
+        how = {"replug_s": options.get("replug", REPLUG_S), "limit_ns": options.get("limit_ns", LIMIT_NS)}
         notify = lambda message: self.notify(message)  # which may be set later
         self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
         self._watches = [WiringWatch(number, self.driver.look) for number in (HARD, SOFT)]

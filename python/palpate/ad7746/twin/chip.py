@@ -161,4 +161,9 @@ class ChipTwin:
         offset = int.from_bytes(registers[datasheet.CAP_OFFSET : datasheet.CAP_GAIN], "big")
         total += (offset - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF
         noise = datasheet.NOISE_PF[registers[datasheet.CONFIG] >> 3 & 7] if self._noisy else 0.0
-        return total + self._random.gauss(0.0, noise)
+        return (total + self._random.gauss(0.0, noise)) * _gain(registers[datasheet.CAP_GAIN :]) / _gain(self.factory)
+
+
+def _gain(registers: bytes) -> float:
+    """Return the gain that CAP_GAIN sets: (2^16 + code) / 2^16."""
+    return 1 + int.from_bytes(registers[:2], "big") / 2**16
