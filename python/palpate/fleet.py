@@ -13,7 +13,7 @@ from palpate.errors import SomeFailed
 from palpate.frames import Frame, is_frame
 from palpate.recording.foreign import read, recorded
 from palpate.recording.recording import Recording
-from palpate.touch import Blocks, Channels, Touches, tracked
+from palpate.touch import Blocks, Channels, Touches, Windows, tracked
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -31,6 +31,7 @@ def touches(  # type: ignore[overload-overlap]
     scene: "_Scene" = "handheld",
     unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
+    windows: Windows | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
 ) -> Touches: ...
@@ -41,6 +42,7 @@ def touches(
     scene: "_Scene" = "handheld",
     unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
+    windows: Windows | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
 ) -> list[Touches]: ...
@@ -50,6 +52,7 @@ def touches(
     scene: "_Scene" = "handheld",
     unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
+    windows: Windows | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
 ) -> Touches | list[Touches]:
@@ -70,6 +73,10 @@ def touches(
         As in `palpate.read`; of paths and data frames.
     reading : mapping, optional
         More keywords of `palpate.read` for them, for example {"columns": {"hard": 2, "soft": 3}}.
+    windows : sequence of (float, float), optional
+        Begin and end, s, of touches that are cut out by hand, of one recording; each lies within one press. The result has
+        a touch for each window, in their order: of its samples, up to the lift of the probe, and of any length. Its
+        baseline is from the readings without contact before it.
     jobs : int
         Threads for several recordings, 1 or more. The results are the same bit for bit. The estimator runs in all of
         them at once, and so does waiting for a slow disk; the text of files is read by one at a time. Of an iterator no
@@ -86,7 +93,8 @@ def touches(
     Raises
     ------
     ValueError
-        An unknown scene, a setting out of range, or `seconds` for a recording without times.
+        An unknown scene, a setting out of range, or `seconds` for a recording without times; a window without a touch, or
+        whose baseline was measured in contact.
     TypeError
         An unknown setting; or not a recording.
     RecordingError
@@ -105,13 +113,18 @@ def touches(
     >>> paths = ["tests/data/four-specimens.csv"] * 3
     >>> [len(found) for found in palpate.touches(paths, jobs=2)]
     [4, 4, 4]
+    >>> [touch] = palpate.touches(paths[0], windows=[(3.0, 7.5)])
+    >>> round(touch.start_s, 1), touch.samples
+    (3.0, 170)
     """
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
     asked = {**(reading or {}), **({} if unit is None else {"unit": unit})}
-    one = partial(_of_one, scene=scene, reading=asked, settings=settings)
+    one = partial(_of_one, scene=scene, reading=asked, settings=settings, windows=windows)
     if not _is_several(recording):
         return one(recording)
+    if windows is not None:
+        raise ValueError("windows: got them with several recordings, allowed: with one")
     given: dict[str, Any] = {**settings}
     Tracker(scene, **given)  # a wrong setting is no error of each recording
     results = list(in_order(one, recording, jobs))
@@ -120,15 +133,22 @@ def touches(
     return [result for result in results if not isinstance(result, Exception)]
 
 
-def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> Touches:
+def _of_one(
+    recording: Any,
+    *,
+    scene: "_Scene",
+    reading: Mapping[str, Any],
+    settings: "_AnySettings",
+    windows: Windows | None,
+) -> Touches:
     if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **reading)
     elif "unit" in reading and not isinstance(recording, str | os.PathLike):
         raise ValueError(f"unit: got {reading['unit']!r} with a recording in memory, allowed: with a path or a table")
     if not isinstance(recording, str | os.PathLike):
-        return tracked(recording, scene=scene, **settings).touches
+        return tracked(recording, scene=scene, windows=windows, **settings).touches
     try:
-        found = tracked(recorded(recording, **reading), scene=scene, **settings).touches
+        found = tracked(recorded(recording, **reading), scene=scene, windows=windows, **settings).touches
     except Exception as error:
         error.add_note(f"file: {os.fspath(recording)}")
         raise

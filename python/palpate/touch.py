@@ -1,6 +1,7 @@
 """Touches of a recording."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import make_dataclass
 from itertools import pairwise
 from types import GetSetDescriptorType
@@ -134,10 +135,20 @@ class Tracked(NamedTuple):
         return [*self.touches.notes, *([f"{RETAKEN} ({again})"] if self.retaken else [])]
 
 
+Windows = Sequence[tuple[float, float]]
+"""Times of touches that are cut out by hand: begin and end of each, s."""
+
+
 def tracked(
-    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+    recording: Channels | Blocks,
+    *,
+    scene: "_Scene" = "handheld",
+    windows: Windows | None = None,
+    **settings: Unpack["_AnySettings"],
 ) -> Tracked:
     """Return the touches of one recording, as `palpate.touches` does for any number of them, and what the tracker knows."""
+    if windows is not None:
+        return _tracked_in(windows, recording, scene, settings)
     tracker = tracker_of(recording, scene, settings)
     for _, part in _parts(tracker, recording):
         tracker.take(*part)
@@ -145,6 +156,74 @@ def tracked(
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
     return Tracked(Touches(found).of(recording), tracker.retaken, tracker.touch_count - ended)
+
+
+_LEFT, _INSIDE, _AFTER = 1, 2, 3  # parts of a recording beside a window; 0: before the contact
+_WHOLE: dict[str, Any] = {"samples": None, "seconds": None, "age": 0.0, "release": 0.1}
+"""Settings with which a touch ends where the probe is lifted."""
+
+
+def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracked:
+    """Return the touch in each window. Its baseline is from the readings without contact before it."""
+    known = Tracker(scene).settings
+    given: Any = {**settings, **{name: value for name, value in _WHOLE.items() if name in known}}
+    tracker = tracker_of(recording, scene, given)
+    if not timed(recording):
+        raise ValueError(
+            "windows: got a recording without times, allowed: one with times; name its column, as time=COL"
+        )
+    fed = [(part[0], part[4]["contact"]) for part in feed_recording(tracker, recording) if len(part[0])]
+    tracker.finish()
+    if not fed:
+        raise ValueError("windows: got a recording without samples, allowed: one with samples")
+    times, contact = (np.concatenate(columns) for columns in zip(*fed, strict=True))
+    times = np.maximum.accumulate(times)
+    found = []
+    for begin_s, end_s in windows:
+        begin, end = int(np.searchsorted(times, begin_s)), int(np.searchsorted(times, end_s, "right"))
+        if not (times[0] <= begin_s < times[-1] and begin < end):
+            span = f"begin before end, with samples, within {times[0]:.3f} to {times[-1]:.3f} s"
+            raise ValueError(f"windows: got {begin_s:g} to {end_s:g} s, allowed: {span}")
+        starts = [touch.start for touch in tracker.touches]
+        left = max([start for start in starts if start < begin and contact[begin - 1]], default=begin)
+        following = min([start for start in starts if start >= end], default=len(times))
+        again = tracker_of(recording, scene, given)
+        touches, retaken = _cut_out(again, recording, [left, begin, end, following])
+        if len(touches) != 1 or retaken:
+            why = "the baseline before it was measured in contact" if retaken else _WHY[bool(touches)]
+            raise ValueError(
+                f"windows: got {begin_s:g} to {end_s:g} s: {why}, allowed: one press after a second without contact"
+            )
+        found += touches
+    return Tracked(Touches(found).of(recording), tracker.retaken, 0)
+
+
+_WHY = "nothing rises above the baseline before it", "the probe is lifted in it, and pressed again"
+
+
+def _cut_out(tracker: Tracker, recording: Channels | Blocks, rows: list[int]) -> tuple[list[Touch], int]:
+    """Feed a recording up to the last of four rows; return the touches from the second to the third, where they end.
+
+    Readings from the first to the second are left out: the contact that has begun before the window. Also returned is
+    how often the baseline was found to be wrong from the second row on.
+    """
+    at, stage, counts, retaken = 0, 0, list[int](), 0
+    for _, part in _parts(tracker, recording):
+        edges = np.clip(np.array(rows) - at, 0, len(part[0]))
+        at += len(part[0])
+        for piece, columns in enumerate(zip(*(np.split(column, edges) for column in part), strict=True)):
+            if not len(columns[0]) or piece > _AFTER:
+                continue
+            if stage < piece in (_INSIDE, _AFTER):
+                tracker.finish()
+                counts.append(tracker.touch_count)
+                retaken = retaken if len(counts) > 1 else tracker.retaken
+            stage = piece
+            t_hard, t_soft, hard, soft = columns
+            tracker.take(t_hard, t_soft, *((hard * math.nan, soft * math.nan) if piece == _LEFT else (hard, soft)))
+    tracker.finish()
+    counts.append(tracker.touch_count)
+    return tracker.touches_since(counts[0])[: counts[1] - counts[0]], tracker.retaken - retaken
 
 
 def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:

@@ -41,6 +41,18 @@ def test_one_row_a_touch_or_one_document() -> None:
     assert found["touches"] == [touch.as_dict() | none for touch in touches]
 
 
+def test_windows_are_touches() -> None:
+    found = document("replay", FOUR, "--window", "3:7.5", "--window", "12.0:16")
+    assert found["windows"] == [[3.0, 7.5], [12.0, 16.0]]
+    cut = palpate.touches(FOUR, windows=[(3.0, 7.5), (12.0, 16.0)])
+    assert [touch["ratio"] for touch in found["touches"]] == [touch.ratio for touch in cut]
+    for wrong, text in (("3", "BEGIN:END"), ("3:x", "BEGIN:END"), ("8.9:9.9", "nothing rises")):
+        done = run("replay", FOUR, "--window", wrong)
+        assert (done.exit_code, text in done.stderr) == (2, True)
+    assert "allowed one of them" in run("replay", FOUR, "--window", "3:7", "--offline").stderr
+    assert "recordings, allowed: with one FILE" in run("replay", FOUR, FOUR.parent, "--window", "3:7").stderr
+
+
 def test_offline_shows_its_method_and_the_live_result_beside(tmp_path: Path) -> None:
     found = palpate.offline(palpate.read(FOUR))
     head, *lines, last = run("replay", FOUR, "--offline").stdout.splitlines()

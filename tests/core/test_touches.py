@@ -1,5 +1,6 @@
 """Touches of recordings: found, flagged, with and without times, from the project's recording and from real ones."""
 
+import dataclasses
 import json
 import pickle
 import runpy
@@ -143,3 +144,49 @@ def test_three_places_of_a_cord_are_told_apart(recordings: Path) -> None:
             ratios.append(touch.ratio)
         quartiles[gesture] = np.percentile(ratios, [25, 50, 75])
     assert quartiles["h"][0] > quartiles["l"][2] > quartiles["l"][0] > quartiles["m"][2]
+
+
+WINDOWS = [(2.5, 7.0), (11.5, 16.0), (20.0, 24.5), (29.0, 33.5)]
+
+
+@pytest.mark.parametrize("scene", ["handheld", "sliding", "paper"])
+def test_touches_that_are_cut_out_by_hand(scene: Any) -> None:
+    """Each is of the samples of its window, but for the three that the gate takes to find the contact."""
+    recording = palpate.read(FOUR)
+    truth = [touch.ratio for touch in palpate.touches(recording, scene=scene)]
+    found = palpate.touches(recording, scene=scene, windows=WINDOWS[::-1])[::-1]
+    for touch, (begin_s, end_s), right in zip(found, WINDOWS, truth, strict=True):
+        inside = (begin_s <= recording.t_hard_s) & (recording.t_hard_s <= end_s)
+        assert (touch.start, touch.samples, touch.flags) == (inside.argmax(), inside.sum() - 3, ())
+        assert touch.ratio == pytest.approx(right, rel=5e-3 if scene == "paper" else 2e-5)
+    assert palpate.touches(FOUR, scene=scene, windows=WINDOWS) == found
+
+
+def test_windows_within_one_press_and_from_before_it_to_its_end() -> None:
+    [whole] = palpate.touches(FOUR, windows=[(1.0, 9.5)])
+    assert whole.start == palpate.touches(FOUR)[0].start
+    parts = palpate.touches(FOUR, windows=[(2.5, 4.5), (4.5, 7.0)])
+    assert [part.ratio for part in parts] == pytest.approx([whole.ratio] * 2, rel=5e-5)
+    assert whole.samples > 230
+    assert [round(part.start_s, 1) for part in parts] == [2.5, 4.5]
+
+
+@pytest.mark.parametrize(("first", "window", "text"), [
+    (100, (5.0, 7.5), "5 to 7.5 s: the baseline before it was measured in contact, allowed: one press after a second"),
+    (0, (2.0, 16.0), "the probe is lifted in it, and pressed again"),
+    (0, (8.9, 9.9), "nothing rises above the baseline before it"),
+    (0, (5.0, 4.0), "got 5 to 4 s, allowed: begin before end, with samples, within 0.000 to 36.660 s"),
+    (2000, (5.0, 7.5), "without samples"),
+    (0, (40.0, 41.0), "within 0.000 to 36.660 s"),
+])  # fmt: skip
+def test_windows_without_a_touch_say_why(first: int, window: tuple[float, float], text: str) -> None:
+    whole = palpate.read(FOUR)
+    names = ("t_hard_s", "t_soft_s", "hard", "soft")
+    later = dataclasses.replace(whole, **{name: getattr(whole, name)[first:] for name in names})
+    with pytest.raises(ValueError, match=text):
+        palpate.touches(later, windows=[window])
+    with pytest.raises(ValueError, match="several recordings"):
+        palpate.touches([whole, whole], windows=[window])
+    untimed = dataclasses.replace(whole, t_hard_s=np.full(len(whole.hard), np.nan))
+    with pytest.raises(ValueError, match="windows: got a recording without times"):
+        palpate.touches(untimed, windows=[window])

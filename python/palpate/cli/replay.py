@@ -33,6 +33,14 @@ _WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE,
 """Exit codes of several recordings: the first code here that one of them has is returned."""
 
 
+def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> list[tuple[float, float]] | None:
+    """Return begin and end of each window, s; None: none was given."""
+    try:
+        return [(float(begin), float(end)) for begin, end in (text.split(":") for text in given)] or None
+    except ValueError:
+        raise click.BadParameter(f"got {' '.join(given)!r:.60}, allowed: BEGIN:END, two times, s, as 2.0:8.5") from None
+
+
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=Recordings())
 @replaying_options
@@ -40,6 +48,14 @@ _WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE,
               help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
 @click.option("--offline", "is_offline", is_flag=True,
               help="Estimate each touch again with the whole recording known, and show it beside the live result.")  # fmt: skip
+@click.option(
+    "--window",
+    "windows",
+    multiple=True,
+    callback=_windows,
+    metavar="BEGIN:END",
+    help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated.",
+)
 @click.option("--jobs", default=1, show_default=True, type=click.IntRange(min=1),
               help="Recordings at a time, each in a thread.")  # fmt: skip
 @json_option
@@ -49,6 +65,7 @@ def replay(
     how: dict[str, Any],
     calibration: Path | None,
     is_offline: bool,
+    windows: list[tuple[float, float]] | None,
     jobs: int,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send recordings through the estimator again: one row for each touch.
@@ -72,12 +89,16 @@ def replay(
     """  # noqa: D301
     if is_offline and calibration:
         raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
+    if is_offline and windows:
+        raise click.UsageError("--offline and --window: allowed one of them")
     made = palpate.Calibration.load(calibration) if calibration else None
-    one = partial(replayed, asked=asked, how=how, offline=is_offline, calibration=made)
+    one = partial(replayed, asked=asked, how=how, offline=is_offline, calibration=made, windows=windows)
     [first, *others] = dict.fromkeys(file for named in files for file in named.files)
     if others or any(named.several for named in files):
         if asked.get("soft"):
             raise click.UsageError(f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE")
+        if windows:
+            raise click.UsageError(f"--window: got it with {len(others) + 1} recordings, allowed: with one FILE")
         sys.exit(_replay_all([first, *others], one, jobs))
     with usage_errors():
         found = one(INPUT.convert(first, None, None))
@@ -130,7 +151,13 @@ class Replayed:
 
 
 def replayed(
-    file: Path, *, asked: dict[str, Any], how: dict[str, Any], offline: bool, calibration: "Calibration | None"
+    file: Path,
+    *,
+    asked: dict[str, Any],
+    how: dict[str, Any],
+    offline: bool,
+    calibration: "Calibration | None",
+    windows: list[tuple[float, float]] | None,
 ) -> Replayed:
     """Send a recording through the estimator.
 
@@ -142,7 +169,7 @@ def replayed(
     recording = recorded(file, **asked)
     tracking = tracking_of(recording, how, calibration)
     again = palpate.offline(recording, **tracking) if offline else None
-    of_tracker = tracked(recording, **tracking)
+    of_tracker = tracked(recording, windows=windows, **tracking)
     touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
@@ -158,6 +185,7 @@ def replayed(
         "rows": recording.survey.rows,
         "notes": list(notes),
         **other,
+        **({"windows": windows} if windows else {}),
         "touches": touch_table.records(touches, uncertainties, cut=of_tracker.cut),
     }
     reliable = bool(touches) and not recording.doubts
