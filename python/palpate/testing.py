@@ -94,6 +94,7 @@ def _read(source: Source, count: int, read: list[Sample], enough: threading.Even
         row = SampleRing(2).row
         blocks = map(samples_of, blocks_of(source)) if hasattr(source, "read_block") else [source]
         for given in chain.from_iterable(blocks):
+            source.gaps_before(getattr(given, "seq", -1))
             if len(read) < count:
                 read.append(Sample(*row(given)))
             if len(read) >= count:

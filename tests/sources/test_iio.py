@@ -12,6 +12,7 @@ from iio_kernel import Kernel
 from palpate import DeviceNotFound, DeviceRefused, ProtocolError, Sample, Source, Status, Stream
 from palpate.ad7746 import datasheet
 from palpate.sources import iio
+from recording_bench import passing_gaps
 
 IDLE = (6.9, 4.7)
 """Of the paper's probe, pF: out of the range of a CAPDAC at 0."""
@@ -124,7 +125,7 @@ def test_an_offset_that_is_moved_is_a_gap(install: Callable[..., Kernel]) -> Non
     kernel = install()
     source, said = opened(kernel)
     with source:
-        samples = iter(source)
+        samples = passing_gaps(source)
         assert {next(samples).status for _ in range(5)} == {Status.OK}
         kernel.write(kernel.folder / "in_capacitance1_offset", str(3 * 338646 + 5))
         moved, after = next(samples), next(samples)
@@ -139,7 +140,7 @@ def test_the_range_is_set_again(install: Callable[..., Kernel], root: bool) -> N
     kernel = install(root=root)
     source, said = opened(kernel)
     with source:
-        samples = iter(source)
+        samples = passing_gaps(source)
         next(samples)
         kernel.picofarads = IDLE
         assert next(samples).status == BOTH

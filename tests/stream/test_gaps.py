@@ -66,6 +66,30 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
     assert repeated.touches == stream.touches
 
 
+def feed_in_a_loop(source: Any, tracker: Tracker, *, passes: bool) -> None:
+    """Feed a tracker in a loop of one's own."""
+    with source:
+        for one in source:
+            for _ in source.gaps_before(one.seq) if passes else ():
+                tracker.gap()
+            tracker.feed(one.t_hard_ns / 1e9, one.t_soft_ns / 1e9, one.hard, one.soft)
+
+
+def test_a_loop_of_ones_own_cannot_go_on_over_a_gap() -> None:
+    """It gave a touch of 2.15 without a flag."""
+    stream = measured(replug(0.02, 9.3))
+    right, wrong = (Tracker(**stream.tracker.settings) for _ in range(2))
+    text = (
+        "gap: got the board was unplugged for 1.0 s, then sample [0-9]+ without `gaps_before`, allowed: Tracker.gap()"
+    )
+    with pytest.raises(RuntimeError, match=text):
+        feed_in_a_loop(replug(0.02, 9.3), wrong, passes=False)
+    assert [round(touch.start_s) for touch in wrong.touches] == [2]
+    feed_in_a_loop(replug(0.02, 9.3), right, passes=True)
+    right.finish()
+    assert right.touches == stream.touches
+
+
 @pytest.mark.parametrize("scene", ["handheld", "sliding", "paper", "fixed"])
 @pytest.mark.parametrize("at", [300, 301, 555])
 def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Path) -> None:

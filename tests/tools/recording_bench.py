@@ -126,6 +126,13 @@ def record(path: Path, samples: list[Sample], **device: Any) -> Path:
     return path
 
 
+def passing_gaps(source: Source) -> Iterator[Sample]:
+    """Iterate over a source, and take note of its gaps."""
+    for each in source:
+        source.gaps_before(each.seq)
+        yield each
+
+
 def measured(source: Source | str, **how: Any) -> Stream:
     """Measure to the end; return the stream."""
     with Stream(source, **how) as stream:

@@ -7,6 +7,7 @@ from palpate import ProtocolError, Sample
 from palpate.sources.lines import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
 from palpate.sources.serial import Line, SerialSource
+from recording_bench import passing_gaps
 
 
 class Chunks(SerialSource):
@@ -58,7 +59,7 @@ class Sent:
         self.source = Chunks(b"\n" + data, Grammar(**checked("serial", options, OF_LINES)), arrivals_s)
         self.refusals, self.said, self.samples, self.failed = self.source.refusals, self.source.said, list[Sample](), ""
         try:
-            self.samples.extend(self.source)
+            self.samples.extend(passing_gaps(self.source))
         except ProtocolError as error:
             self.failed = str(error)
 

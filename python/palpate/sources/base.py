@@ -6,6 +6,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import wraps
 from threading import Event
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
@@ -58,6 +59,9 @@ class Source(Protocol):
     returns an empty array at the end. Errors are raised by the call after the samples before them. A stream uses it in
     place of the iteration, and single samples are many times as expensive.
 
+    After a gap the earlier baseline is no longer valid: a stream passes it on. A loop of your own does so by `gaps_before`;
+    one that does not ends with RuntimeError, as its touches would be wrong.
+
     `palpate.testing.check_source` tests whether a source keeps what is promised here.
 
     Attributes
@@ -86,6 +90,13 @@ class Source(Protocol):
     live: bool = True
     real_time: bool = True
     notify: Callable[[str], None] = staticmethod(_silent)
+    _gaps_passed: int = 0
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        """Let the iteration of a source look whether gaps are passed on."""
+        super().__init_subclass__(**named)
+        if "__iter__" in vars(cls):
+            cls.__iter__ = _with_gaps_passed(cls.__iter__)  # type: ignore[method-assign]
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
@@ -127,6 +138,34 @@ class Source(Protocol):
         """All gaps so far, in order; one is added before the first sample after it is returned."""
         return ()
 
+    def gaps_before(self, seq: int) -> list[Gap]:
+        """Return the gaps before or at a sample that no earlier call returned: after each one the baseline is another one.
+
+        Parameters
+        ----------
+        seq : int
+            Number of the sample.
+
+        Returns
+        -------
+        list of Gap
+
+        Examples
+        --------
+        >>> import palpate
+        >>> tracker = palpate.Tracker(full_scale=4.09)
+        >>> with palpate.open("sim:tremor?seed=1&fault=unplug:1@1") as source:
+        ...     for sample in source:
+        ...         for gap in source.gaps_before(sample.seq):
+        ...             tracker.gap()
+        ...         touch = tracker.feed(sample.t_hard_ns / 1e9, sample.t_soft_ns / 1e9, sample.hard, sample.soft)
+        >>> gap.text
+        'the board was unplugged for 1.0 s'
+        """
+        found = gaps_until(self, self._gaps_passed, seq)
+        self._gaps_passed += len(found)
+        return found
+
     @property
     def conditions(self) -> Sequence[Mapping[str, float]]:
         """What was measured beside the samples, in order: each has `t_s`, and values by name and unit (`temperature_C`)."""
@@ -160,6 +199,21 @@ class Source(Protocol):
     def close(self) -> None:
         """Release everything; may be called twice."""
         return
+
+
+def _with_gaps_passed(iterate: Callable[[Any], Iterator[Sample]]) -> Callable[[Any], Iterator[Sample]]:
+    """Return `__iter__` with an error for a reader that goes on after a gap which it has not passed on."""
+
+    @wraps(iterate)
+    def samples(self: Any) -> Iterator[Sample]:
+        self._gaps_passed = 0
+        for sample in iterate(self):
+            yield sample
+            if missed := gaps_until(self, self._gaps_passed, getattr(sample, "seq", -1)):
+                text = f"got {missed[0].text}, then sample {sample.seq} without `gaps_before`"
+                raise RuntimeError(f"gap: {text}, allowed: Tracker.gap() for each of source.gaps_before(sample.seq)")
+
+    return samples
 
 
 class Stoppable(Source):

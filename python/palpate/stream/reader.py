@@ -14,7 +14,7 @@ from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import marked
 from palpate.samples import Block, Sample, block_of, samples_of
 from palpate.sources import Source
-from palpate.sources.base import Gap, blocks_of, first_wrong, gaps_until
+from palpate.sources.base import Gap, blocks_of, first_wrong
 from palpate.stream.memory import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
@@ -38,7 +38,7 @@ class Reader:
         self._late_ns, self._codes = _LATE * float(device.get("period_s", math.nan)) * 1e9, codes_of(device)
         self._outlives_recording = outlives
         self._stopping = Event()
-        self._gaps_passed, self._conditions, self._has_gone_back = 0, 0, False
+        self._conditions, self._has_gone_back = 0, False
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
         self._recorder: Recorder | None = None
 
@@ -111,8 +111,7 @@ class Reader:
 
     def _store(self, block: Block) -> None:
         """Count and store samples, each gap directly before its sample."""
-        gaps, begin = gaps_until(self._source, self._gaps_passed, int(block["seq"][-1])), 0
-        self._gaps_passed += len(gaps)
+        gaps, begin = self._source.gaps_before(int(block["seq"][-1])), 0
         with self.lock:
             if self._is_over():
                 return
