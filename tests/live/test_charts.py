@@ -181,6 +181,18 @@ def test_cursors_read_the_values_of_rows(page: Browser, live: Canned) -> None:
     page.until(lambda: not page["readout"].is_displayed())
 
 
+def test_the_part_between_both_cursors_of_a_recording_is_estimated(page: Browser) -> None:
+    with Canned(state("file")) as server:
+        opened(page, server, "file")
+        page.run(
+            "palpate.charts.cursors.put(0, 130 + arguments[0]); palpate.charts.cursors.put(1, 120 + arguments[0])",
+            ORIGIN_S,
+        )
+        page.until(lambda: "Done: cut." in page.text("readout"))
+        [cut] = server.asked("cut")
+        assert (cut["from_s"], cut["to_s"]) == (ORIGIN_S + 120, ORIGIN_S + 130)
+
+
 @pytest.mark.parametrize("size", ["desk", "phone"])
 def test_labels_are_whole_and_apart(page: Browser, size: str) -> None:
     crowded = state("contact")

@@ -211,6 +211,15 @@ def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> Non
         assert found.touches == palpate.touches(recorded(OWN_FILE), scene="sliding", samples=100, seconds=None)
 
 
+def test_a_part_of_a_recording_is_estimated_as_a_touch() -> None:
+    with opened(OWN_FILE) as (_, bench):
+        [touch] = palpate.touches(recorded(OWN_FILE), windows=[(3.0, 7.0)])
+        told = f"A to B: ratio {Uncertainty.of(touch)}, {touch.samples} samples"
+        assert bench.do("cut", from_s=3.0, to_s=7.0) == {"message": told}
+        told = bench.do("cut", from_s=8.9, to_s=9.9)["message"]
+        assert told.startswith("windows: got 8.9 to 9.9 s: nothing rises above the baseline before it, allowed:")
+
+
 def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
     """The session, marks, tares and gaps of its sidecar; what is left out there is left out here."""
     touches, times = palpate.touches(palpate.read(OWN_FILE)), palpate.read(OWN_FILE).t_hard_s

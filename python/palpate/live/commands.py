@@ -18,6 +18,7 @@ from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
+from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER
 from palpate.sources.options import Check, number, yes_no
 
@@ -129,6 +130,16 @@ class Workbench:
         """Write a report of the newest recording."""
         return self.measurement.files.report(self._calibration_file)
 
+    def cut(self, from_s: float, to_s: float) -> str:
+        """Estimate the part of a recording between two times as a touch; return the result, or why there is none."""
+        if not isinstance(self.measurement, RecordedMeasurement):
+            raise RefusedCommand("cut: got it in a measurement, allowed: in a recording")
+        try:
+            touch = self.measurement.cut(from_s, to_s)
+        except ValueError as error:
+            return str(error)
+        return "; ".join([f"A to B: {self._table.result(touch)}, {touch.samples} samples", *advice(touch)])
+
     def _use(self, calibration: Calibration, path: Path) -> None:
         self._plan.progress.calibration, self._calibration_file = calibration, path
         said = f"moduli are from {path.name} from here on"
@@ -179,6 +190,7 @@ COMMANDS: dict[str, Order] = {
     "calibrating": Order("calibration.switch", {"on": yes_no}),
     "save calibration": Order("calibration.save", {"name?": _NAME}),
     "report": Order("bench.report"),
+    "cut": Order("bench.cut", {"from_s": _SECONDS, "to_s": _SECONDS}),
     "noise": Order("page.listen", {"on": yes_no}),
     "view": Order("page.look", _VIEW),
 }

@@ -15,7 +15,7 @@ import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
 
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["view", "noise"]; // asked for by the charts, not by a person
+const SILENT = ["view", "noise", "cut"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
@@ -42,6 +42,7 @@ const ANSWERS = {
     known.forced &&= message.do !== "tare anyway";
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
+    if (message.do === "cut") screen.charts.cursors.tell(message.message);
   },
   refused: (message) => {
     answer(message.message, true);

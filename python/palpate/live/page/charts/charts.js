@@ -23,7 +23,7 @@ export class Charts {
     this.tale = new Tale(known);
     this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
-    this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time") });
+    this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time"), cut: (from_s, to_s) => this.window.file && say({ do: "cut", from_s, to_s }) });
     const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time") };
     this.overview = new Overview($("overview"), parts);
     this.detail = new Detail($("detail"), parts);

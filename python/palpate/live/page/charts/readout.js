@@ -27,11 +27,13 @@ export class Hover {
   }
 }
 
-// Cursors A and B, and the table of their values and differences.
+const CUT_MS = 300; // a cursor that is dragged asks when it rests
+
+// Cursors A and B, the table of their values and differences, and the result of the part between them.
 export class Cursors {
-  // place: element of the table; rows: Rows; tale: Tale; changed(): a cursor has moved
-  constructor(place, { rows, tale, changed }) {
-    Object.assign(this, { place, rows, tale, changed });
+  // place: element of the table; rows: Rows; tale: Tale; changed(): draw anew; cut(from, to): the part between the cursors is another one
+  constructor(place, { rows, tale, changed, cut }) {
+    Object.assign(this, { place, rows, tale, changed, cut });
     this.clear();
   }
 
@@ -39,12 +41,20 @@ export class Cursors {
     const { begin, end } = this.rows.extent;
     this.times[which] = Math.max(begin, Math.min(end, time));
     this.rows.exactly(this.times[which]);
+    this.tell("");
+    const [from, to] = this.times.toSorted((a, b) => a - b);
+    if (!this.times.includes(null) && from < to) this.asking = setTimeout(() => this.cut(from, to), CUT_MS);
+  }
+
+  tell(text) {
+    clearTimeout(this.asking);
+    this.told = text;
     this.changed();
   }
 
   clear() {
     this.times = [null, null];
-    this.changed();
+    this.tell("");
   }
 
   // Values at both cursors; a cursor that is not set has none.
@@ -69,6 +79,7 @@ export class Cursors {
       line("touch", ({ touch }) => (touch ? [touch.number, touch.specimen].filter((part) => part !== null && part !== undefined).join(", ") : "–"), ""),
     ];
     const cell = (textContent, i, k) => (i && k ? make("td", { textContent }) : make("th", { textContent, scope: !textContent ? "" : i ? "row" : "col" }));
-    fill(this.place, lines, () => [make("table", {}, ...lines.map((texts, i) => make("tr", {}, ...texts.map((text, k) => cell(text, i, k)))))]);
+    const table = () => make("table", {}, ...lines.map((texts, i) => make("tr", {}, ...texts.map((text, k) => cell(text, i, k)))));
+    fill(this.place, [...lines, this.told], () => [table(), make("p", { textContent: this.told })]);
   }
 }
