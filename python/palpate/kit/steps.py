@@ -161,7 +161,7 @@ def _noise(bench: Bench, name: str, pin: int, level: InputLevel, capf: int, coun
 
 def pairs(bench: Bench) -> Iterator[Step]:
     """Read pairs as a measurement does."""
-    found = list(islice(bench.source, _PAIRS + 1))  # it centres the CAPDACs first
+    found = list(islice(_for_a_while(bench, math.inf), _PAIRS + 1))  # it centres the CAPDACs first
     if len(found) < 2:
         yield left_out("pairs a second", "the source ended")
         return
@@ -341,9 +341,10 @@ def _now(bench: Bench, pin: int) -> float:
     return found.capdac * bench.steps_pF.get(pin, datasheet.DAC_STEP_PF) + found.pF
 
 
-def _for_a_while(bench: Bench) -> Iterator[Sample]:
-    deadline = bench.chip.clock.now_ns() + _WAIT_S * 1e9
+def _for_a_while(bench: Bench, most_s: float = _WAIT_S) -> Iterator[Sample]:
+    deadline = bench.chip.clock.now_ns() + most_s * 1e9
     for sample in bench.source:
+        bench.source.gaps_before(sample.seq)  # no step needs a baseline
         yield sample
         if bench.chip.clock.now_ns() > deadline:
             return
