@@ -143,3 +143,10 @@ def test_record_ends_by_the_clock_without_a_sample(port: Port, tmp_path: Path, m
     monkeypatch.setattr("palpate.cli.record._GRACE_S", 0.1)
     done = run("record", f"serial:{port.link}", "-o", tmp_path / "run.csv", "--seconds", "0.2")
     assert (done.exit_code, "0 rows" in done.stderr) == (5, True)
+    assert "no line came: check the board, and the baud rate, 115200" in done.stderr
+    timer = threading.Timer(0.2, port.write, ["\n" + "C1=1 C2=2\n" * 3])
+    timer.start()
+    done = run(
+        "record", f"serial:{port.link}?pattern=(?P<hard>.);(?P<soft>.)", "-o", tmp_path / "b.csv", "--seconds", "1"
+    )
+    assert "lines not read: 3. The last: 'C1=1 C2=2'. Reason: it does not match the pattern as a whole" in done.stderr

@@ -35,7 +35,9 @@ def strict(line: bytes) -> tuple[float, float] | None:
         except (ValueError, RecursionError):
             return None
         return _pair([(label, "nan" if value is None else str(value)) for label, value in cells])
-    parts = re.split(r"\s*[,;|]\s*|\s+", re.sub(r"\s*([=:])\s*", r"\1", text))
+    text = text[1:-1] if text[:1] + text[-1:] == "()" else text.removeprefix(">")
+    parts = re.split(r"\s*[,;|]\s*|\s+", re.sub(r"\s*([=:])\s*", r"\1", text.strip()))
+    parts = parts[:-1] if parts[-1:] == [""] else parts
     named = [re.match(r"([A-Za-z_][A-Za-z0-9_]*)[=:]", part) for part in parts]
     labels = [match[1] if match else "" for match in named]
     if any(labels):
@@ -95,11 +97,13 @@ _PIECES = ["hard", "soft", "Hard", "C1", "C2", "hard_raw", "soft_raw", "t", "t_m
            "millis", "hard_fF", "soft_pF", "humidity", "=", ":", " = ", ",", ", ", ";", "|", "\t", " ", "6.92", "4.69",
            "-0.5", ".5", "7", "7.", "0", "8388608", "16777215", "-1", "1e-3", "6,92", "1234", "9.9E+37", "1e31", "1_0", "0x1B", "OL", "-OL", "nan",
            "inf", "pF", "{", "}", '"', '"hard":6.92', '"soft":4.69', '"t_ms":5', "null", "1e400", "Infinity",
-           "NaN", "true", "12:21:46", "Jul", "*00", "#", "+", "-", ".", "e", "\xa0", "\x00", "é"]  # fmt: skip
+           "NaN", "true", "12:21:46", "Jul", "*00", "#", "+", "-", ".", "e", "\xa0", "\x00", "é",
+           "(", ")", ">", ",)"]  # fmt: skip
 _GOOD = ["hard:6.92,soft:4.69", "C1=6.92 C2=4.69", '{"hard":6.92,"soft":4.69}', '{"seq":3,"t_ms":5,"C1":1e1,"C2":0.5}', "6.92,4.69",
          "hard=6,92;soft=4,69", "hard_fF=6920|soft_pF=4.69", "-0.5 +0.25", "hard=1,soft=2*3E",
          "seq=1,t_hard_us=5,t_soft_us=6,hard_raw=8388608,soft_raw=1,capdac_hard=4,capdac_soft=5,status=0", "hard=OL,soft=1",
-         "hard_raw=-1,soft_raw=5,status=8", "1234,6.92,4.69", "12:21:46 6.92 4.69"]  # fmt: skip
+         "hard_raw=-1,soft_raw=5,status=8", "1234,6.92,4.69", "12:21:46 6.92 4.69", "(6.92, 4.69)", ">hard:6.92,soft:4.69",
+         "6.92,4.69,"]  # fmt: skip
 
 
 def line_of(rng: Random) -> bytes:

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from functools import reduce
 from operator import xor
@@ -36,6 +37,10 @@ SMALLEST_PF, LARGEST_PF = 0.01, 100.0  # Range of the first capacitance of a cha
 LONGEST = 1000  # Bytes of a line, at most: anything longer is not text.
 _LONGEST_NS = 2**62
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_DECIMALS = re.compile(r"[-+]?[0-9]*(\.[0-9]*)?")
+_CHANGED = 8  # Values in a row with another number of decimals: the instrument has changed its range.
+_VARYING, _USUAL = 3, 0.05  # Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
+_ENDS = 5  # where values have ended with as many digits, and none with 0, which a varying number leaves out.
 _CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
 
@@ -52,6 +57,37 @@ class LineColumn(NamedTuple):
 
 
 Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of a line.
+
+
+class Decimals:
+    """The usual number of decimals of a channel: where it is fixed, a value with another one has lost a character."""
+
+    def __init__(self) -> None:
+        self._counts = Counter[int]()
+        self._last = (0, 0)  # number of decimals, values in a row with it
+        self._varying = 0.0
+        self._ends = set[str]()  # last digits of usual values
+        self.padded = False  # one of them is 0, behind another decimal
+
+    def require_usual(self, role: str, text: str, *, padded: bool) -> None:
+        """Count a value; raises Refused. `padded`: a value of another channel ends with 0."""
+        found = _DECIMALS.match(text)
+        count = len(found[1] or "") if found and found[0] else 0
+        self._counts[count] += 1
+        self._last = count, self._last[1] + 1 if count == self._last[0] else 1
+        if self._last[1] == _CHANGED:
+            self._counts = Counter({count: _CHANGED})
+        [(usual, _)] = self._counts.most_common(1)
+        if count == usual:
+            self._varying -= min(_USUAL, self._varying)
+            self._ends.add(text[-1])
+            self.padded |= count > 2 and text[-1] == "0"  # the point counts; 7.0 shows nothing
+            return
+        self._varying += 1
+        if self.padded or padded or self._varying <= _VARYING or len(self._ends) < _ENDS:
+            before = max(usual - 1, 0)
+            raise Refused(f"{role} has {max(count - 1, 0)} decimals, before it had {before}: has it lost a character?")
+        self._varying = math.inf
 
 
 class Grammar:
@@ -75,6 +111,7 @@ class Grammar:
             ("pF", unit) if isinstance(unit, float) else (unit_read(unit), PICOFARADS.get(unit, 1.0))
         )
         self._sized = False
+        self._decimals = {role: Decimals() for role in CHANNELS}
 
     def read(self, line: bytes) -> Values:
         """Return the values of a line; raises Refused."""
@@ -89,10 +126,19 @@ class Grammar:
         named = zip(columns, cells, strict=True)
         values = {each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED}
         self._check_sizes(columns, values)
+        if not summed:
+            self._check_decimals({each.role: cell for each, (_, cell) in zip(columns, cells, strict=True)}, values)
         if self.form is None:
             self.form, self.columns = form, self.columns or columns
             self.by_order = not (self._given or self._pattern or any(form[1]))
         return values
+
+    def _check_decimals(self, texts: dict[str, str], values: Values) -> None:
+        """Check that both channels have as many decimals as before, if that number is fixed; raises Refused."""
+        padded = any(each.padded for each in self._decimals.values())
+        for role in CHANNELS:
+            if not math.isnan(values.get(role, math.nan)):
+                self._decimals[role].require_usual(role, texts[role], padded=padded)
 
     def _matched(self, text: str) -> Cells:
         match = self._pattern.fullmatch(text) if self._pattern else None
@@ -102,6 +148,8 @@ class Grammar:
 
     def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
         """Return what the cells are: by the option, by their names, or two numbers as hard and soft."""
+        if not self._given and cells[-1:] == [("", "")]:  # a plotter's line ends with a comma
+            del cells[-1:]
         labels = [label for label, _ in cells]
         if self._given:
             if len(cells) != len(self._given):
@@ -196,7 +244,8 @@ def split(text: str) -> Cells:
         except (ValueError, RecursionError) as error:
             raise Refused("it begins as a JSON object, but is none") from error
         return [(label, "nan" if value is None else str(value)) for label, value in members]
-    tight = re.sub(r"\s*([=:;|,])\s*", r"\1", text)
+    plain = re.sub(r"^\((.*)\)$|^>", r"\1", text)  # a tuple; Teleplot
+    tight = re.sub(r"\s*([=:;|,])\s*", r"\1", plain.strip())
     cells = (_CELL.fullmatch(part) for part in re.split(r"[;|,]|\s+", tight))
     return [(cell[1] or "", cell[2]) for cell in cells if cell]
 

@@ -152,15 +152,26 @@ class SerialSource(Stoppable):
         self._is_read = False  # since a line was read, and shown
         self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
         self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
+        self._unshown, self._last = (
+            0,
+            "",
+        )  # lines that were not read since the last message about them, and the last one
+        self._came = False  # any line
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; lines that are not read are counted as errors."""
         self.describe()
-        for line in chain(self._early, self._lines):
-            pair = self._pair(line) if line.text else None
-            self._watch_silence(pair, line.arrived_ns)
-            if pair:
-                yield pair
+        try:
+            for line in chain(self._early, self._lines):
+                pair = self._pair(line) if line.text else None
+                self._watch_silence(pair, line.arrived_ns)
+                if pair:
+                    yield pair
+        finally:
+            if self._unshown:
+                self.notify(f"{self._name}: lines not read: {self._unshown:,}. The last: {self._last}")
+            elif not self._came:
+                self.notify(f"{self._name}: no line came: check the board, and the baud rate, {self._baud}")
 
     @property
     def counters(self) -> dict[str, int]:
@@ -239,6 +250,7 @@ class SerialSource(Stoppable):
 
     def _pair(self, line: Line) -> Sample | None:
         """Return the pair of a line; None: it is a comment, which is shown once, or not read."""
+        self._came = True
         if line.text.startswith(b"#"):
             if len(self._comments) < _COMMENTS and line.text not in self._comments:
                 self._comments.add(line.text)
@@ -253,25 +265,30 @@ class SerialSource(Stoppable):
         self._away_s, self._unread_ns = 0.0, None
         if not self._is_read:
             self._is_read = True
+            self._unshown = 0  # what a board sends when it starts is no error
             guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
-            self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}")
+            is_summed = self._grammar.form and self._grammar.form[0]
+            sure = "" if is_summed else "; no checksum *XX: a digit that is lost before the point is not seen"
+            self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}{sure}")
         if gap:
             self.gaps += (Gap(sample.seq, gap),)
         return sample
 
     def _refuse(self, line: Line, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
-        last = f"{_quoted(line.text)}. Reason: {refused}"
+        hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
+        self._last, self._unshown = f"{_quoted(line.text)}. Reason: {refused}{hint}", self._unshown + 1
         if self._is_read and not self._away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
-                self.notify(f"{self._name}: {self._errors:,} lines were not read. The last: {last}")
+                self.notify(f"{self._name}: {self._errors:,} lines were not read. The last: {self._last}")
+                self._unshown = 0
         if self._unread_ns is None:
             self._unread_ns = line.arrived_ns
         limit_s = max(PATIENCE_S, self._replug_s if self._is_read else 0.0)
         if line.arrived_ns - self._unread_ns >= limit_s * 1e9:
-            hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
-            raise ProtocolError(f"{self._name}: no line is read. The last: {last}{hint}")
+            self._unshown = 0
+            raise ProtocolError(f"{self._name}: no line is read. The last: {self._last}")
 
     def _watch_silence(self, pair: Sample | None, now_ns: int) -> None:
         """Report once that no pair with both values comes."""
