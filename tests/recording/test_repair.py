@@ -45,6 +45,14 @@ def test_a_torn_row_is_removed_without_a_question_and_verified_rows_stay_so(tmp_
     assert sorted(contents(tmp_path)) == ["run.csv", "run.csv.unrepaired", "run.json", "run.json.unrepaired"]
 
 
+def test_a_cut_table_without_a_sidecar_is_one_fault(tmp_path: Path) -> None:
+    path = killed(tmp_path / "run.csv", ROWS, SYNCED, torn=49)
+    path.with_suffix(".json").unlink()
+    [_, fault] = check(path, repair=True).faults
+    refused = "not repaired: the other lines are rows, and what the sidecar said cannot be known again"
+    assert fault == f"the last row is cut off: its 49 bytes are left out; {refused}"
+
+
 def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> None:
     path = killed(tmp_path / "run.csv", ROWS, SYNCED, torn=9)
     recording = recorded(path)

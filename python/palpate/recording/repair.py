@@ -36,8 +36,9 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
         path = recording.path  # a packed file of another name is no text that can be repaired: it is left as it is
         is_packed = recording.data is not None or path == STANDARD_INPUT or path.suffix.lower() == ".gz"
         return _PACKED if is_packed else None
+    lines = "the other lines are rows" if recording.seen.torn else "every line is a row"
     if not known.document:
-        return "not repaired: every line is a row, and what the sidecar said cannot be known again"
+        return f"not repaired: {lines}, and what the sidecar said cannot be known again"
     if not recording.doubts:
         return ""
     missing = (known.sealed("rows") or 0) - rows
@@ -47,7 +48,7 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
         return (
             "not repaired: only the sidecar was changed, and what it said before cannot be known: take it from a copy"
         )
-    return "not repaired: every line is a row, and which ones are not as they were written cannot be known"
+    return f"not repaired: {lines}, and which ones are not as they were written cannot be known"
 
 
 def repair(recording: Recorded, damage: list[Damage]) -> None:

@@ -160,7 +160,10 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
         return Verification(recording.path, survey, None, False, False, (), found, timed=timed, understood=understood)
     known, integrity = recording.known, recording.integrity
     advice = refused or (_ADVICE if damage else "")
-    faults = (*integrity.limits, *integrity.doubts, *_faults(survey, damage), *([advice] if advice else []))
+    doubts = list(integrity.doubts)
+    if recording.seen.torn and doubts and refused:  # one sentence on the row that is cut off
+        doubts[-1], advice = f"{doubts[-1]}; {refused}", ""
+    faults = (*integrity.limits, *doubts, *_faults(survey, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(BEGUN)]
     pause = [survey.told_pause] if survey.told_pause else []
     repaired = "repaired" in known.end
