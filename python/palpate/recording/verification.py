@@ -161,7 +161,7 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
     known, integrity = recording.known, recording.integrity
     advice = refused or (_ADVICE if damage else "")
     doubts = list(integrity.doubts)
-    if recording.seen.torn and doubts and refused:  # one sentence on the row that is cut off
+    if recording.seen.torn and doubts and refused and not damage:  # one sentence on the row that is cut off
         doubts[-1], advice = f"{doubts[-1]}; {refused}", ""
     faults = (*integrity.limits, *doubts, *_faults(survey, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(BEGUN)]
