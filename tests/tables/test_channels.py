@@ -125,6 +125,15 @@ def test_a_rate_in_place_of_times(tmp_path: Path) -> None:
     assert "rate unknown" in untimed.understood
 
 
+def test_a_named_time_wins_over_a_unit_that_may_be_a_minimum(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    rows = "".join(f"{k * 0.0004:.4f},{6.9 + k % 7 / 100},{4.6 + k % 5 / 100},{k * 0.025:.3f}\n" for k in range(40))
+    path.write_text(f"Min,C1 (pF),C2 (pF),time (s)\n{rows}")
+    assert read(path).understood.startswith("time = time, s; ")
+    path.write_text(f"Min,C1 (pF),C2 (pF),n\n{rows}")
+    assert read(path).understood.startswith("time = Min, min; ")
+
+
 def test_a_capital_t_is_a_temperature(tmp_path: Path) -> None:
     rows = "".join(f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40))  # rises as a time does
     assert "rate unknown" in read(table(tmp_path, "T,C1,C2", rows)).understood

@@ -58,6 +58,8 @@ def test_the_same_table_in_many_dialects(text: str | bytes) -> None:
         ("Report of run 7,,\n,Ch1,Ch2\nTime (s),C (pF),C (pF)", "0,1,2", ["Time (s)", "Ch1 C (pF)", "Ch2 C (pF)"]),
         ("t;C1;C2\ns;pF;pF", "0;1;2", ["t s", "C1 pF", "C2 pF"]),
         ("Logger 7", "0;1;2", ["column 1", "column 2", "column 3"]),
+        ("% Model: a.mph\n% Time (s)    C1 (pF)   C2 (pF)", "0  1  2", ["Time (s)", "C1 (pF)", "C2 (pF)"]),
+        ("C1,C2,C1\nMean,Mean,Max", "0,1,2", ["C1 Mean", "C2 Mean", "C1 Max"]),
         ("time;soft;hard", "0;0;1;2", ["column 1", "column 2", "column 3", "column 4"]),
     ],
 )
@@ -129,7 +131,7 @@ def test_a_row_of_sums_is_refused_also_without_times(tmp_path: Path, word: str) 
 
 
 def test_cells_without_a_value() -> None:
-    marks = ["OL", "", "nan", "-", "N/A", "inf", "ol", "9.9E+37", "OVLD", "-1e30", "None"]
+    marks = ["OL", "", "nan", "∞", "-∞", "-", "N/A", "inf", "ol", "9.9E+37", "OVLD", "-1e30", "None"]
     for other in ("1.5", "1,5"):
         here = [mark for mark in marks if other == "1.5" or "." not in mark]
         found = column(*[other] * 40, *here, *[other] * 3)
@@ -148,6 +150,8 @@ def test_cells_without_a_value() -> None:
         ("time,hard,soft\n0,1x,2\n1,1,2\n2,1,2\n", 2, "'1x' in column 2"),
         ("t hard soft temp\n0 1 2 3\n1 2 3\n2 1 2 3\n3 1 2 3\n", 3, "got 3 cells, allowed: 4, as in the other rows"),
         ("t,hard,soft\n0,5,6,123,4,2\n0,6,6,124,4,2\n", 2, "commas separate the cells and are decimal marks"),
+        ("Mean,Max,Min\ntime (s),C1,C2\n0,1.5,2\n1,2,3\n", 1, "'Mean,Max,Min' above the names is of statistics"),
+        ("run 7\n# Min,Mean,Max\n,C1,C2\n0,1.5,2\n1,2,3\n", 2, "take these rows out"),
         ("2024,1,2\ntime,hard,soft\n0,1.5,2\n1,2,3\n2,2,2\n", 2, "'time' in column 1"),
         ('n,hard,soft,note\n0,1,2,"a\nb"\n1,1,2,ok\n2,1,2,ok\n3,1,2,ok\n', 3, ""),
     ],

@@ -10,14 +10,23 @@ from palpate.errors import RecordingError, listed, quoted
 from palpate.extras import need
 from palpate.tables.remarks import absent, clipped, frozen, pace, rate_of, remarks, typical_step
 from palpate.tables.table import Array, Asked, Column, Table, ask
-from palpate.tables.units import NONE, NUMBER, PAIRS, PICOFARADS, SECONDS, SOFT_TIMES, TIMES, kind, time_unit_in
+from palpate.tables.units import (
+    NONE,
+    NUMBER,
+    PAIRS,
+    PICOFARADS,
+    SECONDS,
+    SOFT_TIMES,
+    SUMMARY,
+    TIMES,
+    kind,
+    time_unit_in,
+)
 
 _SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}  # sizes of gauges, which have some pF
 _FAR = 100.0  # the two gauges of a probe differ by less
 _SOME = 10_000  # readings that show the size of all
 _CHANNEL = re.compile("(?:c|cin|cap|capacitance|ch)[0-9]")
-_SUMMARY = re.compile(r"\W*(?:average|avg|mean|median|mittel\w*|min|max|minimum|maximum|sum|summe|total|count|range|rms|"
-                      r"sd|sigma|std|stdv|std ?dev|stdev|stdabw|standard|var|variance)\b", re.IGNORECASE)  # fmt: skip
 GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
 POSSIBLE = (0.2, 20_000.0)
 _TICKS = ("s", "ms", "us", "ns")
@@ -120,6 +129,7 @@ def _times_of(table: Table, wanted: str | int | None) -> list[Column]:
         return [table.column(wanted)]
     named = [each for each in table.named(TIMES) if not each.in_farads]
     named = [each for each in named if each.label != "T" or time_unit_in(each.name)]
+    named.sort(key=lambda each: each.simple in SECONDS)  # last what has a unit as its name: "Min" may be a minimum
     return named or [each for each in table.columns if each.cells.dtype.kind in "mM"]
 
 
@@ -139,7 +149,7 @@ def _require_samples(table: Table, asked: Asked) -> None:
     why = "looks like a row of sums, not of samples: take such rows out"
     texts = [each for each in table.columns if each.cells.dtype.kind == "O"]
     for each in texts:
-        words = [word for word in {cell for cell in each.cells if isinstance(cell, str)} if _SUMMARY.match(word)]
+        words = [word for word in {cell for cell in each.cells if isinstance(cell, str)} if SUMMARY.match(word)]
         found = np.isin(each.cells, words)
         each.refuse(found & (2 * found.sum() < len(table)), why)
     for each in (each for each in _times_of(table, None) if asked.rate and each in texts):

@@ -16,7 +16,7 @@ from palpate.extras import need
 from palpate.frames import is_a, is_frame
 from palpate.tables.packed import contents, unpacked_name
 from palpate.tables.table import DECIMALS, Asked, Question, Table, ask
-from palpate.tables.units import NONE, NUMBER, TEXT, TIME, kind
+from palpate.tables.units import NONE, NUMBER, SUMMARY, TEXT, TIME, kind
 
 PARQUET, ARROW = b"PAR1", b"ARROW1\0\0"
 _SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".xlsx", ".xlsm", ".xdf", ".parquet", ".arrow", ".feather")
@@ -158,11 +158,15 @@ def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> lis
     filled = [line.lstrip('#%!/ "') if _COMMENT.match(line) else line for line in above if line.strip()]
     for line in filled[: -_MOST_NAMES - 1 : -1]:
         ways = [_split(line, each) for each in (dialect.delimiter, *_DELIMITERS)]  # it may have one of its own
+        ways += [] if rows or dialect.delimiter else [re.split(r"\s{2,}", line.strip())]  # names with blanks in them
         ways += [[*ways[0], ""]] if dialect.kinds[-1] == NONE else []  # each row ends with a delimiter
         cells = next(([cell.strip('"') for cell in cells] for cells in ways if len(cells) == width), [])
         kinds = [kind(cell) for cell in cells]
         if not cells or {NUMBER, TIME} & {*kinds} or kinds.count(TEXT) < min(2, width):
             break
+        if rows and all(cell == "" or SUMMARY.match(cell) for cell in cells):
+            reason = f"{quoted(line.strip())} above the names is of statistics, not of samples: take these rows out"
+            raise RecordingError(path, reason, next(n for n, each in enumerate(above, 1) if each.endswith(line)))
         rows.insert(0, cells)
     few = _split(filled[-1], ",") if filled and not rows and not points else []
     if dialect.delimiter == "," and 1 < len(few) < width:

@@ -95,8 +95,11 @@ PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", 
 NO_VALUE = frozenset({
     "", "OL", "+OL", "-OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVERFLOW", "OVFL", "OPEN", "ERR", "ERROR", "NAN", "NA",
     "N/A", "NAT", "<NA>", "NULL", "NONE", "-", "--", "---", "INF", "+INF", "-INF", "#N/A", "#NUM!", "#VALUE!", "#DIV/0!",
-    "#REF!", "#NAME?", "#NULL!",
+    "#REF!", "#NAME?", "#NULL!", "∞", "+∞", "-∞",
 })  # fmt: skip
+# Words that rows or columns of statistics begin with.
+SUMMARY = re.compile(r"\W*(?:average|avg|mean|median|mittel\w*|min|max|minimum|maximum|sum|summe|total|count|range|rms|"
+                     r"sd|sigma|std|stdv|std ?dev|stdev|stdabw|standard|var|variance)\b", re.IGNORECASE)  # fmt: skip
 OVERLOAD = 1e30  # numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37
 
 
