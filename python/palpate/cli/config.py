@@ -11,9 +11,13 @@ from typing import Any
 
 import click
 
-from palpate.errors import nearest, quoted, unlike
+from palpate.cli.terminal import say
+from palpate.errors import listed, nearest, quoted, unlike
 
 NAME = "palpate.toml"
+GUARDED = frozenset({"no-token", "host", "firmware", "force", "install-udev"})
+"""Options that open the page to more people, run a firmware or replace files: not from the working folder, whose palpate.toml
+may be of somebody else."""
 
 
 def places() -> list[Path]:
@@ -32,14 +36,15 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     group, run = context.command, context.invoked_subcommand
     if not (isinstance(group, click.Group) and run and (command := group.get_command(context, run))):
         return
-    paths = [chosen] if chosen else filter(Path.exists, places())
+    paths = [chosen] if chosen else [*filter(Path.exists, places())]
     tables = {str(path): read(path, commands).get(run) for path in paths}
+    guarded = "" if chosen else NAME
     tables["the environment"] = _of_environment(command)
     merged: dict[str, Any] = {}
     for place, table in tables.items():
         if table:
-            click.echo(f"defaults of {run} from {place}: {', '.join(table)}", err=True)
-            for key, value in parameters(place, run, command, table).items():
+            say(f"defaults of {run} from {place}: {listed(table)}")
+            for key, value in parameters(place, run, command, table, is_own=place != guarded).items():
                 merged[key] = {**merged.get(key, {}), **value} if isinstance(value, dict) else value
     context.default_map = {run: merged}
 
@@ -77,21 +82,27 @@ def keys(command: click.Command) -> dict[str, click.Parameter]:
     return found
 
 
-def parameters(place: object, section: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
+def parameters(
+    place: object, section: str, command: click.Command, table: dict[str, Any], *, is_own: bool = True
+) -> dict[str, Any]:
     """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
 
     Raises
     ------
     click.UsageError
-        An unknown key (the message lists the allowed ones), or a table in place of a value.
+        An unknown key (the message lists the allowed ones), a table in place of a value, or a key in `GUARDED` in a file
+        that is not the user's own.
     """
     allowed, inner, found = keys(command), _commands_of(command), dict[str, Any]()
     for key, value in table.items():
         where = f"{place}: [{section}]: "
         if key in inner and isinstance(value, dict):
-            found[key] = parameters(place, f"{section}.{key}", inner[key], value)
+            found[key] = parameters(place, f"{section}.{key}", inner[key], value, is_own=is_own)
         elif key not in allowed:
             raise click.UsageError(where + unlike(key, [*allowed, *inner]))
+        elif key in GUARDED and not is_own:
+            allowed_in = f"--{key} in the command line, or this key in {places()[0]}"
+            raise click.UsageError(f"{where}{key}: got it in the working folder, allowed: {allowed_in}")
         elif isinstance(value, dict):
             raise click.UsageError(f"{where}{key}: got a table, allowed: a value or a list of values")
         else:
