@@ -24,9 +24,21 @@ def quoted(value: object) -> str:
     return shortened(repr(value))
 
 
+def printable(text: str, keep: str = "") -> str:
+    r"""Return a text from outside for a terminal: control and hidden characters as escapes, but for those in `keep`.
+
+    Examples
+    --------
+    >>> print(printable("run\x1b[2J.csv"), printable("C1 (\u00b5F)"))
+    run\x1b[2J.csv C1 (\u00b5F)
+    """
+    return text if text.isprintable() else "".join(c if c.isprintable() or c in keep else repr(c)[1:-1] for c in text)
+
+
 def shortened(text: str, most: int = LONGEST) -> str:
-    """Return a text, or its beginning and its length."""
-    return text if len(text) <= most else f"{text[:most]}... ({len(text):,} characters)"
+    """Return a text as `printable`, or its beginning and its length."""
+    shown = printable(text[:most])
+    return shown if len(text) <= most else f"{shown}... ({len(text):,} characters)"
 
 
 def listed(names: Collection[str], most: int = 20) -> str:
@@ -117,7 +129,7 @@ class RecordingError(PalpateError):
     """
 
     def __init__(self, path: Path, reason: str, line: int | None = None) -> None:
-        place = f"{path}" if line is None else f"{path}, line {line}"
+        place = printable(f"{path}" if line is None else f"{path}, line {line}")
         super().__init__(f"{place}: {reason}")
         self.path = path
         self.reason = reason
@@ -150,7 +162,7 @@ class SomeFailed(PalpateError, ExceptionGroup):
         """Return the error for these results."""
         failed = [result for result in results if isinstance(result, Exception)]
         error = cls(
-            f"{len(failed)} of {len(results)} recordings failed; the results of the others are in .results", failed
+            f"{len(failed)} of {len(results)} recordings failed; the first: {failed[0]}; all results are in .results", failed
         )
         error.results = results
         return error

@@ -1,5 +1,6 @@
 """How commands begin and end: what they import, one line and an exit code after an error, and no half file."""
 
+import json
 import os
 import subprocess
 import sys
@@ -18,6 +19,10 @@ def process(*words: str, before: str = "", **environment: str) -> "subprocess.Co
     code = f"import sys; sys.argv = ['palpate', *{words!r}]\n{before}\nfrom palpate.__main__ import main; main()"
     given = {**os.environ, **environment}
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=given, check=False)
+
+
+def no_space(*_: object) -> None:
+    raise OSError(28, "No space left on device")
 
 
 def raising(error: str, name: str) -> str:
@@ -103,6 +108,36 @@ JSON = {
     "doctor": [],
     "kit": ["scan", "sim:"],
 }
+
+
+def test_an_error_is_a_document_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("no.csv").write_text("no table\n")
+    wrong: list[tuple[list[str], int, str]] = [
+        (["replay", "nope.csv"], 4, "nope.csv: No such file"),
+        (["replay", "no.csv"], 4, "no.csv, line 1: not a recording"),
+        (["calibrate", "no.csv", "-o", "p.toml"], 4, "no.csv, line 1: not a recording"),
+        (["record", "serial:/dev/ttyNothing7", "-o", "a.csv"], 3, "cannot be opened"),
+        (["replay", str(FOUR), "--scene", "x"], 2, "got 'x', allowed: fixed"),
+        (["replay", "--nope"], 2, "No such option '--nope'; see palpate replay --help"),
+        (["kit", "noise", "sim:", "--readings", "x"], 2, "see palpate kit noise --help"),
+        (["kit", "nose"], 2, "did you mean 'noise'? See palpate kit --help"),
+        (["nope"], 2, "got command 'nope'"),
+        (["--config", "none.toml", "replay", str(FOUR)], 4, "none.toml: No such file"),
+    ]
+    for words, code, said in wrong:
+        done = run(*words, "--json")
+        found = json.loads(done.stdout)["error"]
+        assert (done.exit_code, found["code"], said in found["message"]) == (code, code, True), (words, found)
+        assert found["message"] in done.stderr
+    assert "error" in json.loads(run("replay", "nope.csv", PALPATE_REPLAY_JSON="1").stdout)
+    for command, several in (("replay", None), ("check", "unreadable")):
+        found = document(command, str(FOUR), "no.csv")
+        [failed] = [each for each in (found[several] if several else found) if "error" in each]
+        assert (failed["file"], failed["error"]["code"], "touches" in failed) == ("no.csv", 4, False)
+    monkeypatch.setattr("palpate.recording.writer.write", no_space)
+    found = document("record", "sim:step-up", "-o", "b.csv")  # one document with what was measured until then
+    assert found["error"]["code"] == 4
 
 
 @pytest.mark.parametrize("name", sorted({*COMMANDS} - {"live"}))  # which ends when it is interrupted

@@ -16,7 +16,7 @@ from palpate.calibration.specimen_files import read_moduli
 from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import recording_options
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free
-from palpate.cli.terminal import aligned
+from palpate.cli.terminal import aligned, say
 from palpate.errors import CalibrationError, listed, nearest, shortened
 from palpate.extras import need
 from palpate.files import write
@@ -29,7 +29,7 @@ _YOUNG = "short, it did not reach the age"
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=InputFile())
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=InputFile())
 @click.option("--moduli", type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa. Default: "
               "those of the sidecars.")  # fmt: skip
 @click.option("-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML.")
@@ -151,18 +151,18 @@ def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...],
         )
     moduli, differences = known_moduli(runs, read_moduli(table) if table else {})
     for difference in differences:
-        click.echo(f"{difference}, as {table} says", err=True)
+        say(f"{difference}, as {table} says")
     found = _touches(runs, moduli, accept, chosen)
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
         there = " ".join(sorted(flags)) or "none"
-        click.echo(f"--accept {flag}: no touch has this flag; those found: {there}", err=True)
+        say(f"--accept {flag}: no touch has this flag; those found: {there}")
     kept = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
             kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
         else:
-            click.echo(f"{name}: no usable touch among {len(found[name])}: the specimen is left out", err=True)
+            say(f"{name}: no usable touch among {len(found[name])}: the specimen is left out")
     return kept
 
 
@@ -176,7 +176,7 @@ def _touches(
         for number, (touch, name, left_out) in enumerate(assigned(run, moduli), 1):
             place = f"touch {number} of {run.name}"
             if not name:
-                click.echo(f"{place} is left out: {left_out or 'no specimen is named for it'}", err=True)
+                say(f"{place} is left out: {left_out or 'no specimen is named for it'}")
             elif name not in moduli and not run.plan.touches:
                 allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
                 raise CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")
@@ -187,7 +187,7 @@ def _touches(
                 if against := [left_out] if left_out else objections(touch, accept, chosen.ratio_of):
                     short = _YOUNG if touch.age_s else _SHORT
                     reasons = ", ".join(short if flag == "short" else flag for flag in against)
-                    click.echo(f"{name}: {place} is left out: {reasons}", err=True)
+                    say(f"{name}: {place} is left out: {reasons}")
     for name in sorted(unknown):
-        click.echo(f"{name}: no modulus is known: the specimen is left out", err=True)
+        say(f"{name}: no modulus is known: the specimen is left out")
     return found

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import re
 import signal
 import sys
 import traceback
@@ -15,8 +16,8 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
-from palpate.cli.terminal import signals
-from palpate.errors import shortened, unlike
+from palpate.cli.terminal import echo, signals
+from palpate.errors import printable, shortened, unlike
 
 
 class Exit(IntEnum):
@@ -32,6 +33,8 @@ class Exit(IntEnum):
 
 
 _LONGEST = 1500  # characters of a message
+_VALID = re.compile(r"a valid (float|integer)(?: range)?$")  # as click ends a message
+_NUMBERS = {"float": "a number: write it as 1.5, without a unit", "integer": "a whole number: write it as 3"}
 
 
 def code_of(error: Exception) -> int:
@@ -45,10 +48,17 @@ def code_of(error: Exception) -> int:
 
 def said_of(error: Exception) -> str:
     """Return an error as one line."""
-    text = one_line(str(error))
     if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
+        return one_line(f"{error.filename}: {error.strerror}")
+    text = one_line(str(error))
     return text if isinstance(error, PalpateError | OSError) else f"unexpected: {type(error).__name__}: {text}"
+
+
+def failure(error: Exception) -> dict[str, Any]:
+    """Return an error as it stands in a document: exit code and message; of one file, also a column that is not there."""
+    if isinstance(error, ValueError | TypeError):
+        return {"code": Exit.BAD_DATA, "message": one_line(str(error).split("\n")[0])}
+    return {"code": code_of(error), "message": said_of(error)}
 
 
 def one_line(message: str) -> str:
@@ -70,18 +80,19 @@ def as_json() -> bool:
     return "palpate.json" in click.get_current_context().meta
 
 
-def show(document: Any, text: str) -> None:
+def show(document: Any, text: str, *, indent: int | None = 2) -> None:
     """Print a result: with --json one document, else a text, which may be empty."""
     if as_json():
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
+        click.get_current_context().meta["palpate.shown"] = True
+        click.echo(json.dumps(document, indent=indent, allow_nan=False))
     elif text:
-        click.echo(text)
+        echo(text)
 
 
 def show_notes(file: object, notes: Iterable[str]) -> None:
     """Print what is to be known of a file to standard error."""
     for note in filter(None, notes):
-        click.echo(f"{file}: {note}", err=True)
+        click.echo(printable(f"{file}: {note}"), err=True)
 
 
 def _remember(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -94,7 +105,12 @@ debug_option: Callable[[_C], _C] = click.option(
     "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print the traceback."
 )
 json_option: Callable[[_C], _C] = click.option(
-    "--json", is_flag=True, expose_value=False, callback=_remember, help="Print one JSON document instead."
+    "--json",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_remember,
+    help="Print one JSON document instead.",
 )
 """Adds --json to a command; see `show`."""
 
@@ -137,10 +153,12 @@ class Commands(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(lines.items()))
 
-    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
-        """Parse the options of the group itself."""
-        with _one_line_and_code({}):
-            return super().make_context(*args, **kwargs)
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the options of the group itself; with --json in the line also a wrong line is a document."""
+        if "--json" in args:
+            ctx.meta["palpate.json"] = True
+        with _one_line_and_code(ctx.meta):
+            return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; if it fails, end with one line and an exit code."""
@@ -155,30 +173,39 @@ def _one_line_and_code(meta: Mapping[str, Any]) -> Iterator[None]:
     try:
         yield
     except click.UsageError as error:
-        raise _with_help(error) from error
+        raise _with_help(error, meta) from error
     except (click.ClickException, click.exceptions.Exit, click.Abort):
         raise
     except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        sys.exit(Exit.INTERRUPTED)
+        _end(Exit.INTERRUPTED, "interrupted", "", meta)
     except Exception as error:
         if isinstance(error, OSError) and error.errno == errno.EPIPE:
             raise
-        _end(error, debug="palpate.debug" in meta)
+        debug, code = "palpate.debug" in meta, code_of(error)
+        if debug:
+            traceback.print_exception(error)
+        more = "; please report it with the output of --debug" if code == Exit.UNEXPECTED and not debug else ""
+        _end(code, said_of(error) + more, "Error: ", meta)
 
 
-def _with_help(error: click.UsageError) -> click.UsageError:
+def _with_help(error: click.UsageError, meta: Mapping[str, Any]) -> click.UsageError:
     """Return the error as one line with the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
-    message = one_line(error.format_message().rstrip("."))
-    return click.UsageError(f"{message}{' See' if message.endswith('?') else '; see'} {error.ctx.command_path} --help")
+    message = one_line(_VALID.sub(lambda match: _NUMBERS[match[1]], error.format_message().rstrip(".")))
+    message += f"{' See' if message.endswith('?') else '; see'} {error.ctx.command_path} --help"
+    _show_error(Exit.USAGE, message, meta)
+    return click.UsageError(message)
 
 
-def _end(error: Exception, *, debug: bool) -> NoReturn:
-    if debug:
-        traceback.print_exception(error)
-    code = code_of(error)
-    more = "; please report it with the output of --debug" if code == Exit.UNEXPECTED and not debug else ""
-    click.echo(f"Error: {said_of(error)}{more}", err=True)
+def _end(code: int, message: str, before: str, meta: Mapping[str, Any]) -> NoReturn:
+    """End with a message and an exit code."""
+    _show_error(code, message, meta)
+    click.echo(before + message, err=True)
     sys.exit(code)
+
+
+def _show_error(code: int, message: str, meta: Mapping[str, Any]) -> None:
+    """Print the document of an error, with --json, if the command has printed none."""
+    if "palpate.json" in meta and "palpate.shown" not in meta:
+        click.echo(json.dumps({"error": {"code": code, "message": message}}, indent=2))

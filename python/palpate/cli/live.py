@@ -1,6 +1,5 @@
 """`palpate live`: a measurement in the browser."""
 
-import json
 import logging
 import os
 import signal
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from palpate.cli.group import Exit, as_json, json_option, one_line, show_notes, usage_errors
+from palpate.cli.group import Exit, json_option, one_line, show, show_notes, usage_errors
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
@@ -117,7 +116,7 @@ def live(
         page, port = PageApp(bench), listening.getsockname()[1]
         address = address_of(listening, host, token)
         document = {"address": address, "source": source, "recording": str(file) if file else None}
-        click.echo(json.dumps(document) if as_json() else f"{source} at {address} (Ctrl-C ends it)")
+        show(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))

@@ -11,6 +11,7 @@ import click
 from palpate import PalpateError, Touch, Uncertainty
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
+from palpate.cli.group import failure
 from palpate.cli.terminal import say
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch
@@ -82,7 +83,7 @@ class Printer(Listener):
                 say(str(error))
         self._outside = outside
 
-    def document(self, file: Path, failure: PalpateError | None) -> dict[str, Any]:
+    def document(self, file: Path, error: PalpateError | None) -> dict[str, Any]:
         """Return the result for JSON."""
         touches = self._stream.touches
         return {
@@ -90,7 +91,7 @@ class Printer(Listener):
             "seconds": self.elapsed_s,
             "counters": self._stream.counters.as_dict(),
             "touches": touch_table.records(touches, self._uncertainties(touches), cut=self._cut),
-            "error": str(failure) if failure else None,
+            "error": failure(error) if error else None,
         }
 
     def _uncertainties(self, touches: Iterable[Touch]) -> list[Uncertainty]:

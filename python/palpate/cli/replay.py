@@ -14,10 +14,10 @@ import click
 import palpate
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
-from palpate.cli.group import Exit, code_of, json_option, said_of, show, show_notes, usage_errors
+from palpate.cli.group import Exit, failure, json_option, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, replaying_options, tracking_of
 from palpate.cli.paths import InputFile, Named, Recordings
-from palpate.cli.terminal import reading
+from palpate.cli.terminal import reading, say
 from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
@@ -253,11 +253,10 @@ def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
     documents, lines, below, errors, codes, understood = [], list[str](), list[str](), list[str](), {0}, ""
     for file, result in results.items():
         if isinstance(result, Exception):
-            usual = isinstance(result, ValueError | TypeError)  # a column that is not there, for example
-            said = str(result).split("\n")[0] if usual else said_of(result)
-            codes.add(Exit.BAD_DATA if usual else code_of(result))
-            errors.append(f"Error: {said}" if said.startswith(str(file)) else f"Error: {file}: {said}")
-            documents.append({"file": str(file), "error": said})
+            found = failure(result)
+            codes.add(found["code"])
+            errors.append(found["message"] if found["message"].startswith(str(file)) else f"{file}: {found['message']}")
+            documents.append({"file": str(file), "error": found})
             continue
         documents.append(result.document)
         codes.add(0 if result.reliable else Exit.NOT_RELIABLE)
@@ -268,5 +267,5 @@ def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
         below += [f"{file}: {line}" for line in result.below]
     show(documents, "\n".join([*lines, *below]))
     for error in errors:
-        click.echo(error, err=True)
+        say(f"Error: {error}")
     return codes

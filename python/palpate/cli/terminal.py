@@ -11,11 +11,18 @@ from typing import Any
 
 import click
 
+from palpate.errors import printable
+
 
 def say(message: str, *, nl: bool = True) -> None:
     """Print a message to standard error; a terminal or pipe that is closed does not end the measurement."""
     with suppress(OSError):
-        click.echo(message, err=True, nl=nl)
+        click.echo(printable(message, "\n" if nl else "\r"), err=True, nl=nl)
+
+
+def echo(text: str) -> None:
+    """Print a result to standard output."""
+    click.echo(printable(text, "\n"))
 
 
 def row_below(header: Sequence[str], cells: Iterable[object]) -> str:
