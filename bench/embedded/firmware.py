@@ -2,8 +2,9 @@
 
 import os
 import re
+import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +42,12 @@ class Target:
         return self.compiler[0].removesuffix("g++")
 
 
+# Program -> packages of Debian that have it.
+PACKAGES = {
+    "arm-none-eabi-g++": "gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib",
+    "qemu-system-arm": "qemu-system-arm",
+    "riscv64-unknown-elf-g++": "gcc-riscv64-unknown-elf",
+}
 ARM = ("arm-none-eabi-g++", "-mthumb")
 HARD = "-mfloat-abi=hard"
 TARGETS = {
@@ -70,6 +77,13 @@ class Cost:
 def subjects() -> list[str]:
     """Return the names of the subjects, from subjects.hpp."""
     return re.findall(r'visit\("(\w+)"', (HERE / "subjects.hpp").read_text())
+
+
+def missing(targets: Iterable[Target], compiler: str) -> list[str]:
+    """Return the programs that are not installed, each with what installs it; all targets need the ARM compiler or its headers."""
+    needed = dict.fromkeys([compiler, ARM[0], *(target.compiler[0] for target in targets)])
+    needed |= dict.fromkeys("qemu-system-arm" for target in targets if target.machine)
+    return [f"{name}: apt install {PACKAGES.get(name, 'g++')}" for name in needed if not shutil.which(name)]
 
 
 def run(*command: str | Path) -> str:

@@ -101,6 +101,8 @@ def main() -> int:
     parser.add_argument("--json", type=Path)
     parser.add_argument("--host", default="c++", help="compiler for this machine")
     arguments = parser.parse_args()
+    if missing := firmware.missing([TARGETS[name] for name in arguments.target], arguments.host):
+        parser.exit(2, "\n".join(["not installed:", *missing, "or leave out the targets that need it: --target\n"]))
     with tempfile.TemporaryDirectory() as folder:
         host = firmware.host_results(arguments.host, Path(folder))
     print(

@@ -10,6 +10,8 @@ import pytest
 from effort import ALL
 from project import ROOT, kept_json, need
 
+from bench.embedded import firmware
+
 EMBEDDED = ROOT / "bench" / "embedded"
 SIMULATED = ("m0", "m3", "m4f", "m7") if ALL else ("m0", "m4f")  # without and with arithmetic of its own
 
@@ -78,3 +80,13 @@ def test_what_it_may_cost_on_a_cortex_m4f(subject: str, allowed: dict[str, int])
     row = table("m4f")["subjects"][subject]
     found = {name: row["text"]["-Os"] if name == "text" else row[name] for name in allowed}
     assert {name: (found[name], most) for name, most in allowed.items() if found[name] > most} == {}
+
+
+@pytest.mark.parametrize("absent", ["qemu-system-arm", "riscv64-unknown-elf-g++", "arm-none-eabi-g++"])
+def test_the_bench_names_what_is_not_installed_before_it_compiles(absent: str, tmp_path: Path) -> None:
+    for program in {"c++", *firmware.PACKAGES} - {absent}:
+        (tmp_path / program).symlink_to("/bin/true")
+    command = [sys.executable, "-m", "bench.embedded.size"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env={"PATH": str(tmp_path)}, check=False)
+    said = f"not installed:\n{absent}: apt install {firmware.PACKAGES[absent]}\nor leave out the targets"
+    assert (done.returncode, done.stdout, done.stderr.startswith(said)) == (2, "", True), done.stderr
