@@ -1,6 +1,6 @@
 """What the flags of a touch mean, in words for the person who holds the probe; and doubts about a calibration."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
 
 from palpate._core import Touch
@@ -35,9 +35,19 @@ def advice(touch: Touch) -> list[str]:
     return [*told, _SWAPPED] if _is_swapped(touch) else told
 
 
-def advice_at_end(touch: Touch, *, cut: bool) -> list[str]:
-    """Return `advice` on a touch; of one that the end of the recording cut, longer would not have helped."""
-    return [_CUT if cut and sentence.startswith("short: ") else sentence for sentence in advice(touch)]
+def advice_at_end(touches: Sequence[Touch], *, cut: int = 0) -> list[list[str]]:
+    """Return `advice` on each touch of a recording; the last `cut` ones ran when it ended: longer would not have helped.
+
+    Also short touches are "swapped" where three or more agree, and no touch contradicts.
+    """
+    told = [advice(touch) for touch in touches]
+    for said in told[len(told) - cut :]:
+        said[:] = [_CUT if sentence.startswith("short: ") else sentence for sentence in said]
+    known = [touch for touch in touches if touch.samples >= _FEW and not _NO_RATIO & set(touch.flags)]
+    agree = len(known) >= _AGREE and all(_is_swapped(touch, _FEW) for touch in known)
+    for touch, said in zip(touches, told, strict=True):
+        said += [_SWAPPED] * (agree and touch in known and _SWAPPED not in said)
+    return told
 
 
 def reasons(said: Iterable[str], against: Iterable[str]) -> list[str]:
@@ -67,13 +77,14 @@ _SWAPPED = (
 )
 _NO_RATIO = {"unexcited", "one-sided", "baseline"}
 _FEWEST = 20  # samples: a burst of noise can begin a touch of a few
+_FEW, _AGREE = 10, 3  # samples of short touches, and how many of them show that the inputs are swapped
 _CLEARLY = 0.2  # below 1, of a ratio without a standard error
 
 
-def _is_swapped(touch: Touch) -> bool:
+def _is_swapped(touch: Touch, fewest: int = _FEWEST) -> bool:
     """Return whether the ratio is clearly below 1; by eq. (2) it is above 1 on every object."""
     margin = 2 * touch.standard_error if isfinite(touch.standard_error) else _CLEARLY
-    return touch.samples >= _FEWEST and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
+    return touch.samples >= fewest and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
 
 
 def _saturated(touch: Touch) -> str:

@@ -119,6 +119,7 @@ def test_import_shows_what_is_understood_and_what_is_open(own: Path, tmp_path: P
     cases: dict[tuple[str, ...], tuple[int, str]] = {
         (): (2, r"    2  A      6900\.(.|\n)*columns: got none"),
         both: (2, "unit: got none"),
+        ("--map", "hard=3,soft=2", "--unit", "fF"): (0, r"\nswapped: the soft channel changed more (.|\n)*\n2 touches"),
         (*both, "--unit", "fF"): (0, r"hard = A, fF; soft = B, fF; 38.4 pairs .*; 880 rows\n2 touches: ratio 2.0"),
     }
     for options, (code, said) in cases.items():

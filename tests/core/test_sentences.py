@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import palpate
 import pytest
+from palpate.sentences import advice_at_end
 from palpate.simulation import scenarios, simulate
 from palpate.simulation.bumps import Bumps, Gauge
 from palpate.simulation.converter import Faults
 from palpate.simulation.scenarios import EFFECTS
+from project import FOUR
 
 
 def of(touch: palpate.Touch) -> dict[str, str]:
@@ -87,3 +89,17 @@ def test_a_touch_without_samples_is_told_to_press_neither_less_nor_more() -> Non
     assert touch.samples == 0
     assert of(touch)["saturated"].startswith(f"all {touch.saturated} readings are outside the range of the converter")
     assert "press" not in "".join(of(touch).values())
+
+
+@pytest.mark.parametrize("samples", [9, 12, 19, 20])
+def test_swapped_inputs_of_short_touches_are_told_where_three_agree(samples: int) -> None:
+    right = palpate.read(FOUR)
+    columns = {"time": right.t_hard_s, "hard": right.soft, "soft": right.hard}
+    exchanged = palpate.touches(columns, samples=samples)
+
+    def count(touches: list[palpate.Touch]) -> int:
+        return sum(said[-1].startswith("swapped: ") for said in advice_at_end(touches) if said)
+
+    assert count(exchanged) == (4 if samples >= 10 else 0)
+    assert count(exchanged[:2]) == (2 if samples >= 20 else 0)
+    assert count([*exchanged[:3], *palpate.touches(right)[:1]]) == (3 if samples >= 20 else 0), "one contradicts"

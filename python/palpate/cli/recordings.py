@@ -7,15 +7,16 @@ from typing import Any
 import click
 
 from palpate import RecordingError, Uncertainty, touches
-from palpate.cli.group import Exit, as_json, json_option, show, show_notes, usage_errors
+from palpate.cli.group import Exit, as_json, failure, json_option, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, reading_options, replaying_options, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
-from palpate.cli.terminal import aligned, reading
+from palpate.cli.terminal import aligned, echo, reading, say
 from palpate.errors import listed, shortened
 from palpate.recording import columns
 from palpate.recording.foreign import AnyRecording, of_table, recorded
 from palpate.recording.own_file import is_own
 from palpate.recording.verification import Verification, verified
+from palpate.sentences import advice_at_end
 from palpate.tables.formats import read_table
 from palpate.tables.table import Asked, Table
 from palpate.touch import tracked
@@ -26,7 +27,7 @@ _WIDTH = 24  # characters of a cell
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=INPUT)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=INPUT)
 @reading_options
 @click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
 @click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too.")
@@ -54,10 +55,10 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
             except RecordingError as error:
                 unreadable.append(error)
             done(file)
-    document = {"recordings": [each.as_dict() for each in reports], "unreadable": [str(error) for error in unreadable]}
-    show(document, "\n".join(map(_lines, reports)))
+    failed = [{"file": str(wrong.path), "error": failure(wrong)} for wrong in unreadable]
+    show({"recordings": [each.as_dict() for each in reports], "unreadable": failed}, "\n".join(map(_lines, reports)))
     for wrong in unreadable:
-        click.echo(f"Error: {wrong}", err=True)
+        say(f"Error: {wrong}")
     if unreadable or any(report.faults for report in reports):
         sys.exit(Exit.BAD_DATA)
     sys.exit(Exit.NOT_RELIABLE if any(report.findings for report in reports) else 0)
@@ -67,7 +68,7 @@ def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Veri
     with usage_errors(f"{file}: "):
         report = verified(recorded(file, **asked), repair=repair, remove_damage=yes)
     if repair and not yes and report.damaged and not report.running:
-        click.echo(f"{file}: --yes takes out what is damaged, and keeps it in a file", err=True)
+        say(f"{file}: --yes takes out what is damaged, and keeps it in a file")
     return report
 
 
@@ -102,20 +103,24 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         wanted = Asked(**asked)
         table = read_table(file, wanted)
         if not as_json():  # before it is understood: what is shown helps to say the rest
-            click.echo(f"{file}: {len(table.columns)} columns, {len(table)} rows\n{_preview(table)}")
+            size = f"{len(table.columns)} columns, {len(table)} rows"
+            echo(f"{file}: {size}\n{_preview(table)}")
         found = of_table(file, table, wanted)
+    measured = touches(found)
+    swapped = {each for said in advice_at_end(measured) for each in said if each.startswith("swapped")}
+    notes = [*found.notes, *swapped]
     document = {
         "file": str(file),
         "columns": [column.name for column in table.columns],
         "rows": len(table),
         "understood": found.understood,
-        "notes": list(found.notes),
+        "notes": notes,
         "asked": {name: str(value) if name == "soft" else value for name, value in asked.items()},
     }
-    ratios = [str(Uncertainty.of(touch)) for touch in touches(found)]
-    measured = f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
+    ratios = [str(Uncertainty.of(touch)) for touch in measured]
+    values = f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
     count = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}"
-    show(document, "\n".join([found.understood, *found.notes, count + measured]))
+    show(document, "\n".join([found.understood, *notes, count + values]))
 
 
 def _preview(table: Table) -> str:
@@ -203,7 +208,7 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
 
 
 @click.command()
-@click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=InputFile())
+@click.argument("recordings", metavar="FILE...", nargs=-1, required=True, type=InputFile())
 @click.option("--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli.")
 @click.option("--moduli", type=InputFile(),
               help="Table of name and known modulus in MPa, for recordings whose session names no specimens.")  # fmt: skip

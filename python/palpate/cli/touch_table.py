@@ -87,11 +87,8 @@ def records(touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *,
     """
     from palpate.sentences import advice_at_end
 
-    whole = len(touches) - cut
-    return [
-        {**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole), **known.as_dict()}
-        for n, (touch, known) in enumerate(zip(touches, uncertainties, strict=True))
-    ]
+    told = zip(touches, advice_at_end(touches, cut=cut), uncertainties, strict=True)
+    return [{**touch.as_dict(), "advice": said, **known.as_dict()} for touch, said, known in told]
 
 
 def modulus_cell(modulus: "Modulus") -> str:

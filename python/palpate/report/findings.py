@@ -204,10 +204,9 @@ def _touches(
 ) -> Iterator[Found]:
     number = 0
     for run in runs:
-        whole = len(run.found.touches) - run.found.cut
-        for at, (touch, specimen, by_hand) in enumerate(assigned(run, moduli)):
+        told = advice_at_end(run.found.touches, cut=run.found.cut)
+        for said, (touch, specimen, by_hand) in zip(map(tuple, told), assigned(run, moduli), strict=True):
             number += 1
-            said = tuple(advice_at_end(touch, cut=at >= whole))
             against = calibration.objections(touch) if calibration else objections(touch, ratio_of=ratio_of)
             left_out = (*filter(None, [by_hand]), *reasons(said, against))
             yield Found(number, run, touch, specimen, left_out, said, ratio_of)
