@@ -11,7 +11,7 @@ from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
 from palpate.ad7746.wiring import Wiring, WiringWatch
-from palpate.errors import DeviceRefused, PalpateError, SourceError, quoted
+from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError, quoted
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
@@ -200,7 +200,12 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
     clock, backend = given.get("clock") or RealClock(), given.get("backend")
     place = map(int, filter(None, address.split("/")))
-    kit = EvalKit(*place, firmware=given.get("firmware"), backend=backend, clock=clock)
+    try:
+        kit = EvalKit(*place, firmware=given.get("firmware"), backend=backend, clock=clock)
+    except DeviceRefused:  # it says what to do
+        raise
+    except DeviceNotFound as error:
+        raise DeviceNotFound(f"{error}; `palpate doctor` looks at the rest, and sim: needs no board") from error
     return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 

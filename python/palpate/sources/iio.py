@@ -236,8 +236,10 @@ def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
     root = Path(given.pop("root", DEVICES))
     found = [Path(address)] if address else devices(root)
     if len(found) != 1:
-        there = ", ".join(f"iio:{path}" for path in found) or "none"
-        raise DeviceNotFound(f"{len(found)} devices in {root} are an {NAME}: choose one of {there}")
+        several = f"{len(found)} devices in {root} are an {NAME}: choose one of "
+        several += ", ".join(f"iio:{path}" for path in found)
+        without = f"no {NAME} in {root}: load the driver of the kernel, or read the bus without it: i2c:/dev/i2c-1"
+        raise DeviceNotFound(several if found else without)
     return IioSource(found[0], **given)
 
 

@@ -121,7 +121,7 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
     ValueError: channel: got '4', allowed: a whole number from 0 to 3
     """
     kind = "a whole number" if whole else "a number"
-    bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
+    bounds = f"{'above' if above else 'from'} {low:.12g}" + ("" if math.isinf(high) else f" to {high:.12g}")
 
     def check(name: str, value: Any) -> Any:
         found: float = math.nan

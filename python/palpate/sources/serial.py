@@ -15,7 +15,7 @@ from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
-from palpate.sources.options import Check, checked, number, text, yes_no
+from palpate.sources.options import Check, checked, number, yes_no
 from palpate.systems import fine_ns
 
 WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter of 32 bits begins again.
@@ -311,5 +311,7 @@ _OF_PORT: dict[str, Check] = {"baud": number(50, 4_000_000, whole=True), "reset"
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
     given = checked("serial", options, {**OF_LINES, **_OF_PORT})
+    if not address:
+        raise ValueError("serial: got no port, allowed: serial:PORT; `palpate devices` lists the ports")
     of_lines, of_port = ({name: given[name] for name in kind if name in given} for kind in (OF_LINES, _OF_PORT))
-    return SerialSource(text("serial's port", address), Grammar(**of_lines), **of_port)
+    return SerialSource(address, Grammar(**of_lines), **of_port)
