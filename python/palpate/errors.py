@@ -29,8 +29,8 @@ def printable(text: str, keep: str = "") -> str:
 
     Examples
     --------
-    >>> print(printable("run\x1b[2J.csv"), printable("C1 (\u00b5F)"))
-    run\x1b[2J.csv C1 (\u00b5F)
+    >>> print(printable("run\x1b[2J.csv"))
+    run\x1b[2J.csv
     """
     return text if text.isprintable() else "".join(c if c.isprintable() or c in keep else repr(c)[1:-1] for c in text)
 

@@ -7,6 +7,7 @@ import inspect
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -14,6 +15,8 @@ from typing import Any
 
 import palpate
 import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
 from project import ROOT
 
 SOURCES = ROOT / "python" / "palpate"
@@ -149,6 +152,27 @@ def test_examples(name: str, text: str, names: dict[str, Any], monkeypatch: pyte
     report: list[str] = []
     result = doctest.DocTestRunner().run(test, out=report.append)
     assert result.failed == 0, "".join(report)
+
+
+SAFE = {
+    "starlette": "1.3.1",  # CVE-2024-47874, 2025-54121, 2025-62727, 2026-48710, 2026-48817, 2026-48818, 2026-54282, 2026-54283
+    "h11": "0.16",  # CVE-2025-43859; of uvicorn, which asks for less
+    "uvicorn": "0.11.7",  # CVE-2020-7694, 2020-7695
+    "websockets": "9.1",  # CVE-2021-33880
+    "jinja2": "3.1.6",  # CVE-2024-22195, 2024-34064, 2024-56201, 2024-56326, 2025-27516
+    "pyarrow": "23.0.1",  # CVE-2023-47248, 2026-25087
+    "openpyxl": "2.4.2",  # CVE-2017-5992
+}
+"""First versions without a known advisory, November 2026, of what listens or parses."""
+
+
+def test_what_listens_or_parses_begins_without_a_known_advisory() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    asked = [Requirement(each) for extra in ("live", "report", "tables", "lsl", "serial") for each in extras[extra]]
+    assert SAFE.keys() <= {each.name for each in asked}
+    for each in asked:
+        [floor] = [one.version for one in each.specifier if one.operator == ">="]
+        assert Version(floor) >= Version(SAFE.get(each.name, "0")), each
 
 
 def test_everything_public_is_documented() -> None:
