@@ -54,6 +54,8 @@ def test_modules_and_scripts_in_texts_are_there(path: Path) -> None:
         assert importlib.util.find_spec(module), module
     for script in set(re.findall(r"(?:python|bash) ((?:tests|bench|docs|release|cpp)/[\w./-]+)", text)):
         assert (ROOT / script).is_file(), script
+    for file, test in re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", text):
+        assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file}::{test}"
     for script in set(re.findall(r"`(\.ci/[\w.]+)", text)):
         assert not (ROOT / ".ci").is_dir() or (ROOT / script).is_file(), script
 

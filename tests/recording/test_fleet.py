@@ -3,6 +3,8 @@
 import copy
 import pickle
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +62,14 @@ def test_one_that_fails_loses_no_other(tmp_path: Path) -> None:
     for again in (pickle.loads(pickle.dumps(failed)), copy.copy(failed)):
         assert str(again) == str(failed)
         assert same([again.results[0]], [good])
+
+
+def test_other_processes_give_the_same_bits_and_errors(tmp_path: Path) -> None:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        futures = [pool.submit(palpate.touches, path) for path in (FOUR, tmp_path / "nowhere.csv", FOUR)]
+        assert same([futures[0].result(), futures[2].result()], [palpate.touches(FOUR)] * 2)
+        with pytest.raises(palpate.RecordingError, match=r"nowhere\.csv: cannot be read"):
+            futures[1].result()
 
 
 def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
