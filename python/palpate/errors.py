@@ -162,7 +162,8 @@ class SomeFailed(PalpateError, ExceptionGroup):
         """Return the error for these results."""
         failed = [result for result in results if isinstance(result, Exception)]
         error = cls(
-            f"{len(failed)} of {len(results)} recordings failed; the first: {failed[0]}; all results are in .results", failed
+            f"{len(failed)} of {len(results)} recordings failed; the first: {failed[0]}; all results are in .results",
+            failed,
         )
         error.results = results
         return error
