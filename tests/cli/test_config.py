@@ -73,25 +73,23 @@ def test_what_is_refused(places: tuple[Path, Path], text: str, message: str) -> 
     assert (result.exit_code, result.stdout, message in result.stderr) == (2, "", True), result.stderr
 
 
-@pytest.mark.parametrize(
-    ("command", "key", "value"),
-    [("live", "no-token", "true"), ("live", "host", '"0.0.0.0"'), ("record", "firmware", '"x.hex"'), ("convert", "force", "true"),
-     ("doctor", "install-udev", "true"), ("kit.noise", "firmware", '"x.hex"')],
-)  # fmt: skip
-def test_what_weakens_security_is_read_from_the_users_own_file(
-    places: tuple[Path, Path], command: str, key: str, value: str
-) -> None:
-    places[1].write_text(f"[{command}]\n{key} = {value}\n")
-    words = command.split(".")
-    refused = run(*words)
-    said = f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or this key in"
-    assert (refused.exit_code, f"{said} {places[0]}; see palpate --help" in refused.stderr) == (2, True)
-    for there in (places[0], places[1]):
-        places[1].rename(places[0]) if there is places[0] else places[0].rename(places[1])
-        asked = run("--config", there, *words, "--nope")
-        assert (asked.exit_code, "No such option" in asked.stderr) == (2, True)
-    places[1].rename(places[0])
-    assert "No such option" in run(*words, "--nope").stderr
+def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Path, Path]) -> None:
+    user, here = places
+    guarded = ("live no-token true", "convert force true", "doctor install-udev true", "kit.noise firmware 'x.hex'")
+    for command, key, value in map(str.split, guarded):
+        words = command.split(".")
+        here.write_text(f"[{command}]\n{key} = {value}\n")
+        refused, asked = run(*words), run("--config", here, *words, "--nope")
+        said = (
+            f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or"
+        )
+        assert (refused.exit_code, f"{said} this key in {user}; see palpate --help" in refused.stderr) == (2, True)
+        here.rename(user)
+        assert "No such option '--nope'" in run(*words, "--nope").stderr
+        assert "No such option '--nope'" in asked.stderr
+        user.unlink()
+    here.write_text('[live]\nhost = "0.0.0.0"\n')
+    assert "[live]: host: got it in the working folder" in run("live").stderr
 
 
 def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refused(places: tuple[Path, Path]) -> None:

@@ -111,25 +111,9 @@ JSON = {
 
 
 def test_an_error_is_a_document_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one of several files, and one that ends a measurement; test_user_errors.py has those of one line."""
     monkeypatch.chdir(tmp_path)
     Path("no.csv").write_text("no table\n")
-    wrong: list[tuple[list[str], int, str]] = [
-        (["replay", "nope.csv"], 4, "nope.csv: No such file"),
-        (["replay", "no.csv"], 4, "no.csv, line 1: not a recording"),
-        (["calibrate", "no.csv", "-o", "p.toml"], 4, "no.csv, line 1: not a recording"),
-        (["record", "serial:/dev/ttyNothing7", "-o", "a.csv"], 3, "cannot be opened"),
-        (["replay", str(FOUR), "--scene", "x"], 2, "got 'x', allowed: fixed"),
-        (["replay", "--nope"], 2, "No such option '--nope'; see palpate replay --help"),
-        (["kit", "noise", "sim:", "--readings", "x"], 2, "see palpate kit noise --help"),
-        (["kit", "nose"], 2, "did you mean 'noise'? See palpate kit --help"),
-        (["nope"], 2, "got command 'nope'"),
-        (["--config", "none.toml", "replay", str(FOUR)], 4, "none.toml: No such file"),
-    ]
-    for words, code, said in wrong:
-        done = run(*words, "--json")
-        found = json.loads(done.stdout)["error"]
-        assert (done.exit_code, found["code"], said in found["message"]) == (code, code, True), (words, found)
-        assert found["message"] in done.stderr
     assert "error" in json.loads(run("replay", "nope.csv", PALPATE_REPLAY_JSON="1").stdout)
     for command, several in (("replay", None), ("check", "unreadable")):
         found = document(command, str(FOUR), "no.csv")

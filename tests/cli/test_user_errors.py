@@ -1,5 +1,6 @@
 """What a user reads: text from outside never reaches the terminal as control sequences; a table of mistakes, each with a way out."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -27,24 +28,15 @@ def test_no_control_sequence_from_outside_reaches_the_terminal(tmp_path: Path, m
     change(own, {"device": {"name": BAD, BAD: BAD}, "marks": [{"t_s": 1.0, "seq": 3, "text": BAD}]})
     Path("moduli.csv").write_text("name,MPa\n\u202egel,1\n")
     Path("palpate.toml").write_text('[plot]\n"k\\u001b[2J" = "\\u202e"\n[devices]\nlsl = "\\u001b[2J"\n')
-    lines = [
+    lines: list[list[str | Path]] = [
         *(["replay", name] for name in ("a.csv", "b.csv", week, f"none{BAD}.csv", f"{BAD}/*.csv", own)),
-        ["replay", "a.csv", "--map", f"hard=C{BAD}1,soft=3"],
-        ["import", "a.csv"],
-        ["import", "a.csv", "--map", "hard=2,soft=3"],
-        ["import", "b.csv"],
-        ["check", *sorted(week.glob("*.csv")), "--repair"],
-        ["convert", "a.csv", "--map", "hard=2,soft=3", "-o", f"c{BAD}.csv"],
-        ["convert", own, "-o", f"{BAD}/c.csv"],
-        ["convert", own, "-o", own],
-        ["plot", own, "-o", f"c{BAD}.png"],
-        ["devices"],
-        ["report", own, "-o", f"r{BAD}.html"],
-        ["calibrate", own, "--moduli", "moduli.csv", "-o", "p.toml"],
-        ["record", f"sim:{BAD}", "-o", "r.csv"],
-        ["record", str(own), "-o", f"again{BAD}.csv"],
-        ["simulate", "-o", str(week), "--touches", "1"],
-    ]
+        ["replay", "a.csv", "--map", f"hard=C{BAD}1,soft=3"], ["import", "a.csv"], ["import", "b.csv"],
+        ["import", "a.csv", "--map", "hard=2,soft=3"], ["check", *sorted(week.glob("*.csv")), "--repair"],
+        ["convert", "a.csv", "--map", "hard=2,soft=3", "-o", f"c{BAD}.csv"], ["convert", own, "-o", f"{BAD}/c.csv"],
+        ["convert", own, "-o", own], ["plot", own, "-o", f"c{BAD}.png"], ["devices"], ["report", own, "-o", f"r{BAD}.html"],
+        ["calibrate", own, "--moduli", "moduli.csv", "-o", "p.toml"], ["record", f"sim:{BAD}", "-o", "r.csv"],
+        ["record", str(own), "-o", f"again{BAD}.csv"], ["simulate", "-o", str(week), "--touches", "1"],
+    ]  # fmt: skip
     for words in lines:
         done = run(*words)
         shown = (done.stdout + done.stderr).split("\n")
@@ -61,7 +53,6 @@ record "serial:/dev/ttyNo7?baud=9k" -o r.csv                  2  allowed: a whol
 record "serial:/dev/ttyNo7?columns=a,b" -o r.csv              2  names of all cells in order, as t_ms,hard,soft
 record "serial:/dev/ttyNo7?pattern=(" -o r.csv                2  allowed: a regular expression
 record usb: -o r.csv                                          3  `palpate doctor`.* sim: needs no board
-record usb:9 -o r.csv                                         2  allowed: BUS/ADDRESS as `lsusb` shows them
 record i2c: -o r.csv                                          2  for example i2c:/dev/i2c-1
 record i2c:/dev/i2c-77 -o r.csv                               3  `sudo raspi-config`
 record iio: -o r.csv                                          3  i2c:/dev/i2c-1
@@ -69,17 +60,13 @@ record ubs: -o r.csv                                          2  did you mean 'u
 record sim:four -o r.csv                                      2  allowed: soft-steady, stiff-steady
 record sim:?sed=1 -o r.csv                                    2  did you mean 'seed'
 record sim:?seed=x -o r.csv                                   2  allowed: a whole number from 0
-record sim:?seed -o r.csv                                     2  allowed: NAME=VALUE
-record none.csv -o r.csv                                      4  No such file
 record sim: -o four.csv                                       4  choose another name
 record sim: -o none/r.csv                                     4  is no folder: make it, or name another one
 record sim: -o r.txt                                          2  a name that ends in .csv
 record sim: -o r.csv --seconds 1m                             2  '1m' is not a number: write it as 1.5, without a unit
-record sim: -o r.csv --seconds -1                             2  x>0
 record sim: -o r.csv --touches two                            2  'two' is not a whole number: write it as 3
 record sim: -o r.csv --set threshold                          2  allowed: NAME=NUMBER, for example threshold=6
 record sim: -o r.csv --set treshold=6                         2  did you mean 'threshold'
-record sim: -o r.csv --set threshold=-1                       2  allowed: 0
 record sim: -o r.csv --scene papper                           2  did you mean 'paper'
 record sim: -o r.csv --samples 5 --touch-seconds 1            2  allowed: only one of them
 record sim: -o r.csv --lsl a:b                                2  allowed: a name without a colon
@@ -89,44 +76,34 @@ replay                                                        2  Missing argumen
 replay none.csv                                               4  No such file
 replay ''                                                     2  allowed: a file, a folder or a pattern
 replay empty                                                  4  allowed: a folder or pattern with tables
-replay *.nope                                                 4  allowed: a folder or pattern with tables
 replay text.csv                                               4  no row of numbers
 replay old.xls                                                4  save a .xls, .mat, .h5 or .npy as one of them
 replay names.csv                                              2  --map hard=COL,soft=COL
-replay names.csv --map hard=2                                 2  soft
 replay names.csv --map hrad=2,soft=3                          2  hard=COL,soft=COL\[,time=COL\]
 replay names.csv --map hard=2,soft=9                          2  allowed: one of 1 \(time
-replay names.csv --map hard=2,soft=2                          2  allowed: two columns
 replay names.csv --map hard=2,soft=3 --unit pG                2  allowed: aF, fF, pF
 replay names.csv --map hard=2,soft=3 --time-unit h            2  allowed: s, sec, ms
-replay names.csv --map hard=2,soft=3 --rate 0                 2  x>0
 replay comma.csv                                              2  \(--decimal\)
 replay stats.csv                                              4  take these rows out
 replay four.csv --calibration four.csv                        4  not a calibration
 replay four.csv --calibration p.toml --offline                2  allowed one of them
 check                                                         2  palpate check --help
-check text.csv                                                4  no row of numbers
 check four.csv --yes                                          2  allowed: both
 import four.csv                                               2  allowed: a table of another program
 convert four.csv                                              2  Missing option '-o'
-convert four.csv -o four.csv                                  4  choose another name
 convert four.csv -o r.xls                                     2  \.csv or \.parquet
-convert names.csv -o r.csv                                    2  --map hard=COL,soft=COL
 plot four.csv -o r.gif                                        2  allowed: a name that ends in .png, .pdf, .svg
 calibrate four.csv -o p2.toml                                 2  --moduli
 calibrate four.csv --moduli none.csv -o p2.toml               4  No such file
 calibrate four.csv --moduli text.csv -o p2.toml               4  text.csv
-report none.csv                                               4  No such file
 live sim: --port 70000                                        2  0<=x<=65535
 live sim: --host 0.0.0.0 --no-token                           2  allowed
 live names.csv --no-open --record r.csv                       2  with a source that measures
-live none.csv --no-open                                       4  No such file
 kit noise four.csv                                            2  allowed: usb:, i2c:, or sim: for a simulated board
 kit nose                                                      2  did you mean 'noise'
 kit report text.csv                                           4  run palpate kit accept again
 simulate -o four.csv                                          4  four.csv
 simulate -o new --object gel                                  2  gel=
-bench --seeds 0                                               2  x>=1
 doctor now                                                    2  palpate doctor --help
 devices --blink usb:9/9                                       3  `palpate doctor`
 --config none.toml replay four.csv                            4  No such file
@@ -163,6 +140,8 @@ def test_a_mistake_is_one_line_with_a_way_out(
     done = run(*shlex.split(line))
     assert (done.exit_code, done.exception.__class__) == (int(code), SystemExit), done.output
     assert re.search(way_out, done.stderr.splitlines()[-1]), done.stderr
+    found = json.loads(run(*shlex.split(line), "--json").stdout)["error"]
+    assert (found["code"], found["message"] in done.stderr) == (int(code), True)
     assert ("Traceback" in done.output, sorted(desk.rglob("*"))) == (False, before)
 
 
