@@ -170,6 +170,10 @@ async def _messages(live: Live, enough: Callable[[dict[str, Any]], bool]) -> tup
                     frames.append(message)
                 continue
             document = json.loads(message)
+            if document["type"] == "touches":  # only the rows that changed
+                before = last.get("touches", {"rows": []})["rows"][: document.pop("count")]
+                rows = {row["number"]: row for row in before + document["rows"]}
+                document["rows"] = [rows[number] for number in sorted(rows)]
             if document.get("state") == "ended" and last["state"]["state"] != "ended":
                 for touch in last["touches"]["rows"]:
                     part = {"from_s": touch["start_s"], "to_s": touch["end_s"], "rows": 512}

@@ -14,6 +14,7 @@ from palpate.live.noise_spectrum import noise_of
 PAGES = 16
 FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames
 _STATES_PER_S = 5
+_TOUCHES = "touches"
 
 
 class Page:
@@ -28,6 +29,8 @@ class Page:
         self.listens: bool = False  # whether it shows the noise
         self._socket, self._bench = socket, bench
         self._queue: dict[object, str | bytes] = {}
+        self._touches: Document = {"rows": []}  # the newest table of touches
+        self._has: list[Document] = []  # the rows of it that the page has
         self._something = asyncio.Event()
         self.wake = self._something.set  # look at the rows again
         self.begin(bench.measurement.levels)
@@ -41,6 +44,12 @@ class Page:
         """Queue a message; it replaces a message of the same kind that is still in the queue."""
         self._queue[kind] = message
         self.wake()
+
+    def show_touches(self, touches: Document) -> None:
+        """Queue the rows of the table of touches that this page lacks, if there are any."""
+        if touches is not self._touches:
+            self._touches = touches
+            self.tell(_TOUCHES, "")
 
     def do(self, do: str, /, **given: Any) -> Document:
         """Obey a command that is about this page alone; return the answer, empty without one."""
@@ -67,13 +76,26 @@ class Page:
     async def _send_next(self) -> bool:
         """Send what comes first, and return whether there was something that may be sent now."""
         if self._queue:
-            message = self._queue.pop(next(iter(self._queue)))
+            kind = next(iter(self._queue))
+            message = self._queue.pop(kind)
+            if kind == _TOUCHES:
+                message = self._lacking()
+            elif kind == "hello":  # the page may forget its touches
+                self._has = []
+                self.tell(_TOUCHES, "")
             await (self._socket.send_text(message) if isinstance(message, str) else self._socket.send_bytes(message))
         elif self._anew or self._next < self._levels.end:
             await self._socket.send_bytes(self._frame())
         else:
             return False
         return True
+
+    def _lacking(self) -> str:
+        """Return the message `touches`: of the rows only those that the page does not have yet, and the number of all."""
+        rows, has = self._touches["rows"], self._has
+        new = [row for at, row in enumerate(rows) if at >= len(has) or row is not has[at]]
+        self._has = rows
+        return message_of(_TOUCHES, **{**self._touches, "rows": new, "count": len(rows)})
 
     def _frame(self) -> bytes:
         missed, rows = self._levels.following(self._next, FRAME_ROWS)
@@ -96,6 +118,7 @@ class Hub:
         self._announce("hello")
         for kind, message in self._told.items():
             page.tell(kind, message)
+        page.show_touches(self._bench.documents[_TOUCHES]())
         self.pages.add(page)
 
     async def run(self) -> None:
@@ -115,9 +138,12 @@ class Hub:
     def send_state(self) -> None:
         """Send the state to every page, and each other document that has changed."""
         for kind in self._bench.documents:
-            self._announce(kind)
+            if kind != _TOUCHES:
+                self._announce(kind)
+        touches = self._bench.documents[_TOUCHES]()
         state = message_of("state", **self._bench.state())
         for page in self.pages:
+            page.show_touches(touches)
             page.tell("state", state)
             if page.listens:
                 newest = self._measurement.levels.newest_rows()
@@ -134,7 +160,7 @@ class Hub:
     def _look(self) -> None:
         if self._number != self._measurement.number:
             self._number = self._measurement.number
-            self._announce("hello")
+            self.send_state()
             for page in self.pages:
                 page.begin(self._measurement.levels)
         for page in self.pages:

@@ -48,7 +48,7 @@ class TouchPlan(Listener):
     """The plan of a measurement, and what was done of it; also in the recording, as far as it is within it.
 
     `calibration`: says which ratio of a touch counts, and which flags exclude it. `document`: the message `session`.
-    `rows`: what is known of each touch of the measurement: specimen, deviation, kept, and why it is not.
+    `rows`: what is known of each touch of the measurement: specimen, kept, and why it is not.
     """
 
     def __init__(
@@ -251,6 +251,7 @@ class Progress:
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
+        self.means: dict[str, float] = {}  # of these, by specimen
         self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
 
     @property
@@ -295,6 +296,7 @@ class Progress:
                 self._on[done.specimen].append(done)
                 if not done.why and isfinite(ratio := self.ratio_of(done.touch)[0]):
                     self._kept[done.specimen].append(ratio)
+        self.means = {name: sum(kept) / len(kept) for name, kept in self._kept.items() if kept}
         if (name := self.next) != self._nexts[-1][1]:
             self._nexts.append((t_s, name))
 
@@ -343,20 +345,21 @@ class Progress:
 
     def specimen_row(self, one: Specimen) -> Document:
         """Return a specimen with its touches, for the page."""
-        mean = self._mean(one.name)
+        mean = self.means.get(one.name)
         shown = [
-            {"touch": max(done.number, 0) or None, "deviation": self._deviation(done), "kept": not done.why}
+            {
+                "touch": max(done.number, 0) or None,
+                "deviation": self.ratio_of(done.touch)[0] / mean - 1 if mean else None,
+                "kept": not done.why,
+            }
             for done in self._on[one.name][-_SHOWN:]
         ]
         known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self._kept[one.name]), "of": one.wanted}
         return {**known, "mean": mean, "deviations": shown}
 
     def rows(self) -> list[Document]:
-        """Return specimen, deviation, whether it is kept, and why not, for each touch of the measurement."""
-        return [
-            {"specimen": done.specimen, "deviation": self._deviation(done), "kept": not done.why, "why": done.why}
-            for done in self.present
-        ]
+        """Return specimen, whether it is kept, and why not, for each touch of the measurement."""
+        return [{"specimen": done.specimen, "kept": not done.why, "why": done.why} for done in self.present]
 
     def known(self) -> list[KnownSpecimen]:
         """Return the specimens of known modulus with their touches."""
@@ -372,15 +375,6 @@ class Progress:
         """The specimen of the last touch that was on one of the list."""
         newest_first = (done.specimen for part in (self.present, self._earlier) for done in reversed(part))
         return next((name for name in newest_first if self.named(name)), None)
-
-    def _mean(self, name: str) -> float | None:
-        kept = self._kept[name]
-        return sum(kept) / len(kept) if kept else None
-
-    def _deviation(self, done: Done) -> float | None:
-        """Return the distance of a ratio from the mean of the kept touches on its specimen, relative."""
-        mean = self._mean(done.specimen) if done.specimen else None
-        return self.ratio_of(done.touch)[0] / mean - 1 if mean else None
 
 
 def specimens_of(text: str, wanted: int) -> list[Specimen]:

@@ -15,8 +15,7 @@ from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
-_SHOWN = 200  # the newest touches
-_UNKNOWN: Document = {"specimen": None, "deviation": None, "kept": True, "why": ""}
+_UNKNOWN: Document = {"specimen": None, "kept": True, "why": ""}
 
 
 class TouchTable:
@@ -32,7 +31,7 @@ class TouchTable:
         scatter: float = TOUCH_SCATTER,
     ) -> None:
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
-        self._rows: dict[tuple[object, ...], Document] = {}  # a row takes 1 ms
+        self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}  # by touch: what it is made of, and the row
         self._shown: tuple[tuple[object, ...], Document] | None = None
 
     @property
@@ -80,7 +79,11 @@ class TouchTable:
         return f"ratio {known}{modulus}"
 
     def document(self) -> Document:
-        """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
+        """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do.
+
+        A row stays the same object until it changes. What one more touch changes in all rows is beside them: `scatter`,
+        for the uncertainties, and `means` of the specimens, for the distances from them.
+        """
         touches, known = self._measurement.touches, self._plan.rows
         made_of = (touches, known, self.calibration)
         if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
@@ -99,23 +102,22 @@ class TouchTable:
                 modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
         each = zip(count(1), touches, [*known, *[_UNKNOWN] * len(touches)])
-        scatter = self._scatter_now()
-        rows = [
-            {**self._row(number, touch), **self._of(touch, scatter).as_dict(), **more}
-            for number, touch, more in [*each][-_SHOWN:]
-        ]
-        return {"rows": rows, "most_reliable": best, "together": together}
+        rows = [self._row(*one) for one in each]
+        scatter, means = self._scatter_now()._asdict(), self._plan.progress.means
+        return {"rows": rows, "scatter": scatter, "means": means, "most_reliable": best, "together": together}
 
-    def _row(self, number: int, touch: Touch) -> Document:
-        of = self._measurement.number, number, touch.revised, self.calibration
-        if of not in self._rows:
+    def _row(self, number: int, touch: Touch, known: Document) -> Document:
+        of = self._measurement.number, touch.revised, self.calibration, known
+        if number not in self._rows or self._rows[number][0] != of:
             modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
             used = digits.plain(
                 dict(zip(("ratio", "standard_error"), self._plan.progress.ratio_of(touch), strict=True))
             )
             more = {"end_s": self._measurement.ends.get(number), "modulus": modulus, "advice": advice(touch)}
-            self._rows[of] = {"number": number, **touch.as_dict(), **used, **more}
-        return self._rows[of]
+            own_error = self._of(touch, Scatter(0.0)).uncertainty
+            row = {"number": number, **touch.as_dict(), **used, **more, "own_error": own_error, **known}
+            self._rows[number] = of, row
+        return self._rows[number][1]
 
     def _running(self, known: Uncertainty) -> Document:
         """Return the uncertainty of the ratio of a touch that runs, where its scatter is from, and its modulus."""

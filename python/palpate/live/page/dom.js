@@ -29,6 +29,13 @@ export function drawn(tag, attributes, ...children) {
   return element;
 }
 
+// Makes these elements the children of a place. Those that stay, in the same order, are not touched, so that the focus stays.
+export function arrange(place, children) {
+  const stay = new Set(children);
+  for (const old of [...place.children]) if (!stay.has(old)) old.remove();
+  children.forEach((child, i) => place.children[i] === child || place.insertBefore(child, place.children[i] ?? null));
+}
+
 // Opens a dialog; what is done when it is closed with a value is set by `onclose`.
 export function ask(dialog, done = () => {}) {
   dialog.returnValue = "";

@@ -13,6 +13,7 @@ import { Record } from "./record.js";
 import { Screen } from "./screen.js";
 import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
+import { merged } from "./table.js";
 
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
 const SILENT = ["view", "noise", "cut"]; // asked for by the charts, not by a person
@@ -55,7 +56,7 @@ const ANSWERS = {
 function hear(message) {
   const { type } = message;
   ANSWERS[type]?.(message);
-  if (KEPT.includes(type)) screen.hear(type, message);
+  if (KEPT.includes(type)) screen.hear(type, type === "touches" ? merged(known.touches.rows, message) : message);
   else screen.charts.tell(type, message);
 }
 

@@ -1,37 +1,91 @@
-// The table of touches: newest first, the running one on top. A row that is chosen can be assigned, left out or kept.
+// The table of touches: newest first, the running one on top. A row that is chosen can be assigned, left out or kept. Of
+// thousands of rows only those in sight are in the document.
 
-import { $, aligned, make, put } from "./dom.js";
+import { $, aligned, arrange, make, put } from "./dom.js";
 import { modulusOf, places, plusMinus, signed } from "./formatting.js";
 import { running } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
+const SPARE = 1000; // px above and below what is in sight
+const STEPS = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity };
 
 export class Table {
   // say(message): null, if nothing can be changed; choose(number of a touch)
   constructor(say, choose) {
-    Object.assign(this, { say, choose, made: new Map() });
+    Object.assign(this, { say, choose, made: new Map(), heights: new Map(), rows: [] });
     $("rows").addEventListener("click", (event) => this.click(event));
+    $("rows").addEventListener("keydown", (event) => this.step(event));
+    document.addEventListener("scroll", () => this.draw(), { capture: true, passive: true });
+    addEventListener("resize", () => {
+      this.heights.clear();
+      this.draw();
+    });
+    addEventListener("beforeprint", () => this.draw(true));
   }
 
   tell(type, known) {
     this.known = known;
     if (["touches", "events", "session", "hello", "chosen"].includes(type)) this.show();
     if (type === "state") this.showRunning();
+    if (type === "chosen") this.reveal();
   }
 
   show() {
-    const { touches, chosen } = this.known;
-    this.widest = widest(touches.rows);
-    const none = make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." }));
-    this.live = make("tr", { className: "live" });
-    const rows = touches.rows.toReversed().map((one) => this.same(one, one.number === chosen));
-    this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
-    $("rows").replaceChildren(this.live, ...(rows.length ? rows : [none]));
-    const { together } = touches;
+    const { touches } = this.known, { together } = touches;
+    if (this.of !== touches) Object.assign(this, { of: touches, rows: touches.rows.toReversed(), widest: widest(touches.rows) });
+    this.live ??= make("tr", { className: "live" });
+    this.draw();
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
     $("together").hidden = !together;
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
     this.showRunning();
+  }
+
+  // Draws the rows in sight, the one that has the focus and the chosen one; a gap stands for the rows between them.
+  draw(all = false, also = null) {
+    if (!this.live) return;
+    const place = $("rows"), { chosen } = this.known, focused = numberOf(document.activeElement), [top, bottom] = inSight(place);
+    const most = this.heights.size ? [...this.heights.values()].reduce((sum, px) => sum + px) / this.heights.size : 24, rows = [], shown = [this.live];
+    let y = this.live.offsetHeight, gap = 0;
+    const close = () => gap && shown.push(make("tr", { className: "gap", ariaHidden: "true", style: `height: ${gap}px` }, make("td", { colSpan: 7 })));
+    this.rows.forEach((one, at) => {
+      const high = this.heights.get(one.number) ?? most, near = y + high > top - SPARE && y < bottom + SPARE;
+      y += high;
+      if (!all && !near && ![focused, chosen, also].includes(one.number)) return void (gap += high);
+      close();
+      gap = 0;
+      const row = this.same(one, one.number === chosen);
+      row.ariaRowIndex = at + 2;
+      rows.push(row);
+      shown.push(row);
+    });
+    close();
+    if (!rows.length) shown.push(make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." })));
+    place.closest("table").ariaRowCount = this.rows.length + 1;
+    this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
+    arrange(place, shown);
+    for (const row of rows) this.heights.set(Number(row.dataset.touch), row.offsetHeight);
+    if (focused && numberOf(document.activeElement) !== focused) this.focus(focused, true);
+  }
+
+  focus(number, preventScroll = false) {
+    this.made.get(String(number))?.querySelector("button").focus({ preventScroll });
+  }
+
+  // The chosen row comes into sight where the table scrolls by itself.
+  reveal() {
+    const { scrollHeight, clientHeight } = $("rows").closest(".scroll");
+    if (scrollHeight > clientHeight) this.made.get(String(this.known.chosen))?.scrollIntoView({ block: "nearest" });
+  }
+
+  // By a key from row to row.
+  step(event) {
+    const from = this.rows.findIndex((one) => one.number === numberOf(event.target)), by = STEPS[event.key];
+    if (!by || from < 0 || event.target.closest("select")) return;
+    event.preventDefault();
+    const to = this.rows[Math.max(0, Math.min(this.rows.length - 1, from + by))];
+    this.draw(false, to.number);
+    this.focus(to.number);
   }
 
   // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
@@ -98,6 +152,28 @@ export class Table {
     if (!touch || event.target.closest("select, option, td:last-child button")) return;
     this.choose(touch === this.known.chosen ? null : touch);
   }
+}
+
+function numberOf(element) {
+  return Number(element?.closest?.("#rows tr")?.dataset.touch) || null;
+}
+
+// What is in sight of the table: by the box that scrolls, and by the window; px below the first row.
+function inSight(place) {
+  const { top } = place.getBoundingClientRect(), box = place.closest(".scroll").getBoundingClientRect();
+  return [Math.max(box.top, 0) - top, Math.min(box.bottom, innerHeight) - top];
+}
+
+// All touches, by a message with those that have changed, the number of all, and what each touch changes in all of them.
+export function merged(before, { rows, count = rows.length, scatter, means = {}, ...more }) {
+  const all = before.slice(0, count);
+  for (const row of rows) all[row.number - 1] = row;
+  for (const one of all) {
+    const mean = means[one.specimen];
+    one.deviation = mean && one.ratio !== null ? one.ratio / mean - 1 : null;
+    if (scatter) Object.assign(one, { uncertainty: one.own_error === null ? null : Math.hypot(one.own_error, scatter.share * one.ratio), uncertainty_from: scatter.source });
+  }
+  return { rows: all, ...more };
 }
 
 function away(ratio, { next, specimens }) {

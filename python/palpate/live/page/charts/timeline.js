@@ -116,6 +116,16 @@ class TimeChart {
     return { text, width, height, colour, places: [[x, y]] };
   }
 
+  // Of touches that lie together in a few pixels one, one that was left out first.
+  sparse(touches) {
+    const found = new Map();
+    for (const touch of touches) {
+      const at = Math.floor(this.x(touch.start_s) / (6 * this.sheet.unit));
+      if (!found.has(at) || (found.get(at).kept && !touch.kept)) found.set(at, touch);
+    }
+    return [...found.values()];
+  }
+
   // Touches and gaps as areas, `strength` of those that were left out.
   shade(touches, top, foot, strength) {
     const { sheet } = this;
@@ -204,7 +214,7 @@ export class Overview extends TimeChart {
   // Numbers of the touches above them, M at a mark, where they have room: left out ones first.
   label(top) {
     const { sheet, tale } = this, height = 12 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: sheet.height };
-    const touches = tale.all.toSorted((a, b) => Number(a.kept) - Number(b.kept));
+    const touches = this.sparse(tale.all).toSorted((a, b) => Number(a.kept) - Number(b.kept));
     const numbers = touches.map(({ number, start_s, end_s, kept }) => this.centred(String(number), (start_s + end_s) / 2, top / 2, height, kept ? "ink" : "bad"));
     this.labels = placed([...numbers, ...tale.events.marks.map(({ t_s }) => this.centred("M", t_s, top + height / 2, height, "ink"))], edges);
     for (const { text, x, y, colour } of this.labels) sheet.text(text, x, y, { colour, bold: colour === "bad" });
@@ -312,16 +322,16 @@ export class Detail extends TimeChart {
   // Number and ratio above each touch, or the numbers alone if that is too much.
   touchLabels(from, to) {
     const { sheet } = this, height = 13 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: this.top }, touches = this.touches(from, to);
-    const labels = (ratios) => {
-      const wanted = touches.map((one) => {
+    const some = this.sparse(touches), labels = (ratios) => {
+      const wanted = some.map((one) => {
         const text = `${one.kept ? "" : "▲ "}${one.number}${ratios ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
         const middle = (Math.max(from, one.start_s) + Math.min(to, one.end_s)) / 2;
         return { ...this.centred(text, middle, this.top / 2, height, one.kept ? "ink" : "bad"), touch: one.number };
       });
       return placed(wanted.toSorted((a, b) => Number(b.colour === "bad") - Number(a.colour === "bad")), edges);
     };
-    const whole = labels(true);
-    return whole.length === touches.length ? whole : labels(false);
+    const whole = some.length === touches.length ? labels(true) : [];
+    return whole.length && whole.length === touches.length ? whole : labels(false);
   }
 
   // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.
