@@ -4,9 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from live_browser import Browser
 from page_data import MARKS, state
 from page_states import Canned
+from palpate.live.feed import RefusedCommand
+from palpate.live.plan import specimens_of
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -90,6 +93,26 @@ def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, tmp
     page["wanted"].send_keys("3")
     page["operator"].send_keys(Keys.ENTER)
     heard(page, idle, do="plan", text="soft,0.1\nunknown", wanted=3, title="gel series 3", operator="M. Weber")
+    page.until(lambda: not page["plan"].is_displayed())
+
+
+def test_a_wrong_list_of_specimens_stays_with_its_reasons(page: Browser, idle: Canned, tmp_path: Path) -> None:
+    typed = "soft; 0.1\nstiff; 2,5.1\n\nsoft"
+    with pytest.raises(RefusedCommand) as refused:
+        specimens_of(typed, 4)
+    idle.answers["plan"] = {"type": "refused", "message": str(refused.value)}
+    page.press("p")
+    page["list"].clear()
+    page["list"].send_keys(typed)
+    page.all("#plan button.strong")[0].click()
+    page.until(lambda: "line 2: " in page.text("listwrong") and "line 4: " in page.text("listwrong"))
+    assert (page["list"].get_property("value"), page["list"].get_property("selectionStart")) == (typed, 10)
+    assert page["list"].value_of_css_property("background-image").count("gradient") == 2
+    del idle.answers["plan"]
+    page["list"].send_keys("x")
+    assert (page.text("listwrong"), page["list"].get_attribute("aria-invalid")) == ("", "false")
+    page.all("#plan button.strong")[0].click()
+    page.until(lambda: not page["plan"].is_displayed())
 
 
 def test_record_under_the_proposed_name_or_another(page: Browser, idle: Canned) -> None:

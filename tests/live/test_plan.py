@@ -111,9 +111,10 @@ def test_a_line_of_the_list(line: str, value: float | None) -> None:
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("a\nb; much", "line 2: got 'b; much', allowed: name, or name; modulus in MPa"), ("a; -1", "line 1: got 'a; -1'"),
+    ("a\nb; much", "line 2: got 'b; much', allowed: moduli above 0, MPa"), ("a; -1", "line 1: got 'a; -1'"),
     ("a; 0", "line 1"), ("a; nan", "line 1"), ("a; 1; 2", "line 1"), ("gel, soft", "line 1"),
-    ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 200 characters"), ("x" * 201, "line 1"),
+    ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 200 characters"), ("a; x\nb\n; 1", "0.143\nline 3: "),
+    ("x" * 201, "line 1"),
 ])  # fmt: skip
 def test_a_list_that_is_refused(text: str, words: str) -> None:
     with pytest.raises(RefusedCommand, match=re.escape(words)):

@@ -25,6 +25,7 @@ class Canned:
         self._levels = Levels(whole=True)
         self._levels.add(state.rows if rows is None else rows)  # rows: all, for views
         self.heard: list[dict[str, Any]] = []  # the commands of the pages
+        self.answers: dict[str, dict[str, Any]] = {}  # to commands; else they are done
         self._pages: list[ServerConnection] = []
         self._files = page_files()
         self._server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)
@@ -102,7 +103,8 @@ class Canned:
         if command["do"] == "noise" and command["on"]:
             page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
         more = {"id": 9} if command["do"] == "mark" else {}
-        page.send(json.dumps({"type": "done", "do": command["do"], "message": f"Done: {command['do']}.", **more}))
+        done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}.", **more}
+        page.send(json.dumps(self.answers.get(command["do"], done)))
 
 
 def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:

@@ -25,9 +25,7 @@ from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 
 DISCARDED = "discarded"
-_FORM = (
-    f"name, or name; modulus in MPa, as 30 OO; 0.143: names of 1 to {stored.LONGEST_NAME} characters, moduli above 0"
-)
+_NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, MPa, as 30 OO; 0.143"
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -381,7 +379,7 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
     r"""Return the specimens of a list: one in each line, "name" or "name; modulus in MPa"; also with a tab or a comma.
 
     The decimal point may be a comma. A first line with the names of the columns is left out, and so are empty lines. Of
-    each specimen `wanted` touches are wanted. `RefusedCommand` says which line is not of this form.
+    each specimen `wanted` touches are wanted. `RefusedCommand` has a line for each that is not of this form.
 
     Examples
     --------
@@ -391,7 +389,7 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
     Traceback (most recent call last):
     palpate.live.feed.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
     """
-    found: dict[str, Specimen] = {}
+    found, wrong = dict[str, Specimen](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):
         # Of a line without a tab and a semicolon the first comma is between name and modulus.
         between = next((mark for mark in "\t;" if mark in line), ",")
@@ -402,9 +400,13 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
         try:
             value = to_number(re.sub(r"\s*mpa$", "", modulus, flags=re.IGNORECASE)) if modulus else None
             specimen = Specimen(name, value, wanted)
-        except ValueError as error:
-            raise RefusedCommand(f"line {number}: got {quoted(line)}, allowed: {_FORM}") from error
+        except ValueError:
+            allowed = _MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME
+            wrong.append(f"line {number}: got {quoted(line)}, allowed: {allowed}")
+            continue
         if name in found:
-            raise RefusedCommand(f"line {number}: got {quoted(name)} again, allowed: each name once")
+            wrong.append(f"line {number}: got {quoted(name)} again, allowed: each name once")
         found[name] = specimen
+    if wrong:
+        raise RefusedCommand("\n".join(wrong))
     return list(found.values())

@@ -28,7 +28,7 @@ const connection = new Connection({
   },
   text: hear,
 });
-const marks = new Marks(say), session = new Session(say);
+const marks = new Marks(say), session = new Session(say), plan = new Plan(say, (text, bad) => line.answer(text, bad));
 const screen = new Screen(store, {
   say: (message) => connection.say(message),
   change: say,
@@ -36,7 +36,7 @@ const screen = new Screen(store, {
   acts: { next: () => session.next(), close },
 });
 const { known, line } = screen, answer = (text, bad) => line.answer(text, bad);
-screen.parts.push(session, new Plan(say, answer), marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
+screen.parts.push(session, plan, marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
 
 const ANSWERS = {
   done: (message) => {
@@ -44,9 +44,11 @@ const ANSWERS = {
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
     if (message.do === "cut") screen.charts.cursors.tell(message.message);
+    if (message.do === "plan") plan.answered(message.message, true);
   },
   refused: (message) => {
     answer(message.message, true);
+    plan.answered(message.message);
     known.forced = message.message.startsWith("tare:");
     enable("state");
   },

@@ -83,6 +83,7 @@ export class Plan {
     $("openplan").onclick = () => this.open();
     $("listfile").onchange = () => this.load(answer);
     $("list").oninput = () => this.judge();
+    $("plan").firstElementChild.onsubmit = (event) => this.send(event);
   }
 
   tell(type, known) {
@@ -97,7 +98,7 @@ export class Plan {
     $("list").value = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${modulus}` : name)).join("\n");
     $("listfile").value = "";
     this.judge();
-    ask($("plan"), () => this.send());
+    ask($("plan"));
   }
 
   async load(answer) {
@@ -110,11 +111,34 @@ export class Plan {
 
   // A list that is too long is not cut without a word: the browser says what is wrong, and keeps the dialog open.
   judge() {
+    this.show("");
     const { length } = $("list").value;
     $("list").setCustomValidity(length > LONGEST ? `${length} characters, allowed: ${LONGEST}. Shorten the names, or use two sessions.` : "");
   }
 
-  send() {
-    this.say({ do: "plan", text: $("list").value, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: $("operator").value });
+  // The server's answer: it has the list, or each line that is wrong, with its reason.
+  answered(message, taken = false) {
+    if (taken) $("plan").close();
+    else if ($("plan").open) this.show(message);
+  }
+
+  show(reasons) {
+    const lines = [...reasons.matchAll(/^line (\d+)/gm)].map(([, number]) => Number(number) - 1), { value } = $("list");
+    put("listwrong", reasons && `▲ ${reasons}\nNothing is lost: correct it, and press again.`);
+    $("list").ariaInvalid = String(lines.length > 0);
+    $("list").style.backgroundImage = lines.map(() => "linear-gradient(var(--wrong) 0 0)").join();
+    $("list").style.backgroundPosition = lines.map((line) => `0 calc(0.27rem + ${line}lh)`).join();
+    if (!lines.length) return;
+    $("list").focus();
+    const begin = value.split("\n").slice(0, lines[0]).join("\n").length + (lines[0] > 0);
+    $("list").setSelectionRange(begin, begin);
+  }
+
+  send(event) {
+    if (!event.submitter?.value) return;
+    event.preventDefault();
+    $("list").value = $("list").value.trim(); // as the server counts the lines
+    const sent = this.say({ do: "plan", text: $("list").value, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: $("operator").value });
+    if (!sent) this.show("Not connected: the list was not sent.");
   }
 }
