@@ -63,12 +63,17 @@ def _tared(page: Browser) -> bool:
     return bool(re.search("do not touch anything|in contact", page.text("answer")))
 
 
-def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Serve) -> None:
+def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """With the same address the page goes on; with another token it says that its address is no longer valid."""
-    live = serve("--no-token")
+    live = serve("--no-token", "--record", str(tmp_path / "run.csv"))
     page.driver.get(live.address)
-    page.until(lambda: is_up(page))
+    page.until(lambda: is_up(page) and "Recording 00:0" in page.text("record"))
     live.end(signal.SIGKILL)
+    page.until(lambda: page.text("word") == "Offline")
+    assert re.fullmatch(r"Recorded\n00:\d\d\nso far, \S+ rows; what came later is not known", page.text("next"))
+    assert "Recording? · not known now" in page.text("record")
+    page.press("t")
+    page.until(lambda: page.text("answer") == "Tare: not possible now, without a connection.")
     page.until(lambda: page.text("says").startswith("✕ No connection"))
     assert not page["tare"].is_enabled()
     again = serve("--no-token", port=live.port)

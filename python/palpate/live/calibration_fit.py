@@ -98,8 +98,8 @@ class GuidedCalibration:
         known = self._known()
         if len(known) < FEWEST:
             raise RefusedCommand(
-                f"calibrating: got {len(known)} specimens of known modulus, allowed: {FEWEST} or more, of different moduli; "
-                "give their moduli, MPa, in the list of specimens"
+                f"Calibrating needs {FEWEST} specimens at least, of different known moduli; {FEWEST - len(known)} to go. "
+                "Give their moduli in the list of specimens."
             )
         self._on, self._seen = True, None
         return f"Calibrating with {len(known)} specimens of known modulus."

@@ -2,7 +2,7 @@
 
 const WAITS_MS = [250, 500, 1000, 2000];
 const SILENT_S = 5; // the server sends its state five times a second
-const LOST = ["no connection: trying again", "not connected: last known values"];
+const LOST = ["no connection: trying again", "this page has lost palpate: look at its terminal; what is shown is the last that is known"];
 const OLD = ["address no longer valid", "palpate live has started again: open the address that it printed in its terminal"];
 
 export class Connection {

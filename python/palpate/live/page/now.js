@@ -1,7 +1,7 @@
 // Now: the word, how far the touch is, the number, and what is touched next.
 
 import { $, fill, make, put } from "./dom.js";
-import { modulusOf, plusMinus, signed } from "./formatting.js";
+import { clock, grouped, modulusOf, plusMinus, signed } from "./formatting.js";
 
 const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
@@ -11,7 +11,7 @@ const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secon
 export class Now {
   tell(type, known) {
     if (!HEARD.includes(type)) return;
-    this.showState(known.state.now);
+    this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : known.state.now);
     this.showNumbers(known);
     this.showNext(known);
   }
@@ -35,7 +35,8 @@ export class Now {
     for (const [id, text] of Object.entries(texts)) put(id, text);
   }
 
-  showNext({ hello, state, touches, session }) {
+  showNext({ hello, state, touches, session, offline }) {
+    if (offline) return this.showRecorded(state);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     put("nexthead", file ? "Recorded" : "Next");
     const small = next
@@ -46,11 +47,20 @@ export class Now {
     fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
     fill($("slots"), [next, again], () => slots(next, again));
   }
+
+  // Without a connection: what is known to be recorded.
+  showRecorded({ recording }) {
+    const [large, small] = recording ? [clock(recording.seconds ?? 0), `so far, ${grouped(recording.rows)} rows; what came later is not known`] : ["–", "nothing so far; what came later is not known"];
+    put("nexthead", "Recorded");
+    fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
+    fill($("slots"), [], () => []);
+  }
 }
 
 // The running touch, else the newest one; none while nothing can be measured.
-function subject({ hello, state, touches, chosen }) {
+function subject({ hello, state, touches, chosen, offline }) {
   const last = touches.rows.at(-1), picked = touches.rows.find((one) => one.number === chosen);
+  if (offline) return last && { ...last, title: `touch ${last.number}, last known`, kind: "old" };
   if (state.now?.tone === "fault") return null;
   if (running(state)) return { ...state, title: `touch ${(last?.number ?? 0) + 1}`, kind: "" };
   const one = hello.kind === "file" ? picked ?? last : last;

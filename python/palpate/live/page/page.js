@@ -7,7 +7,6 @@ import { Connection } from "./connection.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
 import { Marks } from "./marks.js";
-import { running } from "./now.js";
 import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
 import { Screen } from "./screen.js";
@@ -33,7 +32,7 @@ const screen = new Screen(store, {
   say: (message) => connection.say(message),
   change: say,
   others: { fitplot: FitPlot, spectrum: Spectrum },
-  acts: { next: () => session.next(), close },
+  acts: { next: () => session.next(), close, refuse },
 });
 const { known, line } = screen, answer = (text, bad) => line.answer(text, bad);
 screen.parts.push(session, plan, marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
@@ -47,8 +46,7 @@ const ANSWERS = {
     if (message.do === "plan") plan.answered(message.message, true);
   },
   refused: (message) => {
-    answer(message.message, true);
-    plan.answered(message.message);
+    if (!plan.answered(message.message)) answer(message.message, true);
     known.forced = message.message.startsWith("tare:");
     enable("state");
   },
@@ -68,15 +66,20 @@ function say(message) {
   return sent;
 }
 
+// A key whose button cannot be pressed now.
+function refuse({ firstChild }) {
+  answer(`${firstChild.textContent.trim()}: not possible now${line.down ? ", without a connection" : ""}.`, true);
+}
+
 function sentence(text) {
   return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
 }
 
 function link(down) {
+  if (!line.down || !down) known.offline = down && new Date().toLocaleTimeString();
   line.down = down;
   document.body.dataset.up = down ? "no" : "yes";
-  line.show(known);
-  enable("state");
+  screen.tell("state");
 }
 
 // What can be done now.
@@ -91,7 +94,7 @@ function enable(type) {
   known.forced &&= known.state.state !== "no contact";
   const anyway = known.forced || known.state.line?.what === "endless", { tone, word } = known.state.now ?? {};
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
-  $("tare").disabled = !measuring || (!anyway && (running(known.state) || tone === "fault") && word !== "Tare");
+  $("tare").disabled = !measuring || (!anyway && tone === "fault" && word !== "Tare");
   $("pause").disabled = file;
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;

@@ -22,12 +22,12 @@ export class Record {
     if (type === "state" || type === "hello") this.show(known);
   }
 
-  show({ hello, state }) {
+  show({ hello, state, offline }) {
     const { recording } = state, [word, more, end] = $("record").children, file = hello.kind === "file";
     $("record").classList.toggle("on", Boolean(recording));
-    put(word, recording ? "Recording" : "Record");
-    put(more, recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is recorded");
-    put(end, recording ? "End" : "");
+    put(word, recording ? `Recording${offline ? "?" : ""}` : "Record");
+    put(more, offline ? "· not known now" : recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is recorded");
+    put(end, recording && !offline ? "End" : "");
     $("record").title = recording ? recording.name : state.proposed ?? "";
     if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";
     $("proposed").disabled = file;

@@ -72,7 +72,7 @@ class Keys {
   // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts; more: keys of
   // this page alone. A key without an action, or whose button the page lacks, is none.
   constructor(acts, chart, more = []) {
-    const press = (id) => $(id) && (() => $(id).hidden || $(id).click());
+    const press = (id) => $(id) && (() => $(id).hidden || ($(id).disabled ? acts.refuse?.($(id)) : $(id).click()));
     const give = (name) => () => chart(name);
     this.keys = [
       ["T", "t", "Tare: measure the baseline", press("tare")], ["M", "m", "Mark this moment; its text may come later", press("mark")],

@@ -120,6 +120,7 @@ export class Plan {
   answered(message, taken = false) {
     if (taken) $("plan").close();
     else if ($("plan").open) this.show(message);
+    return $("plan").open;
   }
 
   show(reasons) {

@@ -125,7 +125,7 @@ export class Table {
   }
 
   showRunning() {
-    const { state, touches, session, hello } = this.known, on = running(state) && state.now?.tone !== "fault";
+    const { state, touches, session, hello } = this.known, on = running(state) && state.now?.tone !== "fault" && !this.known.offline;
     if (!this.live) return;
     this.live.hidden = !on;
     if (!on) return;
