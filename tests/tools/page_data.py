@@ -183,8 +183,8 @@ def calibration_of(touches: list[Press]) -> Document:
     rigid = {"name": "rigid_ratio", "value": "10.1", "interval": "9.6 to 10.6"}
     half = {"name": "half_modulus", "value": "2.06 MPa", "interval": "1.88 to 2.25"}
     lines = {"ratio": curve, "low": curve * 0.944, "high": curve * 1.056, "modulus": grid}
-    said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend.", "error": None}
-    todo = {"next": "Next: 50 OO, then 30 OO.", "missing": ["Below 0.8 MPa no specimen is finished."], "saved": None}
+    said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend."}
+    todo = {"next": "Next: 50 OO.", "missing": ["Begun: 50 OO (3 more)."], "saved": None}
     return {"on": True, "sound": False} | said | todo | {
         "parameters": [rigid, half],
         "curve": {name: values.tolist() for name, values in lines.items()},

@@ -61,7 +61,7 @@ class GuidedCalibration:
 
     `known` returns the specimens of known modulus with their touches; `use` takes a saved calibration and its path: the
     measurement goes on with it. `recorded` returns the newest recorder, and scene and settings: if its recording has all
-    touches, ratio, exponent and age are chosen by it.
+    touches, ratio, exponent and age are chosen by it. `following` returns the name of the specimen to touch next.
     """
 
     def __init__(
@@ -70,7 +70,9 @@ class GuidedCalibration:
         files: RunFiles,
         use: Callable[[Calibration, Path], None],
         recorded: Callable[[], tuple[Recorder | None, dict[str, Any]]] = lambda: (None, {}),
+        following: Callable[[], str | None] = lambda: None,
     ) -> None:
+        self._following = following
         self._known, self._files, self._use, self._recorded = known, files, use, recorded
         self._on, self._saved = False, ""
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
@@ -88,7 +90,13 @@ class GuidedCalibration:
         if known != self._seen and self._running is None:
             self._seen = known
             self._running = self._worker.submit(self._grown, known)
-        return {"on": True, "saved": self._saved or None, **self._shown}
+        following = self._following()
+        return {
+            "on": True,
+            "saved": self._saved or None,
+            "next": f"Next: {following}." if following else "",
+            **self._shown,
+        }
 
     def switch(self, on: bool) -> str:
         """Begin or end to calibrate; return the message."""
@@ -107,7 +115,9 @@ class GuidedCalibration:
     def save(self, name: str | None = None) -> Document:
         """Save the calibration, and a report of it; return the answer."""
         path = self._files.checked(name, ".toml") if name else self._files.free("probe.toml")
-        _, specimens, found = self._fit(self._known())
+        if lacking := too_few(known := self._known()):
+            raise RefusedCommand(lacking)
+        _, specimens, found = self._fit(known)
         found.save(path)
         self._files.made(path, "calibration")
         self._report(path, found, specimens)
@@ -133,21 +143,19 @@ class GuidedCalibration:
         return list(known), specimens, calibrate(specimens, about={"scene": how.get("scene", "handheld"), **about})
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
-        found, error = None, None
+        found, verdict = None, too_few(known)
         try:
-            known, _, found = self._fit(known)
-            verdict = found.verdict
+            if not verdict:
+                known, _, found = self._fit(known)
+                verdict = found.verdict
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
-            error = str(failure)
-            verdict = f"Not enough yet: {error}" if isinstance(failure, CalibrationError) else error
+            verdict = f"Not enough yet: {failure}" if isinstance(failure, CalibrationError) else str(failure)
         return {
             "touches": sum(len(each.usable) for each in known),
             "missing": missing(known),
-            "next": next_best(known),
             "points": _points(known, found),
             "verdict": verdict,
             "sound": bool(found and found.sound),
-            "error": error,
             **_fitted(found),
         }
 
@@ -184,8 +192,6 @@ def missing(known: Sequence[KnownSpecimen]) -> list[str]:
     """
     found = []
     begun = [each for each in known if each.usable]
-    if len({each.modulus for each in begun}) < FEWEST:
-        found.append(f"{len(begun)} of at least {FEWEST} specimens are touched.")
     if begun and not any(len(each.usable) > 1 for each in begun):
         found.append("No specimen has two touches: the scatter from touch to touch is not known.")
     if lacking := [f"{each.name} ({each.lacks} more)" for each in begun if each.lacks]:
@@ -195,27 +201,10 @@ def missing(known: Sequence[KnownSpecimen]) -> list[str]:
     return found
 
 
-def next_best(known: Sequence[KnownSpecimen]) -> str:
-    """Return what to touch next, as a sentence; empty if nothing is missing.
-
-    A specimen that is begun comes first; then those that widen the range of the moduli.
-
-    Examples
-    --------
-    >>> next_best([KnownSpecimen("30 OO", 0.143, 4), KnownSpecimen("30 A", 0.87, 4), KnownSpecimen("70 A", 8.68, 4)])
-    'Next: 30 OO, then 70 A.'
-    """
-    lacking = [each for each in known if each.lacks]
-    if not lacking:
-        return ""
-    by_modulus = sorted(known, key=lambda each: each.modulus)
-    low, high = by_modulus[0], by_modulus[-1]
-    lacking.sort(key=lambda each: (not each.usable, each not in (low, high), each.modulus))
-    done, more = [each.modulus for each in known if not each.lacks], ""
-    if done and (min(done) > low.modulus or max(done) < high.modulus):
-        where = f"Below {min(done):g}" if min(done) > low.modulus else f"Above {max(done):g}"
-        more = f" {where} MPa no specimen is finished."
-    return f"Next: {', then '.join(each.name for each in lacking[:2])}.{more}"
+def too_few(known: Sequence[KnownSpecimen]) -> str:
+    """Return how many specimens are lacking before eq. (2) can be fitted, as a sentence; empty if there are enough."""
+    begun = len({each.modulus for each in known if each.usable})
+    return f"{FEWEST} specimens at least; {FEWEST - begun} to go." if begun < FEWEST else ""
 
 
 def _fitted(found: Calibration | None) -> Document:

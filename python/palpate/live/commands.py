@@ -103,7 +103,11 @@ class Workbench:
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
         guided = GuidedCalibration(
-            plan.known, measurement.files, self._use, lambda: (measurement.newest_recorder, measurement.how)
+            plan.known,
+            measurement.files,
+            self._use,
+            lambda: (measurement.newest_recorder, measurement.how),
+            lambda: plan.progress.next,
         )
         self.documents |= {"device": device.document, "calibration": guided.document}
         self._parts |= {"measurement": measurement, "events": events, "plan": plan, "device": device}

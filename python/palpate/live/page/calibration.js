@@ -18,11 +18,11 @@ export class Calibrating {
     if (this.on) $("fitwords").replaceChildren(...this.words(calibration));
   }
 
-  words({ verdict, next, missing, parameters, points, error, saved, sound }) {
+  words({ verdict, next, missing, parameters, points, saved, sound }) {
     const say = (text, className = "") => make("p", { textContent: text, className });
     const out = (points ?? []).filter(({ kept }) => !kept);
     return [
-      ...strong(verdict), ...strong(next), ...(missing ?? []).map((text) => say(text)), ...(error ? [say(error, "bad")] : []),
+      ...strong(verdict), ...strong(next), ...(missing ?? []).map((text) => say(text)),
       this.buttons(saved, sound),
       ...(parameters?.length ? [table(parameters)] : []),
       ...(out.length ? [say(`× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}`, "bad")] : []),
