@@ -75,6 +75,25 @@ def test_keys_that_open_and_close(page: Browser, idle: Canned) -> None:
     assert len(idle.asked("tare")) == 1
 
 
+def test_single_keys_can_be_switched_off(page: Browser, idle: Canned) -> None:
+    def switch() -> None:
+        page["help"].click()
+        page.all("#keys button")[0].click()
+        page.press(Keys.ESCAPE)
+
+    switch()
+    page.driver.refresh()  # it is remembered
+    page.until(lambda: page.all("#rows button"))
+    page.run("document.querySelector('#rows button').focus()")
+    page.press("t", "?", Keys.ARROW_DOWN)
+    page.until(lambda: page.run("return document.activeElement.textContent") == "18")
+    assert not page["keys"].is_displayed()
+    switch()
+    page.press("m")
+    page.until(lambda: idle.asked("mark"))
+    assert idle.asked("tare") == []
+
+
 def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, tmp_path: Path) -> None:
     """One that is too long is not cut without a word."""
     page.press("p")

@@ -3,7 +3,7 @@
 import { $ } from "./dom.js";
 
 // In a frame, a browser may forbid storage: then it holds until the page is closed.
-function storage() {
+export function storage() {
   try {
     return localStorage;
   } catch {
