@@ -28,7 +28,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     bench.waited("Touch")
     document = device(bench)
     assert document["board"] == "AD7746 evaluation kit, USB 1/2"
-    expected = {"Excitation": "EXCB, ±VDD/2", "Conversion": "CAPF 1, 11.9 ms", "Supply": "3.30 V"}
+    expected = {"Excitation": "±1/2 of the supply (EXCB)", "Conversion": "11.9 ms (CAPF 1)", "Supply": "3.30 V"}
     found = values(document)
     assert expected.items() <= found.items()
     assert found["Temperature"].startswith("25.0 °C")
@@ -44,7 +44,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     assert message == "A new measurement has started: capf 2, before 1."
     assert bench.measurement.number == 2
     bench.waited("Touch")
-    assert values(device(bench))["Conversion"] == "CAPF 2, 20.0 ms"
+    assert values(device(bench))["Conversion"] == "20.0 ms (CAPF 2)"
     assert device(bench)["options"]["capf"]["value"] == 2
     bench.measurement.close()
     for name, capf in (("run.csv", 1), ("run-2.csv", 2)):

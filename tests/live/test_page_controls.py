@@ -165,7 +165,7 @@ def test_downloads_and_the_table_as_text(page: Browser, idle: Canned) -> None:
 def test_a_guided_calibration_is_saved_and_used(page: Browser, shown: Shown) -> None:
     server = shown("calibrate")
     assert "Not enough yet." in page.text("fitwords")
-    assert "half_modulus" in page.text("fitwords")
+    assert "half-way at" in page.text("fitwords")
 
     def button(text: str) -> Any:
         return next(one for one in page.all("#fitwords button") if one.text == text)

@@ -274,3 +274,9 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     bench.begin()
     bench.do("note", text="of the next measurement, without a recording")
     assert not (tmp_path / "run.json").exists()
+
+
+def test_one_specimen_is_counted_as_one() -> None:
+    bench = Bench()
+    assert bench.do("plan", text="gel", wanted=1) == "1 specimen, 1 touch of each."
+    assert bench.do("plan", text="gel\nsteel", wanted=2) == "2 specimens, 2 touches of each."

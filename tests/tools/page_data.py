@@ -34,8 +34,8 @@ WHY = {
 MARKS = [(46.2, "50 A: lifted too early"), (108.5, "wiped the bumps"), (171.0, "left hand"), (172.0, "")]
 TARES = [1.4, 107.3, 173.2]
 GAP = (84.6, 85.5)
-FACTS = {"Board": "AD7746 kit, USB 1/4", "Pairs a second": "38.4", "Late, lost, refused": "3, 34, 0", "Conversion": "CAPF 0, 11.0 ms",
-         "Excitation": "EXCA, ±½ VDD, 32 kHz", "Temperature": "24.6 °C, +0.4 since tare", "Hard, CIN1": "28 % of range",
+FACTS = {"Board": "AD7746 kit, USB 1/4", "Pairs a second": "38.4", "Late, lost, refused": "3, 34, 0", "Conversion": "11.0 ms (CAPF 0)",
+         "Excitation": "±1/2 of the supply (EXCA)", "Temperature": "24.6 °C, +0.4 since tare", "Hard, CIN1": "28 % of range",
          "Soft, CIN2": "6 % of range"}  # fmt: skip
 RECORDED = [("palpate-2026-11-22-1.csv", "recording"), ("palpate-2026-11-22-1.json", "settings"),
             ("palpate-2026-11-22-1-report.html", "report"), ("probe.toml", "calibration")]  # fmt: skip

@@ -15,10 +15,13 @@ from palpate.sources.board import CONVERTER
 from palpate.sources.options import split
 
 _CHANGED = ("usb", "i2c", "sim")  # sources that take the options of `CONVERTER`
-_LEVELS = ("±VDD/8", "±VDD/4", "±3/8 VDD", "±VDD/2")
+_LEVELS = ("1/8", "1/4", "3/8", "1/2")  # of the supply, both ways
 _PINS = ["B", "A", "AB", "B,A", "A,B"]
-_CAPF = "Conversion: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
+_CAPF = "Conversion, CAPF: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
 _EXCITATION = "Excitation pins of both bumps; of two, separated by a comma: hard, soft"
+_COUNTED = (
+    "Pairs of readings: that came late; that never came; without a usable value; dropped: not estimated, but recorded"
+)
 _NEAR_LIMIT = 0.9  # of the range
 
 
@@ -101,15 +104,15 @@ def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement
     return [
         *found,
         _fact("Pairs a second", "0" if away else rate, warn=away or slow),
-        _fact(", ".join(numbers), ", ".join(map(str, numbers.values())), warn=away or slow),
+        _fact(", ".join(numbers), ", ".join(map(str, numbers.values())), warn=away or slow, title=_COUNTED),
         *_settings(device),
         *_conditions(measurement.stream.source.conditions, facts.seen.baseline_s),
         *(_range(device, facts, number) for number in range(len(CHANNELS))),
     ]
 
 
-def _fact(name: str, value: str, *, warn: bool = False, share: float | None = None) -> Document:
-    return {"name": name, "value": value, "warn": warn, "share": share}
+def _fact(name: str, value: str, *, warn: bool = False, share: float | None = None, title: str = "") -> Document:
+    return {"name": name, "value": value, "warn": warn, "share": share, "title": title}
 
 
 def _settings(device: Mapping[str, Any]) -> list[Document]:
@@ -119,8 +122,12 @@ def _settings(device: Mapping[str, Any]) -> list[Document]:
     pins = " and ".join(f"EXC{pin}" for pin in _pins(settings).split(","))
     milliseconds = 1e3 * device["conversion_s"]
     return [
-        _fact("Excitation", f"{pins}, {_LEVELS[settings['level']]}"),
-        _fact("Conversion", f"CAPF {settings['capf']}, {milliseconds:.1f} ms{', chopped' if settings['chop'] else ''}"),
+        _fact("Excitation", f"±{_LEVELS[settings['level']]} of the supply ({pins})", title=_EXCITATION),
+        _fact(
+            "Conversion",
+            f"{milliseconds:.1f} ms{', chopped' if settings['chop'] else ''} (CAPF {settings['capf']})",
+            title=_CAPF,
+        ),
     ]
 
 

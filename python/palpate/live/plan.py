@@ -105,7 +105,8 @@ class TouchPlan(Listener):
         self._head |= {"wanted": wanted, **head}
         self.progress.replace(specimens)
         touches = "1 touch" if wanted == 1 else f"{wanted} touches"
-        return f"{len(specimens)} specimens, {touches} of each." if specimens else "No specimens."
+        found = "1 specimen" if len(specimens) == 1 else f"{len(specimens)} specimens"
+        return f"{found}, {touches} of each." if specimens else "No specimens."
 
     @_order
     def choose(self, name: str) -> str:

@@ -2,6 +2,8 @@
 
 import { $, make } from "./dom.js";
 
+const WORDS = { rigid_ratio: "rigid object", half_modulus: "half-way at", soft_ratio: "soft object" };
+
 export class Calibrating {
   constructor(say) {
     this.say = say;
@@ -45,7 +47,7 @@ function strong(text) {
 }
 
 function table(parameters) {
-  const head = make("tr", {}, ...["eq. (2)", "value", "95 % interval"].map((text, i) => make("th", { textContent: text, className: i ? "" : "name" })));
-  const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[name, value, interval].map((text) => make("td", { textContent: text }))));
+  const head = make("tr", {}, ...["Curve", "value", "95 % interval"].map((text, i) => make("th", { textContent: text, className: i ? "" : "name" })));
+  const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[WORDS[name] ?? name, value, interval].map((text) => make("td", { textContent: text, title: `${name} in eq. (2) of the paper` }))));
   return make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows));
 }

@@ -17,7 +17,7 @@ export class Device {
     $("device").hidden = !facts.length && !this.options.length;
     $("openset").hidden = !this.options.length;
     $("centre").hidden = !device.can_centre;
-    $("facts").replaceChildren(...facts.flatMap(({ name, value, warn, share }) => [make("dt", { textContent: name }), told(value, warn, share)]));
+    $("facts").replaceChildren(...facts.flatMap(({ name, value, warn, share, title = "" }) => [make("dt", { textContent: name, title }), told(value, warn, share)]));
   }
 
   open() {

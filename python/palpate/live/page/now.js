@@ -83,7 +83,7 @@ function numbersOf(one, { scatter, scene }, byModulus, fit) {
     const { value, interval, unit, more = "" } = modulusOf(one.modulus);
     return { number: value, unit, range: (unit ? `${interval}, 95 %` : interval) + more, secondname: "Ratio", number2: ratio, range2: error };
   }
-  const distance = fit && { secondname: "From eq. (2)", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
+  const distance = fit && { secondname: "From the curve", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
   return { number: ratio, unit: "", range: error, ...distance };
 }
 

@@ -36,7 +36,7 @@ export class FitPlot extends SvgChart {
     for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
     const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
     for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
-    const both = "above: ratio · below: distance from eq. (2), %", axis = "modulus, MPa", room = measure(both, k) + measure(axis, k) + 10 < right - left;
+    const both = "above: ratio · below: distance from the curve, %", axis = "modulus, MPa", room = measure(both, k) + measure(axis, k) + 10 < right - left;
     parts.push(label(right, foot + 31 * k, axis, "", "end") + label(left, foot + 31 * k, room ? both : "below: distance, %"));
     return parts.join("");
   }
@@ -68,13 +68,13 @@ export class FitPlot extends SvgChart {
 
   name({ points, away }) {
     const kept = points.filter(({ kept: is }) => is), most = Math.max(0, ...away.filter((d, i) => d !== null && points[i].kept).map(Math.abs));
-    return `Calibration: ratio against modulus, and the distance from eq. (2). ${kept.length} touches kept, ${points.length - kept.length} left out, at most ${most.toFixed(1)} % from the curve`;
+    return `Calibration: ratio against modulus, and the distance from the curve. ${kept.length} touches kept, ${points.length - kept.length} left out, at most ${most.toFixed(1)} % from the curve`;
   }
 
   at(px, py) {
     const found = this.dots.map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
     if (!found || found.far > NEAR) return null;
-    const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from eq. (2)`;
+    const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from the curve`;
     return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, `${number(modulus)} MPa`, `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };
   }
 }

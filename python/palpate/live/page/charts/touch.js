@@ -8,6 +8,7 @@ import { SvgChart, area, clipped, label, line, measure, ruler } from "./svg.js";
 const SCALES = [0.2, 0.5, 1, 2, 5, 10]; // per cent: steps, so that the eye learns them and nothing creeps
 const BEGIN_S = 0.4; // the first estimates of a touch may be far away: they do not set the scale
 const LONGEST = [2, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600]; // s, where the length of a touch is not known
+const CUSUM = "<title>CUSUM: the sum of what the estimate does not explain; above the dashed line the ratio has changed</title>";
 const OVER = 1.04, EARLIER = 8, LINES = 3;
 
 export class TouchPlot extends SvgChart {
@@ -61,7 +62,7 @@ export class TouchPlot extends SvgChart {
     const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "alarm" : "statistic");
     const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (statistic > threshold && threshold !== null ? statistic : 0);
     const limit = threshold ? ruler(left, g(threshold), right, g(threshold), "dash") + label(right + 6, g(threshold) + 4 * k, "change") : "";
-    return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + label(left - 6, foot - 6, "CUSUM", "", "end");
+    return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + `<g>${CUSUM}${label(left - 6, foot - 6, "change?", "", "end")}</g>`;
   }
 
   // A flag stands where it arises, with its sentence beside it (what to do after it is in the table).
