@@ -136,7 +136,7 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser, shown: Shown) -
     assert page.run("return said") == 0
     server.change(state("unplugged"))
     page.until(lambda: spoken("alarm").startswith("Unplugged. The board at USB 1/4 is gone."))
-    assert len(page.all("[role=status], [role=alert]")) == 3
+    assert len(page.all("[role=status], [role=alert]")) == 4
 
 
 def test_colours_are_remembered(page: Browser, shown: Shown) -> None:

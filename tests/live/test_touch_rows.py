@@ -2,9 +2,7 @@
 
 import asyncio
 import json
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 from unittest.mock import AsyncMock
 
 import palpate
@@ -90,7 +88,8 @@ def test_thousands_of_touches_in_the_page(page: Browser, idle: Canned, told: lis
     table.unlink(missing_ok=True)
     page.click("csv")
     page.until(table.exists)
-    lines = [dict(zip(*pair, strict=True)) for pair in _pairs(table)]
+    head, *cells = (line.split(",") for line in table.read_text().splitlines())
+    lines = [dict(zip(head, line, strict=True)) for line in cells]
     rows = first["rows"] + more["rows"]
     assert [(line["touch"], float(line["ratio"])) for line in lines] == [(str(r["number"]), r["ratio"]) for r in rows]
     gel, scatter = more["means"]["gel"], more["scatter"]["share"]
@@ -100,8 +99,3 @@ def test_thousands_of_touches_in_the_page(page: Browser, idle: Canned, told: lis
         assert float(line["uncertainty"]) == pytest.approx(
             (row["own_error"] ** 2 + (scatter * row["ratio"]) ** 2) ** 0.5
         )
-
-
-def _pairs(table: Path) -> Any:
-    head, *lines = (line.split(",") for line in table.read_text().splitlines())
-    return [(head, line) for line in lines]

@@ -131,8 +131,7 @@ export class Plan {
     $("list").style.backgroundPosition = lines.map((line) => `0 calc(0.27rem + ${line}lh)`).join();
     if (!lines.length) return;
     $("list").focus();
-    const begin = value.split("\n").slice(0, lines[0]).join("\n").length + (lines[0] > 0);
-    $("list").setSelectionRange(begin, begin);
+    $("list").selectionStart = $("list").selectionEnd = value.split("\n").slice(0, lines[0]).join("\n").length + (lines[0] > 0);
   }
 
   send(event) {

@@ -16,10 +16,7 @@ export class Table {
     $("rows").addEventListener("click", (event) => this.click(event));
     $("rows").addEventListener("keydown", (event) => this.step(event));
     document.addEventListener("scroll", () => this.draw(), { capture: true, passive: true });
-    addEventListener("resize", () => {
-      this.heights.clear();
-      this.draw();
-    });
+    addEventListener("resize", () => this.draw(this.heights.clear()));
     addEventListener("beforeprint", () => this.draw(true));
   }
 

@@ -25,8 +25,7 @@ export class Multiples extends SvgChart {
     const found = new Map();
     for (const touch of this.charts.tale.all.toReversed()) {
       const name = touch.specimen ?? "";
-      if (!found.has(name)) found.set(name, []);
-      found.get(name).push(touch);
+      found.set(name, found.get(name) ?? []).get(name).push(touch);
     }
     return [...found].map(([name, newest]) => ({ name, list: newest.reverse() })).map(({ name, list }) => ({ name, list, mean: name ? meanOf(list) : null }));
   }
