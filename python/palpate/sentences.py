@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
 
 from palpate._core import Touch
-from palpate.digits import error
+from palpate.digits import error, plus_minus
 from palpate.uncertainty import Uncertainty
 
 
@@ -175,7 +175,7 @@ def _curve(touch: Touch) -> str:
 
 
 def _tilt(touch: Touch) -> str:
-    level = Uncertainty.of_ratio(touch.level_ratio, touch.level_standard_error)
+    level = plus_minus(touch.level_ratio, touch.level_standard_error)
     return (
         f"the ratio is {_signed_per_cent(touch.effects['tilt'])} off the one over the swept depth, {level}, which a tilt does not "
         "change: hold the probe upright"
@@ -183,10 +183,10 @@ def _tilt(touch: Touch) -> str:
 
 
 def _changed(touch: Touch) -> str:
-    after = Uncertainty.of_ratio(touch.ratio_after, touch.after_standard_error)
+    change = touch.ratio_after / touch.first_ratio - 1
     return (
-        f"the ratio changed shortly before the end, to {after}; the result is the one before: lift straight up; after a "
-        "real change, hold for another half a second"
+        f"the ratio changed shortly before the end, by {_signed_per_cent(change)}; the result is the one before: lift straight "
+        "up; after a real change, hold for another second"
     )
 
 

@@ -24,15 +24,18 @@ class Scatter(NamedTuple):
         Standard deviation, relative to the ratio, 0 or more.
     source : str
         "calibration", "session" (its repeated touches), or "assumed".
+    by_level : bool
+        Whether it is the scatter of level ratios, which is less than that of the hold.
 
     Examples
     --------
     >>> Scatter()
-    Scatter(share=0.03, source='assumed')
+    Scatter(share=0.03, source='assumed', by_level=False)
     """
 
     share: float = TOUCH_SCATTER
     source: str = "assumed"
+    by_level: bool = False
 
     @classmethod
     def of(cls, variance: float, freedom: float, source: str) -> "Scatter":
@@ -136,11 +139,16 @@ class Uncertainty:
         linearity_pF : float, pF
             Standard deviation of a reading by the linearity of the converter, `palpate.ad7746.datasheet.linearity_pF`.
         ratio_of : callable
-            As in `agreement`.
+            As in `agreement`: for touches with a calibration its `ratio_of`.
 
         Returns
         -------
         Uncertainty
+
+        Raises
+        ------
+        ValueError
+            The scatter is of level ratios, and the ratio is of the hold.
 
         Examples
         --------
@@ -151,6 +159,10 @@ class Uncertainty:
         >>> print(found, f"{found.noise:.1g} {found.linearity:.1g} {found.scatter:.1g}")
         2.843 ± 0.085 (assumed) 6e-05 0.003 0.09
         """
+        if not isinstance(scatter, Scatter):
+            raise TypeError(f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)")
+        if scatter.by_level and ratio_of is hold:
+            raise ValueError("scatter: got that of level ratios, allowed with it: ratio_of=calibration.ratio_of")
         # With d in both channels the ratio y / x changes by d sqrt(1 + r^2) / x. The mean square of x is at least
         # 1 / (P n): P is 1 / sum w x^2, and no weight w is above 1. In `handheld` it is hardly more.
         ratio, error = ratio_of(touch)

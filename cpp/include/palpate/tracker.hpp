@@ -142,7 +142,7 @@ class Tracker : public Settings,
       } else {
         counts_.refused += !saturated;
       }
-      ended = full_ = is_full(hard_time);
+      ended = ends(hard_time);
     } else {
       before_ = hard_time;
       if (falls()) {
@@ -451,14 +451,17 @@ class Tracker : public Settings,
     }
   }
 
-  constexpr bool is_full(ticks_type time) const noexcept {
+  // Where an age is wanted, a touch that reaches its length before it is not full.
+  constexpr bool ends(ticks_type time) noexcept {
+    const bool length = (settings.samples > 0 && counts_.samples >= settings.samples) ||
+                        (settings.seconds > 0 && !(seconds_between<Real>(time, before_) < settings.seconds));
+    full_ = length;
     if constexpr (levels) {
-      if (Extra::evidence.level.aged(seconds_between<Real>(time, Extra::begin))) {
-        return true;
+      if (PALPATE_UNLIKELY(level_settings().age > 0)) {
+        full_ = Extra::evidence.level.aged(seconds_between<Real>(time, Extra::begin));
       }
     }
-    return (settings.samples > 0 && counts_.samples >= settings.samples) ||
-           (settings.seconds > 0 && !(seconds_between<Real>(time, before_) < settings.seconds));
+    return length || full_;
   }
 
   std::size_t readings_ = 0;

@@ -122,6 +122,11 @@ def _exp(x: float) -> float:
     return x if isnan(x) else exp(x) if x < _LARGEST else inf
 
 
+def _check_touches(touches: float) -> None:
+    if not touches >= 1:
+        raise ValueError(f"touches: got {touches}, allowed: 1 or more")
+
+
 def check_level(level: float) -> None:
     """Refuse a probability that is not between 0 and 1."""
     if not 0 < level < 1:
@@ -295,7 +300,8 @@ class Calibration:
     def touch_scatter(self) -> Scatter:
         """The same as a part of an uncertainty: wider, as it was estimated; the assumed one with too few touches."""
         fitted = self.fitted
-        return Scatter.of(fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration")
+        found = Scatter.of(fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration")
+        return found._replace(by_level=self.ratio == "level" and found.source == "calibration")
 
     @property
     def scatter(self) -> str:
@@ -426,8 +432,7 @@ class Calibration:
             raise ValueError(f"ratio: got {ratio}, allowed: a finite number")
         if not 0 <= error < inf:
             raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
-        if not touches >= 1:
-            raise ValueError(f"touches: got {touches}, allowed: 1 or more")
+        _check_touches(touches)
         check_level(level)
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
 
@@ -453,7 +458,7 @@ class Calibration:
         Raises
         ------
         ValueError
-            No modulus corresponds to the ratio.
+            No modulus corresponds to the ratio, or `touches` is below 1.
 
         Examples
         --------
@@ -461,6 +466,7 @@ class Calibration:
         >>> max(found.budget(3.5, 0.01)[:-1], key=lambda part: part.of_modulus).name
         'scatter from touch to touch'
         """
+        _check_touches(touches)
         modulus = self.probe.modulus(ratio)
         measured = Measured(ratio, standard_error or 0.0, touches)
         of = variances(self.fitted, measured, np.array(log(modulus)))

@@ -115,6 +115,8 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
     about = {"ratio": _about_ratio(best, found, ratio)}
     if best.kind == "level":
         why = "as given" if len(exponents) == 1 else "assumed: the touches were too level to show it"
+        if len(exponents) > 1 and best.freedom < _FEWEST:
+            why = "assumed: too few touches are repeated to show it"
         if len(exponents) > 1 and _gains(best, holds[best.age_s]):
             why = f"as the scatter is least at {fitted_exponent(tracks, best.age_s, accepted):.2f}"
         about["contact exponent"] = f"{best.exponent:g}, {why}"

@@ -202,7 +202,7 @@ class _Tracker:
         settled, _, settled_s = self._touch.sweep.settled()
         aged = self._age and settled and since_s - settled_s >= self._age
         if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
-            self.finish(full=True)
+            self.finish(full=bool(aged) or not self._age)
         return alarm
 
     def _falling(self, time_ns: int, pair: list[float]) -> None:
