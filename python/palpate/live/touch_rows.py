@@ -103,8 +103,14 @@ class TouchTable:
             together = {**found.as_dict(), "modulus": modulus}
         each = zip(count(1), touches, [*known, *[_UNKNOWN] * len(touches)])
         rows = [self._row(*one) for one in each]
-        scatter, means = self._scatter_now()._asdict(), self._plan.progress.means
-        return {"rows": rows, "scatter": scatter, "means": means, "most_reliable": best, "together": together}
+        now, means = self._scatter_now(), self._plan.progress.means
+        return {
+            "rows": rows,
+            "scatter": {"share": now.share, "source": now.source},
+            "means": means,
+            "most_reliable": best,
+            "together": together,
+        }
 
     def _row(self, number: int, touch: Touch, known: Document) -> Document:
         of = self._measurement.number, touch.revised, self.calibration, known
