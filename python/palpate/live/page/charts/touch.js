@@ -62,7 +62,7 @@ export class TouchPlot extends SvgChart {
     const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "alarm" : "statistic");
     const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (statistic > threshold && threshold !== null ? statistic : 0);
     const limit = threshold ? ruler(left, g(threshold), right, g(threshold), "dash") + label(right + 6, g(threshold) + 4 * k, "change") : "";
-    return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + `<g>${CUSUM}${label(left - 6, foot - 6, "change?", "", "end")}</g>`;
+    return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + `<g>${CUSUM}${label(left - 6, foot - 6, "alarm", "", "end")}</g>`;
   }
 
   // A flag stands where it arises, with its sentence beside it (what to do after it is in the table).
