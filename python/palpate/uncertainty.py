@@ -25,7 +25,7 @@ class Scatter(NamedTuple):
     source : str
         "calibration", "session" (its repeated touches), or "assumed".
     by_level : bool
-        Whether it is the scatter of level ratios, which is less than that of the hold.
+        Whether it is the scatter of level ratios: smaller than the scatter of the hold.
 
     Examples
     --------
@@ -162,7 +162,7 @@ class Uncertainty:
         if not isinstance(scatter, Scatter):
             raise TypeError(f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)")
         if scatter.by_level and ratio_of is hold:
-            raise ValueError("scatter: got that of level ratios, allowed with it: ratio_of=calibration.ratio_of")
+            raise ValueError("scatter: got one of level ratios, allowed with it: ratio_of=calibration.ratio_of")
         # With d in both channels the ratio y / x changes by d sqrt(1 + r^2) / x. The mean square of x is at least
         # 1 / (P n): P is 1 / sum w x^2, and no weight w is above 1. In `handheld` it is hardly more.
         ratio, error = ratio_of(touch)

@@ -228,7 +228,7 @@ def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], c
 
 
 def _change(channel: Readings, base: Any) -> Readings:
-    """Return readings without their baseline; at an age that of the tracker: a creep has hardly begun."""
+    """Return readings without their baseline; at an age by the tracker's baseline, as creep has hardly begun."""
     return replace(channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base))
 
 
