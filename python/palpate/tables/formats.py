@@ -273,7 +273,9 @@ def _word(tree: Any, name: str) -> str:
 
 def _arrow(path: Path, data: bytes, _asked: Asked) -> Table:
     if data.startswith(PARQUET):
-        table = need("pyarrow.parquet", "tables").read_table(io.BytesIO(data))
+        # No threads and no file of Python: Arrow's threads would close it while the interpreter ends (apache/arrow 50482).
+        source = need("pyarrow", "tables").BufferReader(data)
+        table = need("pyarrow.parquet", "tables").ParquetFile(source).read(use_threads=False)
     else:
         table = need("pyarrow.ipc", "tables").open_file(need("pyarrow", "tables").py_buffer(data)).read_all()
     table.validate(full=True)  # wrong offsets in a file would be wrong addresses
