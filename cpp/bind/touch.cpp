@@ -47,6 +47,8 @@ py::dict as_dict(const py::object& touch) {
                            "level_standard_error",
                            "contact_exponent",
                            "age_s",
+                           "ratio_before",
+                           "before_standard_error",
                            "ratio_after",
                            "after_standard_error",
                            "offset_ratio",
@@ -146,8 +148,17 @@ void bind_touch(py::module_& module) {
         "Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its "
         "length.");
   field(
+      "ratio_before", [](const R& touch) { return touch.before.ratio; },
+      "With the flag \"changed\", where the change lasted: the ratio before it, and `ratio` is the one after it; else "
+      "nan.");
+  field(
+      "before_standard_error", [](const R& touch) { return touch.before.standard_error; },
+      "Standard deviation of `ratio_before`.");
+  field(
       "ratio_after", [](const R& touch) { return touch.after.ratio; },
-      "With the flag \"changed\": the ratio after the change, from the last samples; else nan.");
+      "With the flag \"changed\", shortly before the end: the ratio after the change, from the last samples, and "
+      "`ratio` "
+      "is the one before it; else nan.");
   field(
       "after_standard_error", [](const R& touch) { return touch.after.standard_error; },
       "Standard deviation of `ratio_after`.");
@@ -178,7 +189,8 @@ void bind_touch(py::module_& module) {
         "times), "
         "\"curve\" (a gauge or bump that is not linear); \"tilt\" (the ratio differs from the level ratio); "
         "\"changed\" (the "
-        "ratio changed shortly before the end: `ratio` is the one before); and, known after the release: \"creep\" (a "
+        "ratio changed during the touch: `ratio` is the one after it; or shortly before the end: the one before); and, "
+        "known after the release: \"creep\" (a "
         "channel recovers "
         "slowly), "
         "\"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the touch; or the baseline was "

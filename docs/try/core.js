@@ -14,7 +14,7 @@ const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
   "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused",
-  "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_after", "after_standard_error"];
+  "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
 
 export class Core {
   static async of(compiled) {
@@ -207,7 +207,7 @@ export const ADVICE = {
   lag: "one channel is late: press slowly; check that the channels are not swapped",
   curve: "hard against soft bends: press less deep",
   tilt: "the ratio differs from the one over the swept depth, which a tilt does not change: hold the probe upright",
-  changed: "the ratio changed shortly before the end, and the result is the one before: lift straight up",
+  changed: "the ratio changed, during the touch or shortly before its end: touch one object at a time, and lift straight up",
   creep: "a channel recovers slowly after the release, so the ratio is not corrected: press for a shorter time",
   baseline: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
   gap: "the board restarted or was opened again during the touch or before it, so the baseline may have been measured in contact: lift the probe, and touch again",

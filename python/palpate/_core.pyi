@@ -202,6 +202,8 @@ class Touch(_State):
     level_standard_error: Final[float]
     contact_exponent: Final[float]
     age_s: Final[float]
+    ratio_before: Final[float]
+    before_standard_error: Final[float]
     ratio_after: Final[float]
     after_standard_error: Final[float]
     offset_ratio: Final[float]

@@ -86,7 +86,8 @@ class Framed:
 _EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
 _TOUCH = {"start": "int64", "start_s": "double", "samples": "int64", "ratio": "double", "covariance": "double"}
 _TOUCH |= {"standard_error": "double", "revised": "bool", "first_ratio": "double", "first_standard_error": "double"}
-_LEVEL = ["level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_after", "after_standard_error"]
+_LEVEL = ["level_ratio", "level_standard_error", "contact_exponent", "age_s"]
+_LEVEL += ["ratio_before", "before_standard_error", "ratio_after", "after_standard_error"]
 _OFFSET = ["offset_ratio", "offset_standard_error"]
 _TOUCH |= dict.fromkeys([*_LEVEL, *_OFFSET, *(f"effect_{name}" for name in _EFFECTS)], "double")
 _TOUCH |= {"alarm_share": "double", "saturated": "int64", "refused": "int64", "flags": "string"}

@@ -183,6 +183,12 @@ def _tilt(touch: Touch) -> str:
 
 
 def _changed(touch: Touch) -> str:
+    if isfinite(touch.ratio_before):
+        change, before = (
+            touch.first_ratio / touch.ratio_before - 1,
+            plus_minus(touch.ratio_before, touch.before_standard_error),
+        )
+        return f"the ratio changed during the touch, by {_signed_per_cent(change)}; the result is the one after it, not {before}"
     change = touch.ratio_after / touch.first_ratio - 1
     return (
         f"the ratio changed shortly before the end, by {_signed_per_cent(change)}; the result is the one before: lift straight "

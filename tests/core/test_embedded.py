@@ -73,7 +73,7 @@ def test_no_heap_no_unwinder_no_double(target: str) -> None:
         ("Gated", {"text": 440, "worst": 80, "state": 28, "stack": 0}),
         # QEMU counts ticks of 40 instructions. The worst of the full one comes once, at the end of a touch: the flags.
         ("Handheld", {"text": 5370, "mean": 445, "worst": 645, "state": 548, "stack": 208}),
-        ("HandheldFull", {"text": 13950, "mean": 1060, "worst": 13100, "state": 1380, "stack": 808}),
+        ("HandheldFull", {"text": 14300, "mean": 1060, "worst": 13100, "state": 1380, "stack": 808}),
     ],
 )
 def test_what_it_may_cost_on_a_cortex_m4f(subject: str, allowed: dict[str, int]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import palpate
 import pytest
 from effort import Tally, draws
+from palpate.simulation import Press, Scenario, simulate
 
 from bench.accuracy.modulus import CREEPS, LEVEL, SILENT, SOURCES, AGE_s, drawn, found, longest_touch, rms, scatter
 from bench.accuracy.other_probe import Way, touch
@@ -46,8 +47,21 @@ def test_a_change_before_the_end_is_the_result_once_it_lasted() -> None:
     assert late.ratio_after == pytest.approx(1.3 * 2.8, abs=4 * late.after_standard_error)
     assert "changed" in late.flags
     assert early.ratio == pytest.approx(1.3 * 2.8, rel=1e-3)
-    assert "changed" not in early.flags
-    assert np.isnan(early.ratio_after)
+    assert early.ratio_before == pytest.approx(2.8, abs=4 * early.before_standard_error)
+    assert "changed" in early.flags
+    assert np.isnan([early.ratio_after, late.ratio_before]).all()
+
+
+@pytest.mark.parametrize("steps", [(1.3,), (1.3, 1.0), (1.01,), (0.7, 0.71)])
+def test_a_touch_that_saw_two_objects_says_so(steps: tuple[float, ...]) -> None:
+    """The farthest of the ratios before the last one is reported; 20 runs each."""
+    for seed in SEEDS:
+        ratios = [(0.0, 2.8), *((1.3 * (n + 1), 2.8 * step) for n, step in enumerate(steps))]
+        [made] = palpate.touches(simulate(Scenario([Press(1.5, ratios, hold_s=5.0)], duration_s=10.0), seed))
+        farthest = max([1.0, *steps[:-1]], key=lambda step: abs(step - steps[-1]))
+        assert made.ratio == pytest.approx(2.8 * steps[-1], rel=1e-3)
+        assert made.ratio_before == pytest.approx(2.8 * farthest, rel=5e-3)
+        assert "changed" in made.flags
 
 
 def test_readings_that_are_swapped_amid_a_touch_change_nothing() -> None:

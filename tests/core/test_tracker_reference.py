@@ -27,7 +27,14 @@ from palpate.simulation import (
 MISFITS = {"offset", "drift", "lag", "curve", "tilt", "changed", "creep", "baseline"}
 NUMBERS = (
     *("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance", "offset_ratio"),
-    *("level_ratio", "level_standard_error", "ratio_after", "after_standard_error"),
+    *(
+        "level_ratio",
+        "level_standard_error",
+        "ratio_before",
+        "before_standard_error",
+        "ratio_after",
+        "after_standard_error",
+    ),
 )
 EFFECTS = ("offset", "drift", "curve", "tilt", "shift")
 
@@ -121,7 +128,7 @@ def numbers_of(touch: palpate.Touch) -> dict[str, float]:
 
 def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
     shift = touch.revision.shift / touch.first_ratio if touch.revision else 0.0
-    own = {"offset_ratio": touch.misfit.offset_ratio} | dict(zip(NUMBERS[-2:], touch.after, strict=True))
+    own = {"offset_ratio": touch.misfit.offset_ratio} | dict(zip(NUMBERS[-4:], touch.before + touch.after, strict=True))
     found = {name: own[name] if name in own else getattr(touch, name) for name in NUMBERS}
     effects = {name: getattr(touch.misfit, name) for name in EFFECTS[:3]}
     return found | effects | {"tilt": touch.tilt, "shift": shift}

@@ -33,7 +33,9 @@ struct Touch : Counts {
   Real shift = 0;          ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
   Fitted<Real> fitted{};   ///< what contradicts the model, and its flags
   Levelled<Real> level{};  ///< the ratio over the swept depth, which a tilt does not change
-  Levelled<Real> after{};  ///< with the flag misfit_changed: the ratio after the change, from few samples
+  // With the flag misfit_changed one of them is known:
+  Levelled<Real> before{};  ///< the ratio before a change that was confirmed: `ratio` is the one after it
+  Levelled<Real> after{};   ///< the ratio after a change that was not, from few samples: `ratio` is the one before it
 };
 
 /// The state after a reading.

@@ -176,8 +176,21 @@ class Tracker : public Settings,
         const Real before = Extra::unconfirmed.estimator.ratio();
         changed = magnitude(estimator.ratio() / before - 1) > Extra::evidence.fit.settings.least;
         Extra::after = changed ? Levelled<Real>{estimator.ratio(), standard_error()} : Levelled<Real>();
+        Extra::earlier = {};
         estimator = Extra::unconfirmed.estimator;
         Extra::evidence = Extra::unconfirmed.evidence;
+      } else {
+        if (Extra::unconfirmed.alarmed()) {
+          note_change();
+        }
+        changed = Extra::earlier.standard_error > 0;
+        if (changed) {
+          const Real own = standard_error(), apart = estimator.ratio() - Extra::earlier.ratio;
+          const Real square = product(own, own) + product(Extra::earlier.standard_error, Extra::earlier.standard_error);
+          changed = product(apart, apart) > 16 * square &&
+                    magnitude(apart / Extra::earlier.ratio) > Extra::evidence.fit.settings.least;
+          Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
+        }
       }
       Extra::fitted = Extra::evidence.fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
       Extra::fitted.flags = static_cast<std::uint8_t>(Extra::fitted.flags | (changed ? misfit_changed : 0));
@@ -225,6 +238,7 @@ class Tracker : public Settings,
           result.fitted.offset_ratio += Extra::revision.shift;
         }
       }
+      result.before = Extra::earlier;
       result.after = Extra::after;
       result.level = Extra::levelled;
       // Where something else contradicts the model, that is the cause; an offset has a flag of its own.
@@ -353,7 +367,7 @@ class Tracker : public Settings,
     if constexpr (fits) {
       Extra::evidence.fit.reset();
       Extra::unconfirmed.reset();
-      Extra::after = Extra::levelled = {};
+      Extra::earlier = Extra::after = Extra::levelled = {};
       Extra::tilted = Extra::lifted = Extra::drifts = false;
       Extra::begin = time;
       if constexpr (levels) {
@@ -391,7 +405,9 @@ class Tracker : public Settings,
         keep(before, time, false);
       }
       Extra::drifts = step.drifts;
-      Extra::unconfirmed.follow(time, soft, settings.confirmed);
+      if (PALPATE_UNLIKELY(Extra::unconfirmed.follow(time, soft, settings.confirmed))) {
+        note_change();
+      }
       const bool counts = step.gain != 0;  // in the sums
       Extra::evidence.times.follow(readings_, estimator.count(), step.alarm, counts);
       if (pair.matched && counts && !step.outlier) {
@@ -400,6 +416,22 @@ class Tracker : public Settings,
       }
     }
     return step.alarm;
+  }
+
+  /// A change is confirmed: the ratio before it. Of several, the one that is farthest from the ratio now counts; that of
+  /// a few samples is none.
+  PALPATE_COLD constexpr void note_change() noexcept {
+    if (!Extra::unconfirmed.estimator.settled()) {
+      return;
+    }
+    const Estimator now = estimator;
+    estimator = Extra::unconfirmed.estimator;
+    const Levelled<Real> before{estimator.ratio(), standard_error()};
+    estimator = now;
+    const Real apart = magnitude(before.ratio - now.ratio());
+    if (!(Extra::earlier.standard_error > 0) || apart > magnitude(Extra::earlier.ratio - now.ratio())) {
+      Extra::earlier = before;
+    }
   }
 
   constexpr auto estimate_of_fit() const noexcept {

@@ -1,7 +1,7 @@
 """Reference of the estimate of one touch: the estimator, its standard error, and the mean time of its samples."""
 
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from palpate.reference.model import LEAST
 from palpate.reference.noise import FEWEST
 
 CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
+CHANGED = 4  # standard errors between two ratios
 DOWN = 0.97  # share of the mean square of the regressors before the change
 
 
@@ -40,14 +41,14 @@ class Estimate:
         Whether the ratio changed in these samples.
     lifted : bool
         Whether the result is the one before a change that was not confirmed.
-    after : (float, float)
-        Ratio and standard error after a change that was not confirmed; nan: there was none.
+    before, after : (float, float)
+        Ratio and standard error before a change that was confirmed, and after one that was not; nan: there was none.
 
     Examples
     --------
     >>> estimate = Estimate(start=3)
     >>> estimate.add(0.5, 0.2, 4, 0.1, matched=True)
-    False
+    (False, None)
     >>> round(estimate.ratio, 6), estimate.samples
     (2.5, 1)
     """
@@ -60,6 +61,7 @@ class Estimate:
     sweep: Sweep = field(default_factory=Sweep)
     changed: bool = False
     lifted: bool = False
+    before: tuple[float, float] = (np.nan, np.nan)
     after: tuple[float, float] = (np.nan, np.nan)
     _unconfirmed: dict[str, Any] | None = None  # before a change
     _begun_s: float = 0.0  # the first change, and the last one
@@ -96,8 +98,17 @@ class Estimate:
         """Mean number of the readings, with the weights of the samples."""
         return float(self._weights @ self._numbers / self._weights.sum())
 
-    def add(self, hard: float, soft: float, number: int, time_s: float, *, matched: bool) -> bool:
-        """Take a sample, pF, of the reading with this number, s after the contact; return whether there is an alarm."""
+    def add(
+        self, hard: float, soft: float, number: int, time_s: float, *, matched: bool
+    ) -> tuple[bool, _Handover | None]:
+        """Take a sample, pF, of the reading with this number, s after the contact.
+
+        Returns
+        -------
+        alarm : bool
+        before : _Handover or None
+            The estimator before a change that is confirmed by this sample.
+        """
         state = self._state
         before = {name: getattr(state, name) for name in ("ratio", "information", "squares", "weight")}
         drifted = state.drifting
@@ -114,7 +125,7 @@ class Estimate:
             self.changed = True
         if state.drifting and not drifted:
             self._keep(before, time_s, alarm=False)
-        self._confirm(soft, time_s)
+        before_change = self._confirm(soft, time_s)
         if not alarm and state.squares != before["squares"]:  # an outlier changes no sum, unless the ratio drifts
             self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or much
             self._weights = np.append(self._weights, 1.0)
@@ -122,7 +133,7 @@ class Estimate:
             if matched and not state.outlier:
                 self.fit.add(hard, soft, number)
                 self.sweep.add(hard, soft, time_s, held=True)
-        return alarm
+        return alarm, before_change
 
     def _keep(self, before: dict[str, Any], time_s: float, *, alarm: bool) -> None:
         """Keep what is known before a hand-over or a drift, until it is confirmed; of several, the first one counts."""
@@ -135,8 +146,11 @@ class Estimate:
         self._alarmed = self._alarmed or alarm
         self._changed_s, self._squares = time_s, []
 
-    def _confirm(self, regressor: float, time_s: float) -> None:
-        """Forget what was known before a change if the probe is still down some time after it, or after the longest lift."""
+    def _confirm(self, regressor: float, time_s: float) -> _Handover | None:
+        """Forget what was known before a change if the probe is still down some time after it, or after the longest lift.
+
+        Returns the estimator before a hand-over that is confirmed now.
+        """
         if self._unconfirmed:
             state = self._unconfirmed["_state"]
             self._squares.append(regressor**2)
@@ -145,6 +159,28 @@ class Estimate:
             confirmed = self._down and time_s - self._changed_s >= least_s
             if confirmed or time_s - self._begun_s >= LONGEST_LIFT_S:
                 self._unconfirmed = None
+                return state if self._alarmed else None
+        return None
+
+    def waiting(self) -> _Handover | None:
+        """Return the estimator before a hand-over that is not confirmed yet."""
+        return self._unconfirmed["_state"] if self._unconfirmed and self._alarmed else None
+
+    def note(self, state: _Handover, noises: tuple[float, float], shared: float, rounding: float) -> None:
+        """Note the ratio before a change, if its samples are not few; of several, the farthest from the ratio now counts."""
+        if state.weight < SETTLED or state.noise.weight < FEWEST:
+            return
+        other = replace(self, _state=state)
+        if not abs(other.ratio - self.ratio) <= abs(self.before[0] - self.ratio):
+            self.before = other.ratio, other.standard_error(noises, shared, rounding=rounding)
+
+    def apart(self, own: float) -> bool:
+        """Return whether the ratio before a change is another one, with this standard error of the ratio."""
+        ratio, error = self.before
+        apart = abs(self.ratio - ratio)
+        different = bool(apart > CHANGED * np.hypot(own, error) and apart > LEAST * abs(ratio))
+        self.before = self.before if different else (np.nan, np.nan)
+        return different
 
     def go_back(self, noises: tuple[float, float], shared: float, rounding: float) -> bool:
         """At the end: take the result before a change that is not confirmed; return whether the change was large."""
@@ -154,6 +190,7 @@ class Estimate:
         self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST
         if changed:
             self.after = self.ratio, self.standard_error(noises, shared, rounding=rounding)
+        self.before = (np.nan, np.nan)
         for name, value in kept.items():
             setattr(self, name, value)
         return bool(changed)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import matched_pair
 from palpate.reference.estimate import Estimate, estimator
+from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
 from palpate.reference.level import Sweep
 from palpate.reference.model import LEAST, Misfit
@@ -65,6 +66,7 @@ class Touch:
     level_ratio: float = np.nan
     level_standard_error: float = np.nan
     tilt: float = 0.0
+    before: tuple[float, float] = (np.nan, np.nan)
     after: tuple[float, float] = (np.nan, np.nan)
     tilted: bool = False
 
@@ -219,6 +221,10 @@ class _Tracker:
         self._running, touch = False, self._touch
         noises, shared = self._errors(touch.ratio)
         changed = touch.go_back(noises, shared, self._rounding(touch.ratio))
+        if not touch.lifted:
+            self._note(touch.waiting())
+            noises, shared = self._errors(touch.ratio)
+            changed = touch.apart(touch.standard_error(noises, shared, rounding=self._rounding(touch.ratio)))
         noises, shared = self._errors(touch.ratio)
         rounding = self._rounding(touch.ratio)
         misfit = touch.fit.result(*noises, touch.ratio)
@@ -226,7 +232,9 @@ class _Tracker:
         error = touch.standard_error(noises, shared, misfit.open + misfit.open_drift, rounding)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
         counts = (touch.start, touch.samples, touch.alarms, touch.refused)
-        found = Touch(*counts, full, ratio, error, covariance, ratio, error, misfit, after=touch.after)
+        found = Touch(
+            *counts, full, ratio, error, covariance, ratio, error, misfit, before=touch.before, after=touch.after
+        )
         self.touches.append(self._levelled(found, revised=False))
 
     def _levelled(self, result: Touch, *, revised: bool) -> Touch:
@@ -266,7 +274,15 @@ class _Tracker:
             self._touch.refused += 1
             return False
         levels = [known.level for known in self._baselines()]
-        return self._touch.add(hard - levels[0], soft - levels[1], number, since_s, matched=bool(matched))
+        alarm, before = self._touch.add(hard - levels[0], soft - levels[1], number, since_s, matched=bool(matched))
+        self._note(before)
+        return alarm
+
+    def _note(self, before: _Handover | None) -> None:
+        """Note the ratio before a change."""
+        if before and self._touch:
+            ratio = float(before.ratio)
+            self._touch.note(before, *self._errors(ratio), self._rounding(ratio))
 
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""

@@ -31,7 +31,9 @@ class Unconfirmed {
   Estimator estimator;  ///< before the change, with the noise of then
   Collected evidence;   ///< before the change
 
-  constexpr void reset() noexcept { waits_ = false; }
+  constexpr void reset() noexcept { waits_ = alarmed_ = false; }
+  /// Whether a hand-over waits.
+  constexpr bool alarmed() const noexcept { return waits_ && alarmed_; }
   /// Whether the result is the one before the change: it has more samples than the one after it.
   constexpr bool holds(const Estimator& after) const noexcept {
     return waits_ && (alarmed_ || !down_) && !(estimator.count() < after.count());
@@ -53,8 +55,8 @@ class Unconfirmed {
     waits_ = true;
   }
 
-  /// After each sample.
-  constexpr void follow(Ticks time, Real regressor, Real confirmed) noexcept {
+  /// After each sample. Returns whether this confirms a hand-over.
+  constexpr bool follow(Ticks time, Real regressor, Real confirmed) noexcept {
     if (PALPATE_UNLIKELY(waits_)) {
       squares_ += product(regressor, regressor);
       count_ += 1;
@@ -62,7 +64,9 @@ class Unconfirmed {
       down_ = !(squares_ / count_ < product(Real(0.97), before));
       const Real least = alarmed_ ? confirmed : 2 * confirmed;  // a drift is slow
       waits_ = !(down_ && seconds_between<Real>(time, last_) >= least) && seconds_between<Real>(time, begin_) < longest;
+      return !waits_ && alarmed_;
     }
+    return false;
   }
 
  private:
@@ -107,7 +111,7 @@ struct Fitting {
   Ticks begin = 0;  // of the touch
   Fitted<Real> fitted;
   typename Reviser<Real>::Result revision;
-  Levelled<Real> levelled, after;
+  Levelled<Real> levelled, earlier, after;  // the last two: on the other side of a change
   Real first_ratio = 0, first_error = 0;
   bool tilted = false;  // the ratio and the level ratio differ
   bool lifted = false;  // the result is the one before a change that was not confirmed
