@@ -40,6 +40,14 @@ def test_a_lift_with_another_ratio_changes_nothing(fall: float, period: float) -
     assert rms(found(way, SEEDS).ratio) < 0.01
 
 
+@pytest.mark.parametrize("fall", [0.2, 1.0, 2.0, 3.0])
+def test_a_lift_with_another_ratio_at_10_pairs_a_second(fall: float) -> None:
+    """There the ratio drifts already in the hold: what is left of the rise, which few pairs saw."""
+    made = found(Way(lifted_ratio=0.9, hold=3.0, fall=fall, period=0.1, tremor=0.0, before=5.0, after=5.0), SEEDS)
+    assert made.silent == 0
+    assert rms(made.ratio) < 0.15
+
+
 def test_a_change_before_the_end_is_the_result_once_it_lasted() -> None:
     """0.2 s before the lift the ratio before it is the result, with both said; 1 s before it the one after."""
     late, early = (longest_touch(Way(hold=4.0, change=(before, 1.3)), 1) for before in (4.1, 3.3))

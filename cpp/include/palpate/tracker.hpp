@@ -401,7 +401,7 @@ class Tracker : public Settings,
       }
     }
     if constexpr (fits) {
-      if (PALPATE_UNLIKELY(step.drifts && !Extra::drifts)) {
+      if (PALPATE_UNLIKELY(step.drifts && !(Extra::drifts && Extra::unconfirmed.waits()))) {
         keep(before, time, false);
       }
       Extra::drifts = step.drifts;

@@ -123,7 +123,7 @@ class Estimate:
             self.fit.restart(state.ratio / before["ratio"] - 1)
             self.sweep.restart()
             self.changed = True
-        if state.drifting and not drifted:
+        if state.drifting and not (drifted and self._unconfirmed):
             self._keep(before, time_s, alarm=False)
         before_change = self._confirm(soft, time_s)
         if not alarm and state.squares != before["squares"]:  # an outlier changes no sum, unless the ratio drifts
@@ -185,7 +185,8 @@ class Estimate:
     def go_back(self, noises: tuple[float, float], shared: float, rounding: float) -> bool:
         """At the end: take the result before a change that is not confirmed; return whether the change was large."""
         kept = self._unconfirmed
-        if not kept or not (self._alarmed or not self._down) or kept["_state"].weight < self._state.weight:
+        few = kept is not None and kept["_state"].weight < self._state.weight
+        if not kept or (few if self._alarmed else self._down):
             return False
         self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST
         if changed:

@@ -32,11 +32,13 @@ class Unconfirmed {
   Collected evidence;   ///< before the change
 
   constexpr void reset() noexcept { waits_ = alarmed_ = false; }
+  /// Whether a change waits.
+  constexpr bool waits() const noexcept { return waits_; }
   /// Whether a hand-over waits.
   constexpr bool alarmed() const noexcept { return waits_ && alarmed_; }
-  /// Whether the result is the one before the change: it has more samples than the one after it.
+  /// Whether the result is the one before the change: after a hand-over if it has more samples than the one after it.
   constexpr bool holds(const Estimator& after) const noexcept {
-    return waits_ && (alarmed_ || !down_) && !(estimator.count() < after.count());
+    return waits_ && (alarmed_ ? !(estimator.count() < after.count()) : !down_);
   }
 
   /// The estimate and the evidence before a change. Of several, the first one counts.
