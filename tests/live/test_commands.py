@@ -11,7 +11,17 @@ from palpate.live.files import RunFiles
 from palpate.live.hub import Page
 from palpate.live.measurement import LiveMeasurement, opener
 
-VALUES = {"rows": 20, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "id": 0, "touch": 0}
+VALUES = {
+    "rows": 20,
+    "wanted": 4,
+    "capf": 1,
+    "on": True,
+    "from_s": 0.5,
+    "to_s": 2,
+    "id": 0,
+    "touch": 0,
+    "touches": [1, 2],
+}
 
 
 def test_each_command_is_parsed_and_obeyed_by_a_method_with_its_values() -> None:
@@ -39,6 +49,7 @@ def test_each_command_is_parsed_and_obeyed_by_a_method_with_its_values() -> None
         ('{"do": "plan", "wanted": 100, "text": ""}', "a whole number from 1 to 99"),
         ('{"do": "view", "id": 1, "from_s": 1e13, "to_s": 1, "rows": 16}', "from_s: got 10000000000000.0"),
         ('{"do": "view", "id": 1, "from_s": 1, "to_s": 1, "rows": 15}', "from 16 to 8192"),
+        ('{"do": "name", "touches": [1, true], "text": "gel"}', "touches: got .* allowed: a list of numbers"),
         ('{"do": "tare", "do2": 1}', "no further names for tare"),
     ],
 )

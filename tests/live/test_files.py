@@ -1,6 +1,6 @@
 """Files of a run: names that are proposed and checked, reports, and how they are sent to a browser."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -60,13 +60,15 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
     """Beside it, under a new name; one at a time."""
     asked: list[tuple[Path, list[Path], Path | None]] = []
 
-    def write(path: Path, recordings: Sequence[Path], calibration: Path | None) -> None:
+    def write(path: Path, recordings: Sequence[Path], calibration: Path | None, tell: Callable[[str], None]) -> None:
         asked.append((path, list(recordings), calibration))
         path.write_text("<p>gel</p>")
         with pytest.raises(RefusedCommand, match="one is being written"):
             files.report(None)
+        tell("touch 1 of 4")
+        assert files.as_dict()["progress"] == "Report: touch 1 of 4"
 
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     files = RunFiles(tmp_path / "run.csv")
@@ -84,11 +86,33 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
     assert (tmp_path / "two-report-2.html").read_text() == "precious"
     assert asked[0] == (tmp_path / "two-report.html", [tmp_path / "two.csv"], tmp_path / "probe.toml")
     assert [file["name"] for file in files.named if file["kind"] == "report"] == names
+    assert files.as_dict()["progress"] == ""
+
+
+def test_a_report_that_is_stopped_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In each of its parts: while rows are read, and while touches are written."""
+    files, told = RunFiles(), list[str]()
+    files.made(OWN_FILE, "recording")
+    monkeypatch.setattr(files, "free", lambda name: tmp_path / name)
+    tell = files._tell
+    for part in ("rows read", "touch 2 of 4"):
+
+        def stop(progress: str, part: str = part) -> None:
+            told.append(progress)
+            if part in progress:
+                files.stop_report()
+            tell(progress)
+
+        monkeypatch.setattr(files, "_tell", stop)
+        with pytest.raises(RefusedCommand, match="report: stopped; nothing is written"):
+            files.report(None)
+        assert part in told[-1]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = begun(f"{OWN_FILE}?speed=100", tmp_path)
-    monkeypatch.setattr(module, "write", lambda path, *_: path.write_text("<p>gel</p>"))
+    monkeypatch.setattr(module, "write", lambda path, *_, tell: path.write_text("<p>gel</p>"))
     name = bench.do("report")["file"]
     for beside in ("probe.toml", "odd.bin"):
         (tmp_path / beside).write_text("x")

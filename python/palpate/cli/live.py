@@ -29,7 +29,7 @@ SIMULATED = "sim:four-specimens"
 
 
 @click.command()
-@click.argument("source", shell_complete=complete_source, required=False)
+@click.argument("sources", metavar="[SOURCE] [FILE...]", nargs=-1, shell_complete=complete_source)
 @click.option("--record", "file", type=OUTPUT,
               help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
               "NAME-2.csv ...; without this option it proposes names with the date.")  # fmt: skip
@@ -54,7 +54,7 @@ SIMULATED = "sim:four-specimens"
 @click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
 def live(
-    source: str | None,
+    sources: tuple[str, ...],
     file: Path | None,
     folder: Path | None,
     calibration: Path | None,
@@ -72,13 +72,14 @@ def live(
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
     connected board, or a simulated one. By default only this machine can open the page, with the token in the printed
     address; it needs no network. Files are written only with --record, and by the buttons
-    Record, Report and Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
+    Record, Report and Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
     Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an extra is missing.
 
     \b
     Example:
       palpate live
       palpate live usb: --record bench.csv --calibration probe.toml
+      palpate live monday.csv tuesday.csv
       palpate live "sim:sliding?seed=1" --scene sliding --no-open
     """  # noqa: D301
     for module in ("starlette", "uvicorn", "websockets"):
@@ -87,13 +88,18 @@ def live(
     from palpate.live.access import new_token
     from palpate.live.app import PageApp
     from palpate.live.commands import Workbench
+    from palpate.live.compare import LETTERS
     from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, open_file, opener
     from palpate.live.server import address_of, listen, serve
 
     context = click.get_current_context()
     token = _token(host, no_token=no_token)
-    source = source or _plugged_in()
+    source, *others = sources or (_plugged_in(),)
+    if others and not (
+        len(sources) <= len(LETTERS) and len(set(sources)) == len(sources) and all(map(is_file, sources))
+    ):
+        raise click.UsageError(f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once")
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
     how = {**calibrated.for_tracking(how), **how} if calibrated else how
     measurement: LiveMeasurement | RecordedMeasurement
@@ -105,6 +111,7 @@ def live(
             if context.get_parameter_source("scene") is ParameterSource.DEFAULT:
                 how["scene"] = None  # the recording's
             measurement = open_file(source, asked, how, _say_line)
+            measurement.files.others = [Path(other) for other in others]
         else:
             measurement = LiveMeasurement(opener(source, asked), RunFiles(file, folder), how, _say_line, lsl)
         bench = Workbench(measurement, source, calibrated, scatter, calibration)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from palpate.calibration import Calibration
 from palpate.live.calibration_fit import GuidedCalibration
+from palpate.live.compare import compared
 from palpate.live.connection_state import ConnectionState
 from palpate.live.device import Device
 from palpate.live.events import Events
@@ -98,6 +99,7 @@ class Workbench:
         if isinstance(measurement, RecordedMeasurement):
             self._shown: Callable[[], Document] = lambda: file_state(measurement.file)
             self.is_news: Callable[[], bool] = lambda: False
+            self._parts["plan"] = plan
             return
         state = ConnectionState(measurement, plan, table.result)
         self._shown, self.is_news = state.document, state.is_news
@@ -134,6 +136,14 @@ class Workbench:
         """Write a report of the newest recording."""
         return self.measurement.files.report(self._calibration_file)
 
+    def stop_report(self) -> str:
+        """Stop the report that is written; return the message."""
+        return self.measurement.files.stop_report()
+
+    def compare(self) -> Document:
+        """Return the recordings to compare, beside each other."""
+        return compared(self.measurement.files.compared(), self._table.calibration)
+
     def cut(self, from_s: float, to_s: float) -> str:
         """Estimate the part of a recording between two times as a touch; return the result, or why there is none."""
         if not isinstance(self.measurement, RecordedMeasurement):
@@ -167,6 +177,12 @@ def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
     raise RefusedCommand(f"{name}: got {value!a:.60}, allowed: {allowed}")
 
 
+def _ids(name: str, value: Any) -> list[int]:
+    if not isinstance(value, list) or not all(type(one) is int for one in value):
+        _refuse(name, value, "a list of numbers")
+    return value
+
+
 _whole = partial(number, whole=True)
 _ID, _SECONDS = _whole(0, 2**32 - 1), number(-LARGEST_S, LARGEST_S)
 _NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
@@ -190,10 +206,13 @@ COMMANDS: dict[str, Order] = {
     "assign": Order("plan.assign", {"touch": _ID, "name": _MAYBE}),
     "discard": Order("plan.discard", {"touch": _ID}),
     "keep": Order("plan.keep", {"touch": _ID}),
+    "name": Order("plan.name", {"touches": _ids, "text": _MAYBE}),
     "more": Order("plan.more"),
     "calibrating": Order("calibration.switch", {"on": yes_no}),
     "save calibration": Order("calibration.save", {"name?": _NAME}),
     "report": Order("bench.report"),
+    "stop report": Order("bench.stop_report"),
+    "compare": Order("bench.compare"),
     "cut": Order("bench.cut", {"from_s": _SECONDS, "to_s": _SECONDS}),
     "noise": Order("page.listen", {"on": yes_no}),
     "view": Order("page.look", _VIEW),

@@ -4,10 +4,11 @@ import re
 from datetime import date
 from itertools import chain, count
 from pathlib import Path
-from threading import Lock
-from typing import Literal
+from threading import Event, Lock
+from typing import Any, Literal
 
 from palpate.errors import quoted
+from palpate.live.compare import LETTERS
 from palpate.live.feed import RefusedCommand
 from palpate.recording.sidecar import sidecar_path
 from palpate.report import write
@@ -39,12 +40,23 @@ class RunFiles:
             sidecar_path(self._first)
         self._folder = Path(folder) if folder is not None else self._first.parent if self._first else Path()
         self._made: dict[Path, Kind] = {}
-        self._writing = Lock()
+        self._writing, self._stopped = Lock(), Event()
+        self.progress: str = ""  # of the report that is written
+        self.others: list[Path] = []  # recordings to compare with the first one
 
     @property
     def allowed(self) -> bool:
         """Whether the user has given a name: then the first recording begins with the measurement."""
         return self._first is not None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what the page shows of them."""
+        return {"files": self.named, "progress": self.progress, "comparable": len(self.compared())}
+
+    def compared(self) -> list[Path]:
+        """Return the recordings to compare: the first one and the others, else the newest of this run."""
+        made = self._recordings()
+        return [*made[:1], *self.others] if self.others else made[-len(LETTERS) :]
 
     @property
     def named(self) -> list[dict[str, str]]:
@@ -100,13 +112,26 @@ class RunFiles:
         try:
             newest = recordings[-1]
             path = self.free(f"{newest.stem}-report.html")
-            write(path, [newest], calibration)
+            self._stopped.clear()
+            self._tell(newest.name)
+            write(path, [newest], calibration, tell=self._tell)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:
+            self.progress = ""
             self._writing.release()
         self.made(path, "report")
         return {"message": f"The report is {path.name}.", "file": path.name}
+
+    def stop_report(self) -> str:
+        """Stop the report that is written; return the message."""
+        self._stopped.set()
+        return "The report is stopped."
+
+    def _tell(self, progress: str) -> None:
+        if self._stopped.is_set():
+            raise RefusedCommand("report: stopped; nothing is written")
+        self.progress = f"Report: {progress}"
 
     def _recordings(self) -> list[Path]:
         return [path for path, kind in self._made.items() if kind == "recording"]

@@ -70,6 +70,7 @@ class Measurement(Listener):
     file: Any = None  # what the page says of a file that is shown; None: something is measured
     last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
     recorder: Any = None  # of the recording that runs; None: there is none
+    zero_s: float | None = None  # of a file: t = 0, s since 1970, if it is known
 
     def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
         self.files = files
@@ -239,7 +240,7 @@ class LiveMeasurement(Measurement):
         if recorder:
             seconds = None if recorder.first_s is None else max(self.last_s - recorder.first_s, 0.0)
             now = {"name": recorder.path.name, "rows": recorder.rows, "seconds": seconds}
-        files = {"proposed": self.files.next().name, "files": self.files.named}
+        files = {"proposed": self.files.next().name, **self.files.as_dict()}
         return {"recording": now, "counters": self.stream.counters.as_dict(), **files}
 
     def record(self, name: str | None = None) -> str:
@@ -344,6 +345,8 @@ class RecordedMeasurement(Measurement):
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
         self.moment = Moment("waiting")
+        zero_ns = sidecar.zero_of(self.document)[0]
+        self.zero_s = None if zero_ns is None else zero_ns / 1e9
         self._verdict = ""  # what `palpate check` says; nothing while it is read
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-review", daemon=True)
@@ -364,7 +367,13 @@ class RecordedMeasurement(Measurement):
         counts = {"rows": survey.rows, "missing": survey.lost, "refused": survey.refused}
         if not self._verdict:
             counts = dict.fromkeys(counts, 0)
-        return {"name": self.recording.path.name, **counts, "end": self._verdict or self.error or "being read"}
+        end = self._verdict or self.error or "being read"
+        return {"name": self.recording.path.name, **counts, "end": end, "amendable": self.amendable}
+
+    @property
+    def amendable(self) -> bool:
+        """Whether specimens can be given to its touches: it has a sidecar, and has ended."""
+        return self.recording.path.suffix == ".csv" and "end" in self.document
 
     def cut(self, from_s: float, to_s: float) -> Touch:
         """Return the touch between two times; as `palpate.touches` with a window."""
@@ -381,7 +390,7 @@ class RecordedMeasurement(Measurement):
 
     def recording_state(self) -> Document:
         """Return the files; nothing is recorded."""
-        return {"recording": None, "proposed": "", "files": self.files.named}
+        return {"recording": None, "proposed": "", **self.files.as_dict()}
 
     def _run(self) -> None:
         try:

@@ -35,6 +35,7 @@ def _order(obey: Callable[..., str]) -> Callable[..., str]:
     @wraps(obey)
     def ordered(plan: "TouchPlan", *args: Any, **given: Any) -> str:
         with plan._lock:
+            plan._require_amendable()
             message = obey(plan, *args, **given)
             plan._changed(ordered=True)
         return message
@@ -59,6 +60,7 @@ class TouchPlan(Listener):
         self._notes: list[stored.Note] = []
         self._stored: tuple[Recorder | None, stored.Plan] = None, stored.Plan()  # a recorder, and what it has
         self._recorded: stored.Plan | None = None
+        self._unmatched: list[stored.Entry] = []  # of a recording: of touches that are not found with these settings
         if isinstance(measurement, RecordedMeasurement):
             self._recorded = plan = stored.plan_of(measurement.document)
             wanted = max((one.wanted for one in plan.specimens), default=0)
@@ -96,6 +98,7 @@ class TouchPlan(Listener):
                 Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
                 for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
             ]
+            self._unmatched = [entry for entry in self._recorded.touches if entry not in known]
             self._changed()
 
     @_order
@@ -120,6 +123,23 @@ class TouchPlan(Listener):
         done = self._done(touch)
         done.specimen = self._in_list(name) or None
         return f"Touch {touch}: {done.specimen or 'no specimen'}."
+
+    @_order
+    def name(self, touches: list[int], text: str) -> str:
+        """Give touches a specimen, written as in a list, "": none; a new one comes into the list; return the message."""
+        done, found = [self._done(touch) for touch in touches], specimens_of(text, self._head["wanted"] or 1)
+        for one in found:
+            known = self.progress.named(one.name)
+            if not known:
+                self.progress.specimens.append(one)
+            elif one.modulus_MPa is not None:
+                self.progress.specimens[self.progress.specimens.index(known)] = replace(
+                    known, modulus_MPa=one.modulus_MPa
+                )
+        for each in done:
+            each.specimen = found[0].name if found else None
+        touched = "1 touch" if len(done) == 1 else f"{len(done)} touches"
+        return f"{touched}: {found[0].name if found else 'no specimen'}."
 
     @_order
     def discard(self, touch: int) -> str:
@@ -167,8 +187,17 @@ class TouchPlan(Listener):
         }
         if recorder := self._measurement.recorder:
             self._store(recorder)
+        elif ordered and isinstance(shown := self._measurement, RecordedMeasurement):
+            amend(shown.recording.path, self._within(-inf))
         elif ordered and (ended := self._measurement.newest_recorder) and ended.first_s is not None:
             amend(ended.path, self._within(ended.first_s))
+
+    def _require_amendable(self) -> None:
+        shown = self._measurement
+        if isinstance(shown, RecordedMeasurement) and (shown.running or not shown.amendable):
+            why = "it is still being read" if shown.running else "it has no sidecar with an end"
+            made = "a recording of palpate that has ended; palpate convert, or check --repair, makes one"
+            raise RefusedCommand(f"{shown.recording.path.name}: cannot be changed: {why}, allowed: {made}")
 
     def _store(self, recorder: Recorder) -> None:
         """Give a recording the session as it is now: what is within it."""
@@ -187,18 +216,23 @@ class TouchPlan(Listener):
         progress = self.progress
         entries = (
             stored.Entry(done.touch.start_s, done.specimen, done.why[: stored.LONGEST_NAME])
-            for done in progress.present[-stored.MOST_TOUCHES :]
+            for done in progress.present[0 if self._recorded else -stored.MOST_TOUCHES :]
             if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
         )
         notes = tuple(note for note in self._notes if note.t_s >= first_s)
         ratio = progress.calibration.ratio if progress.calibration else progress.kind
         return stored.Plan(
-            self._head["title"], self._head["operator"], tuple(progress.specimens), tuple(entries), notes, ratio
+            self._head["title"],
+            self._head["operator"],
+            tuple(progress.specimens),
+            (*entries, *self._unmatched),
+            notes,
+            ratio,
         )
 
     def _following(self) -> str:
         self.progress.settle(self._measurement.last_s)
-        following = self.progress.next
+        following = None if self._recorded else self.progress.next
         return f"Next: {following}." if following else ""
 
     def _in_list(self, name: str) -> str:

@@ -1,6 +1,6 @@
 """What a report shows: recordings, the specimen of each touch and whether it is kept, and the result of each specimen."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite, log, nan
 from pathlib import Path
@@ -18,6 +18,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.report.repeatability import Repeatability, repeatability
+from palpate.samples import Block
 from palpate.sentences import advice_at_end, reasons
 from palpate.several import Agreement, RatioOf, agreement, hold, level, objections
 from palpate.touch import Tracked, tracked
@@ -40,9 +41,24 @@ class Run:
     period_s: float
 
 
-def run_of(path: Path, name: str, how: dict[str, Any] | None = None, **asked: Any) -> Run:
-    """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own."""
+def run_of(
+    path: Path, name: str, how: dict[str, Any] | None = None, tell: Callable[[str], None] = lambda _: None, **asked: Any
+) -> Run:
+    """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own.
+
+    `tell` gets the progress; an error that it raises ends the work.
+    """
     recording = recorded(path, **asked)
+    read = recording.blocks
+
+    def blocks(*given: Any) -> Iterator[Block]:
+        rows = 0
+        for block in read(*given):
+            rows += len(block)
+            tell(f"{rows} rows read of {name}")
+            yield block
+
+    vars(recording)["blocks"] = blocks
     tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey

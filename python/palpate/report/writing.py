@@ -3,7 +3,7 @@
 import hashlib
 import os
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from math import exp, inf, isfinite, isnan, nan
@@ -64,6 +64,7 @@ def write(
     title: str = "",
     operator: str = "",
     notes: Sequence[str] = (),
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Written:
     """Write a report of recordings as one HTML file, which needs no other file; one of this name is replaced.
 
@@ -83,6 +84,8 @@ def write(
         Default: those of the sessions in the sidecars.
     notes : sequence of str
         For the head of the report.
+    tell : callable
+        Gets the progress as a text, often; an error that it raises ends the work, and nothing is written.
 
     Returns
     -------
@@ -109,13 +112,13 @@ def write(
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
     fitted = Calibration.load(probe) if probe else None
-    runs = [run_of(each, name) for name, each in _recordings(recordings, table).items()]
+    runs = [run_of(each, name, tell=tell) for name, each in _recordings(recordings, table).items()]
     runs = [run_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
     found = findings(runs, fitted, known)
     files = [("calibration", probe), ("moduli", table)]
     options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
     options += [("note", note) for note in notes]
-    shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file])
+    shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file], tell)
     write_file(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
     results = {
         "touches": len(found.touches),
@@ -171,7 +174,9 @@ def _columns(rows: list[_Row]) -> list[tuple[str, str]]:
     return [(name, "w" if name in _WORDS else "") for name in cells[0] if any(row[name] != "" for row in cells)]
 
 
-def _shown(found: Findings, options: list[tuple[str, str]], files: list[Path]) -> dict[str, Any]:
+def _shown(
+    found: Findings, options: list[tuple[str, str]], files: list[Path], tell: Callable[[str], None]
+) -> dict[str, Any]:
     """Return all that the template shows, from findings, the options of the command, and the files that these name."""
     asked, runs = dict(options), found.runs
     given, names = [f" --{name} {shlex.quote(text)}" for name, text in options], shlex.join(run.name for run in runs)
@@ -215,7 +220,7 @@ def _shown(found: Findings, options: list[tuple[str, str]], files: list[Path]) -
             for one in found.results
             if one.budget
         ],
-        "touches": list(_touches(found, happened)),
+        "touches": list(_touches(found, happened, tell)),
         "recordings": [_recording(run) for run in runs],
         "happened": [
             {"Recording": run.name, "Time": _clock(t_s - run.first_s), "What": kind, "Text": text}
@@ -295,11 +300,12 @@ def _result(one: Result, calibration: Calibration | None) -> dict[str, object]:
     }
 
 
-def _touches(found: Findings, happened: Mapping[str, list[_Event]]) -> Iterator[_Row]:
+def _touches(found: Findings, happened: Mapping[str, list[_Event]], tell: Callable[[str], None]) -> Iterator[_Row]:
     """Yield a row for each touch, and the sentences about it; of several recordings their names, too."""
     means = {one.name: one.mean.ratio for one in found.results if one.mean}
     name = found.runs[0].name if len(found.runs) == 1 else ""
     for one in found.touches:
+        tell(f"touch {one.number} of {len(found.touches)}")
         if one.run.name != name:
             name = one.run.name
             yield element("b", name)
