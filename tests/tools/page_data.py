@@ -291,7 +291,7 @@ def hello_of(case: Case) -> Document:
     named = {"source": "run-11.csv" if case.file else "usb:", "device": "AD7746 kit, USB 1/4", "scene": "handheld"}
     length = {"samples": LENGTH, "seconds": LENGTH / RATE, "threshold": THRESHOLD, "origin_s": ORIGIN_S}
     known = {"calibrated": case.listed, "scatter": SCATTER if case.listed else None}
-    file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "seconds": 200.0}
+    file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "amendable": True}
     kind = {"measurement": 1, "kind": "file" if case.file else "live", "file": file if case.file else None}
     return {**named, **length, **known, **kind}
 

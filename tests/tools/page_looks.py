@@ -18,7 +18,7 @@ const texts = [...document.body.querySelectorAll("*")].filter((e) => shown(e) &&
 CUT = (
     _SHOWN
     + """
-const allowed = "#source, #source *, .remark, #nextname span, .plot *, #multiples *";
+const allowed = "#source, #source *, .remark, #nextname span, .plot *";
 const wrong = [];
 for (const e of texts) {
   if (e.matches(allowed)) continue;

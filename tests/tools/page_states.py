@@ -111,7 +111,8 @@ def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> No
     """Open the page in a state, and wait until it shows it."""
     page.driver.get(server.address)
     word = server.state.told["state"]["now"]["word"]
-    page.until(lambda: page.text("word") == word)
+    shown = str(len(server.state.told["touches"]["rows"])) if word == "File" else word
+    page.until(lambda: page.text("word") == shown)
     page.theme(theme)
     if name == "review":
         page.press(" ")

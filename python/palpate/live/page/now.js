@@ -11,7 +11,8 @@ const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secon
 export class Now {
   tell(type, known) {
     if (!HEARD.includes(type)) return;
-    this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : known.state.now);
+    const { length } = known.touches.rows, file = known.found && length > 0 && { tone: "idle", share: null, word: grouped(known.chosen ?? length), sub: known.chosen ? `of ${grouped(length)} touches` : "touches" };
+    this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : file || known.state.now);
     this.showNumbers(known);
     this.showNext(known);
   }

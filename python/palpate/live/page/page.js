@@ -4,8 +4,10 @@ import { Calibrating } from "./calibration.js";
 import { FitPlot } from "./charts/fitplot.js";
 import { Spectrum } from "./charts/spectrum.js";
 import { Connection } from "./connection.js";
+import { Compare } from "./compare.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
+import { Found } from "./found.js";
 import { Marks } from "./marks.js";
 import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
@@ -15,7 +17,7 @@ import { Store } from "./store.js";
 import { merged } from "./table.js";
 
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["view", "noise", "cut"]; // asked for by the charts, not by a person
+const SILENT = ["view", "noise", "cut", "compare"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
@@ -32,9 +34,10 @@ const screen = new Screen(store, {
   say: (message) => connection.say(message),
   change: say,
   others: { fitplot: FitPlot, spectrum: Spectrum },
-  acts: { next: () => session.next(), close, refuse },
+  acts: { next: () => (compare.open ? compare : known.found ? { next: () => found.step(1) } : session).next(), before: () => known.found && found.step(-1), find: () => focus("find"), go: () => focus("time"), close, refuse },
 });
-const { known, line } = screen, answer = (text, bad) => line.answer(text, bad);
+const { known, line } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
+screen.parts.unshift(found, compare);
 screen.parts.push(session, plan, marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
 
 const ANSWERS = {
@@ -43,6 +46,7 @@ const ANSWERS = {
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
     if (message.do === "cut") screen.charts.cursors.tell(message.message);
+    if (message.do === "compare") compare.show(message);
     if (message.do === "plan") plan.answered(message.message, true);
   },
   refused: (message) => {
@@ -88,14 +92,17 @@ function enable(type) {
   const up = !line.down, file = known.hello.kind === "file", ended = known.state.state === "ended";
   const measuring = up && !file && !ended;
   document.body.classList.toggle("file", file);
-  $("tare").hidden = ended && !file;
+  document.body.classList.toggle("calibrated", Boolean(known.hello.calibrated));
+  $("tare").hidden = ended || file;
+  for (const id of ["mark", "pause", "record", "discard", "calibrate"]) $(id).hidden = file;
+  $("progress").hidden = !known.state.progress;
+  put($("progress").firstChild, known.state.progress ?? "");
   $("again").hidden = !ended || file;
   $("again").disabled = !up;
   known.forced &&= known.state.state !== "no contact";
   const anyway = known.forced || known.state.line?.what === "endless", { tone, word } = known.state.now ?? {};
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
   $("tare").disabled = !measuring || (!anyway && tone === "fault" && word !== "Tare");
-  $("pause").disabled = file;
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;
   const { hello, state } = known;
@@ -104,8 +111,13 @@ function enable(type) {
 
 function close() {
   if (!$("marking").hidden) return marks.close();
+  if (compare.open) return compare.turn(false);
   menu(false);
   screen.close();
+}
+
+function focus(id) {
+  if (known.found) $(id).select();
 }
 
 function menu(open) {
@@ -114,6 +126,7 @@ function menu(open) {
 }
 
 $("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
+$("stopreport").onclick = () => say({ do: "stop report" });
 $("again").onclick = () => say({ do: "again" });
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);

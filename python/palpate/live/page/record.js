@@ -2,7 +2,7 @@
 
 import { $, ask, fill, make, put } from "./dom.js";
 import { clock, grouped } from "./formatting.js";
-import { asText } from "./table.js";
+import { asText, save } from "./table.js";
 
 const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
 
@@ -14,7 +14,7 @@ export class Record {
     $("proposed").oninput = () => (this.typed = $("proposed").value.trim());
     $("report").onclick = () => say({ do: "report" });
     $("copy").onclick = () => this.copy();
-    $("csv").onclick = () => this.save();
+    $("csv").onclick = () => save(this.known.touches.rows, "touches.csv");
   }
 
   tell(type, known) {
@@ -51,10 +51,7 @@ export class Record {
   }
 
   save() {
-    const address = URL.createObjectURL(new Blob([asText(this.known.touches.rows, ",")], { type: "text/csv" }));
-    make("a", { href: address, download: "touches.csv" }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 1000);
-  }
+XX  }
 }
 
 function download({ name, kind }) {

@@ -78,7 +78,8 @@ class Keys {
     this.keys = [
       ["T", "t", "Tare: measure the baseline", press("tare")], ["M", "m", "Mark this moment; its text may come later", press("mark")],
       ["R", "r", "Record, or end the recording", press("record")], ["D", "d", "Discard the last touch, or keep it", press("discard")],
-      ["N", "n", "Next specimen", acts.next], ["P", "p", "Specimens of the session", press("openplan")],
+      ["N", "n", "Next specimen; in a file the next touch found", acts.next], ["Shift N", "shift n", "The touch before, in a file", acts.before],
+      ["/", "/", "Find touches in a file", acts.find], ["G", "g", "Go to a time of a file", acts.go], ["C", "c", "Recordings beside each other", press("opencompare")], ["P", "p", "Specimens of the session", press("openplan")],
       ["K", "k", "Calibrate, or end it", press("calibrate")], ["F", "f", "Files, and the name of the next recording", press("openfiles")],
       ["Space", " ", "Pause the charts, or back to now", acts.pause], ["L", "l", "Live: back to now", give("live")],
       ["← →", "arrowleft", "Move the window", give("left")], [null, "arrowright", null, give("right")],
@@ -107,7 +108,7 @@ class Keys {
 
   hear(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
-    const typing = event.target.closest("input, select, textarea"), key = event.key.toLowerCase();
+    const typing = event.target.closest("input, select, textarea"), key = `${event.shiftKey && /^[a-z]$/i.test(event.key) ? "shift " : ""}${event.key.toLowerCase()}`;
     if ((typing || this.memory.keys === "off") && key !== "escape") return;
     if (key === " " && event.target.closest("button, a")) return;
     const found = this.keys.find(([, name]) => name === key);

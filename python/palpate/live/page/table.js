@@ -2,7 +2,7 @@
 // thousands of rows only those in sight are in the document.
 
 import { $, aligned, arrange, make, put } from "./dom.js";
-import { modulusOf, places, plusMinus, signed } from "./formatting.js";
+import { clock, modulusOf, places, plusMinus, signed } from "./formatting.js";
 import { running } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
@@ -22,14 +22,14 @@ export class Table {
 
   tell(type, known) {
     this.known = known;
-    if (["touches", "events", "session", "hello", "chosen"].includes(type)) this.show();
+    if (["touches", "events", "session", "hello", "chosen", "found"].includes(type)) this.show();
     if (type === "state") this.showRunning();
     if (type === "chosen") this.reveal();
   }
 
   show() {
-    const { touches } = this.known, { together } = touches;
-    if (this.of !== touches) Object.assign(this, { of: touches, rows: touches.rows.toReversed(), widest: widest(touches.rows) });
+    const { touches, found } = this.known, { together } = touches;
+    if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
     this.live ??= make("tr", { className: "live" });
     this.draw();
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
@@ -41,10 +41,10 @@ export class Table {
   // Draws the rows in sight, the one that has the focus and the chosen one; a gap stands for the rows between them.
   draw(all = false, also = null) {
     if (!this.live) return;
-    const place = $("rows"), { chosen } = this.known, focused = numberOf(document.activeElement), [top, bottom] = inSight(place);
+    const place = $("rows"), { chosen, found } = this.known, focused = numberOf(document.activeElement), [top, bottom] = inSight(place);
     const most = this.heights.size ? [...this.heights.values()].reduce((sum, px) => sum + px) / this.heights.size : 24, rows = [], shown = [this.live];
     let y = this.live.offsetHeight, gap = 0;
-    const close = () => gap && shown.push(make("tr", { className: "gap", ariaHidden: "true", style: `height: ${gap}px` }, make("td", { colSpan: 7 })));
+    const close = () => gap && shown.push(make("tr", { className: "gap", ariaHidden: "true", style: `height: ${gap}px` }, make("td")));
     this.rows.forEach((one, at) => {
       const high = this.heights.get(one.number) ?? most, near = y + high > top - SPARE && y < bottom + SPARE;
       y += high;
@@ -57,7 +57,7 @@ export class Table {
       shown.push(row);
     });
     close();
-    if (!rows.length) shown.push(make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." })));
+    if (!rows.length) shown.push(make("tr", {}, make("td", { colSpan: 8, className: "empty", textContent: found ? "No touch is found." : "No touch yet." })));
     place.closest("table").ariaRowCount = this.rows.length + 1;
     this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
     arrange(place, shown);
@@ -93,7 +93,7 @@ export class Table {
   }
 
   row(one, chosen) {
-    const out = one.kept === false, changes = chosen && this.say && this.known.hello.kind !== "file";
+    const out = one.kept === false, changes = chosen && this.say && (this.known.hello.kind !== "file" || this.known.hello.file.amendable);
     const specimen = changes ? this.picker(one) : one.specimen ?? "";
     const row = this.cells(one, specimen, this.remark(one), changes ? [this.button(one)] : []);
     row.dataset.touch = one.number;
@@ -106,7 +106,7 @@ export class Table {
     const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
     return make("tr", {},
-      make("td", {}, nth), make("td", { className: "name" }, specimen),
+      make("td", {}, nth), make("td", { className: "begin", textContent: this.known.found ? clock(one.start_s - (this.known.hello.origin_s ?? 0)) : "" }), make("td", { className: "name" }, specimen),
       make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
       make("td", {}, aligned(away, deviation)),
       make("td", { className: "num" }, aligned(value, modulus)),
@@ -114,11 +114,7 @@ export class Table {
   }
 
   remark(one) {
-    if (one.kept === false) return `▲ left out. ${one.why || one.advice.join(". ")}`;
-    const { events, touches } = this.known;
-    const marks = events.marks.filter(({ t_s: t, text }) => text && t > one.start_s && t < one.end_s + AFTER_S).map(({ text }) => text);
-    const best = one.number === touches.most_reliable ? ["most reliable"] : [];
-    return [...best, ...one.advice, one.revised ? "revised" : "", ...marks].filter(Boolean).join(". ");
+    return remarkOf(one, this.known);
   }
 
   showRunning() {
@@ -149,6 +145,13 @@ export class Table {
     if (!touch || event.target.closest("select, option, td:last-child button")) return;
     this.choose(touch === this.known.chosen ? null : touch);
   }
+}
+
+export function remarkOf(one, { events, touches, found }) {
+  if (one.kept === false) return `▲ left out. ${one.why || one.advice.join(". ")}`;
+  const marks = events.marks.filter(({ t_s: t, text }) => text && t > one.start_s && t < one.end_s + AFTER_S).map(({ text }) => text);
+  const best = one.number === touches.most_reliable ? ["most reliable"] : [];
+  return [...best, ...one.advice, one.revised && !found ? "revised" : "", ...marks].filter(Boolean).join(". ");
 }
 
 function numberOf(element) {
@@ -201,6 +204,12 @@ export function asText(rows, separator) {
   const cell = (value) => quoted(String(value ?? ""), separator);
   return [COLUMNS.map(([name]) => name), ...rows.map((one) => COLUMNS.map(([, of]) => of(one)))]
     .map((line) => line.map(cell).join(separator) + "\r\n").join("");
+}
+
+export function save(rows, name) {
+  const address = URL.createObjectURL(new Blob([asText(rows, ",")], { type: "text/csv" }));
+  make("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
 
 // A spreadsheet would run a text that begins so as a formula.

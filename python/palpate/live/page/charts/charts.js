@@ -3,12 +3,12 @@
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";
 import { Looking } from "./looking.js";
-import { Multiples } from "./multiples.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
 import { Tale, fromRows, runningOf } from "./tale.js";
 import { Detail, Overview } from "./timeline.js";
 import { TouchPlot } from "./touch.js";
+import { Trend } from "./trend.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
@@ -24,11 +24,11 @@ export class Charts {
     this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
     this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time"), cut: (from_s, to_s) => this.window.file && say({ do: "cut", from_s, to_s }) });
-    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time") };
+    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time"), find: (...span) => this.find(...span) };
     this.overview = new Overview($("overview"), parts);
     this.detail = new Detail($("detail"), parts);
     this.touchplot = new TouchPlot($("touchplot"), this, "touch");
-    this.multiples = new Multiples($("multiples"), this, "touch");
+    this.trend = new Trend($("trend"), this, "touch");
     this.others = Object.entries(others).map(([name, Other]) => (this[name] = new Other($(name), this, name)));
     addEventListener("beforeprint", () => this.paint());
   }
@@ -72,9 +72,16 @@ export class Charts {
     this.redraw("time", "touch", "fitplot", "spectrum");
   }
 
-  // Shows a touch; null: the running or the newest one.
+  // A part is selected in the overview of a file.
+  find(from, to) {
+    this.window.show(from, to);
+  }
+
+  // Shows a touch; null: the running or the newest one. The window of a file goes to it.
   choose(number) {
     this.known.chosen = number;
+    const touch = this.window.file && this.tale.touches[number - 1];
+    if (touch) this.window.around(touch);
     document.dispatchEvent(new CustomEvent("chosen"));
     this.redraw("touch");
   }
@@ -130,7 +137,7 @@ export class Charts {
   }
 
   paint() {
-    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.multiples.draw(); } };
+    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.trend.draw(); } };
     const dirty = [...this.dirty];
     this.dirty.clear();
     for (const part of dirty) (all[part] ?? (() => this[part]?.draw()))();
@@ -141,6 +148,7 @@ export class Charts {
     this.overview.draw();
     this.cursors.draw();
     this.detail.draw();
-    put("timetitle", `Timeline · ${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`);
+    for (const chart of [this.overview, this.detail]) if (chart.pointed !== null) chart.tell(chart.pointed); // after a zoom something else is there
+    put("timetitle", `${this.window.file ? "" : "Timeline · "}${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`);
   }
 }

@@ -1,6 +1,6 @@
 // The window of time that is shown: the newest seconds, or a fixed part of the measurement that is looked back at.
 
-const LIVE_S = 30, LEAST_S = 0.01;
+const LIVE_S = 30, LEAST_S = 0.01, AROUND_S = 36;
 
 export class Looking {
   // changed(): the window is another one.
@@ -48,9 +48,15 @@ export class Looking {
     this.show(at - (at - from) * k, at + (to - at) * k);
   }
 
+  // Shows a touch with what is around it, as near as the window was, or nearer.
+  around({ start_s, end_s }) {
+    const half = Math.min(this.to - this.from, Math.max(AROUND_S, 3 * (end_s - start_s))) / 2, middle = (start_s + end_s) / 2;
+    this.show(middle - half, middle + half);
+  }
+
   // By a key: a window that follows goes on following.
   zoomHere(factor) {
-    if (this.fixed) return this.zoom(factor, (this.from + this.to) / 2);
+    if (this.fixed || this.file) return this.zoom(factor, (this.from + this.to) / 2);
     const span = Math.max(LEAST_S, (this.to - this.from) * factor);
     this.span = span > this.end - this.begin && factor > 1 ? Infinity : span;
     this.changed();

@@ -1,7 +1,7 @@
 // The charts of time: the whole measurement as one strip with the window on it, and the window itself.
 
 import { clock, number } from "../formatting.js";
-import { placed, placesOf, shortened, stepOf, ticks, timeStep } from "./axes.js";
+import { decades, placed, placesOf, shortened, stepOf, ticks, timeStep } from "./axes.js";
 import { bars, extremes, trace } from "./plot.js";
 import { Hover } from "./readout.js";
 import { Sheet, inside } from "./sheet.js";
@@ -17,18 +17,20 @@ const STACKED = 4; // labels one below the other
 // grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and what
 // it shows: axis { from, to (s), left, right (pixels) }.
 class TimeChart {
-  // rows: Rows, looking: Looking, tale: Tale, cursors: Cursors, choose(number of a touch), redraw()
-  constructor(place, { rows, looking, tale, cursors, choose, redraw }) {
-    Object.assign(this, { place, rows, looking, tale, cursors, choose, redraw });
+  // rows: Rows, looking: Looking, tale: Tale, cursors: Cursors, choose(number of a touch), redraw(), find(from, to): the touches of a file there
+  constructor(place, { rows, looking, tale, cursors, choose, redraw, find }) {
+    Object.assign(this, { place, rows, looking, tale, cursors, choose, redraw, find });
     this.sheet = new Sheet(place, () => this.dress());
     this.hover = new Hover(place);
     this.labels = [];
     this.selected = null; // [x, x] while a part is selected
+    this.shown = []; // dots
     this.held = new Map(); // pointers that are down -> x
+    this.pointed = null; // x of the pointer that only points
     place.addEventListener("pointerdown", (event) => this.down(event));
     place.addEventListener("pointermove", (event) => this.move(event));
     for (const name of ["pointerup", "pointercancel"]) place.addEventListener(name, (event) => this.up(event));
-    place.addEventListener("pointerleave", () => this.tell(null));
+    place.addEventListener("pointerleave", () => this.point(null));
     place.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
@@ -62,13 +64,19 @@ class TimeChart {
 
   move(event) {
     const [x] = inside(this.place, event), before = this.pinch();
-    if (!this.held.has(event.pointerId)) return this.tell(x);
+    if (!this.held.has(event.pointerId)) return this.point(x);
     this.held.set(event.pointerId, x);
     if (before) {
       const { middle, apart } = this.pinch();
       this.looking.zoom(before.apart / apart, this.time(middle));
       this.looking.pan(this.seconds(before.middle - middle));
     } else if (this.start) this.drag(x);
+  }
+
+  // The pointer is at x, or gone: what is there is told anew when the chart is drawn.
+  point(x) {
+    this.pointed = x;
+    this.tell(x);
   }
 
   // Two fingers; null: there are not two.
@@ -84,7 +92,7 @@ class TimeChart {
     if (start.drag) start.drag(x, x - start.last);
     else this.select([Math.min(start.x, x), Math.max(start.x, x)]);
     start.last = x;
-    this.tell(null);
+    this.point(null);
   }
 
   up(event) {
@@ -95,7 +103,11 @@ class TimeChart {
     if (selected) this.select(null);
     if (event.type !== "pointerup") return;
     if (!start.moved) this.click(x, y, event);
-    else if (selected) this.looking.show(...selected.map((edge) => this.time(edge)));
+    else if (selected) this.pick(...selected.map((edge) => this.time(edge)));
+  }
+
+  pick(from, to) {
+    this.looking.show(from, to);
   }
 
   wheel(event) {
@@ -140,10 +152,17 @@ class TimeChart {
   }
 }
 
-// The whole measurement as one strip: touches, marks, gaps, tares, and the window, which can be dragged.
+// The whole measurement as one strip: touches, marks, gaps, tares, and the window, which can be dragged. Of a file: the ratio
+// of each touch as a dot.
 export class Overview extends TimeChart {
-  // Inside the window: it is dragged; at its edges: they are; elsewhere: a part is selected.
+  // Whether it shows dots: of touches among which some are found.
+  get file() {
+    return Boolean(this.tale.known.found);
+  }
+
+  // Inside the window: it is dragged; at its edges: they are; elsewhere, and in a file: a part is selected.
   grab(x) {
+    if (this.file) return null;
     const { from, to } = this.looking, [a, b] = [this.x(from), this.x(to)];
     if (Math.abs(x - a) < HANDLE && b - a > 3 * HANDLE) return (to_x) => this.looking.show(Math.min(this.time(to_x), to - 0.01), to);
     if (Math.abs(x - b) < HANDLE && b - a > 3 * HANDLE) return (to_x) => this.looking.show(from, Math.max(this.time(to_x), from + 0.01));
@@ -151,8 +170,17 @@ export class Overview extends TimeChart {
     return (_, dx) => this.looking.pan(this.seconds(dx));
   }
 
-  // The window goes to where it is clicked, and the touch there is shown.
-  click(x) {
+  pick(from, to) {
+    if (this.file) this.find(from, to);
+    else super.pick(from, to);
+  }
+
+  // The window goes to where it is clicked, and the touch there is shown; of a file: the touch whose dot is the nearest.
+  click(x, y) {
+    if (this.file && this.shown.length) {
+      const away = (dot) => Math.hypot(dot.x - x, dot.y - y);
+      return this.choose(this.shown.reduce((best, dot) => (away(dot) < away(best) ? dot : best)).number);
+    }
     const t = this.time(x), { from, to } = this.looking, touch = this.tale.touchAt(t, this.time(x + 4) - t);
     const half = Math.min(to - from, Math.max(30, 0.1 * (to - from))) / 2;
     if (touch) this.choose(touch.number);
@@ -169,14 +197,38 @@ export class Overview extends TimeChart {
 
   draw() {
     if (!this.sheet.begin()) return;
-    const { sheet } = this, { begin, end, held } = this.rows.extent, top = 14 * sheet.unit, foot = sheet.height - 2;
-    this.axis = { from: begin, to: Math.max(end, begin + 1), left: 0, right: sheet.width };
+    const { sheet } = this, { begin, end, held } = this.rows.extent, { file } = this, k = sheet.unit, top = 14 * k, foot = sheet.height - (file ? 26 * k : 2);
+    this.axis = { from: begin, to: Math.max(end, begin + 1), left: file ? 34 * k : 0, right: sheet.width - (file ? 6 * k : 0) };
     this.ask(begin, end, held, sheet.width);
-    this.shade(this.tale.all, top, foot, 0.55);
-    this.area(top, foot);
+    if (file) this.dots(4 * k, foot);
+    else {
+      this.shade(this.tale.all, top, foot, 0.55);
+      this.area(top, foot);
+    }
     this.signs(top, foot);
-    this.drawWindow(sheet);
+    if (!file) this.drawWindow(sheet);
+    else if (this.selected) sheet.fill("band", this.selected[0], 0, this.selected[1] - this.selected[0], foot);
     sheet.name = `The whole ${this.looking.file ? "recording" : "measurement"}: ${clock(end - begin)}, ${this.tale.counted()}`;
+  }
+
+  // Dots on a logarithmic axis: those that are found, the others behind them, flags below, and the chosen one.
+  dots(top, foot) {
+    const { sheet, tale, axis } = this, k = sheet.unit, r = tale.all.length > 500 ? k : 2 * k, found = new Set(tale.known.found), logs = tale.all.filter(({ ratio }) => ratio > 0).map(({ ratio }) => Math.log10(ratio));
+    const [low, high] = [Math.min(...logs) - 0.04, Math.max(...logs) + 0.04], y = (ratio) => foot - ((Math.log10(ratio) - low) / (high - low)) * (foot - top), [a, b] = [10 ** low, 10 ** high];
+    for (const ratio of !logs.length ? [] : high - low > 0.5 ? decades(low, high, [1, 2, 5]) : ticks(a, b, stepOf(b - a, 4))) {
+      sheet.line("grid", axis.left, y(ratio), axis.right, y(ratio));
+      sheet.text(String(Number(ratio.toPrecision(6))), axis.left - 6, y(ratio), { align: "right" });
+    }
+    for (const t of ticks(0, axis.to - axis.from, timeStep(axis.to - axis.from, (axis.right - axis.left) / (84 * k)))) sheet.text(clock(t), this.x(t + axis.from), sheet.height - 7 * k, { align: "center" });
+    this.points = logs.length;
+    this.shown = tale.all.filter(({ ratio }) => ratio > 0).map((one) => ({ number: one.number, x: this.x(one.start_s), y: y(one.ratio), colour: found.has(one) ? "ratio" : "past" }));
+    for (const colour of ["past", "ratio"]) for (const dot of this.shown) if (dot.colour === colour) sheet.fill(colour, dot.x - r, dot.y - r, 2 * r, 2 * r);
+    for (const one of tale.all) if (one.flags.length || !one.kept) sheet.text("▴", this.x(one.start_s), foot + 5 * k, { colour: "bad", align: "center" });
+    sheet.fill("fband", this.x(this.looking.from), top, Math.max(1, this.x(this.looking.to) - this.x(this.looking.from)), foot - top, 0.5);
+    const here = this.shown.find(({ number: n }) => n === tale.known.chosen);
+    if (!here) return;
+    sheet.line("ink", here.x, 0, here.x, foot, { width: 2 });
+    sheet.fill("ink", here.x - 4 * k, here.y - 4 * k, 8 * k, 8 * k);
   }
 
   // The window, and the labels above what it veils.

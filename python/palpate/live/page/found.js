@@ -1,0 +1,143 @@
+// The touches of a file that are found: list, dots, statistics, and what is saved and named, are always these.
+
+import { lineOf } from "./charts/trend.js";
+import { $, ask, fill, make, put } from "./dom.js";
+import { clock, grouped, number, plusMinus } from "./formatting.js";
+import { remarkOf, save } from "./table.js";
+
+const MOST = 4000; // touches in a message
+const HOUR_S = 3600;
+const CHIPS = { "left out": ({ kept }) => !kept, flagged: ({ flags }) => flags.length > 0, "no name": ({ specimen }) => !specimen };
+
+export class Found {
+  // screen: Screen; say(message): to the server; answer(text, bad)
+  constructor(screen, say, answer) {
+    Object.assign(this, { known: screen.known, charts: screen.charts, screen, say, answer });
+    this.charts.find = (from, to) => this.look([...this.words.filter((word) => !(this.times(word)[0] >= 0)), this.timed(from - this.origin, to - this.origin)]);
+    $("find").oninput = () => this.show();
+    $("find").onkeydown = (event) => {
+      if (event.key === "Escape" && $("find").value) event.stopPropagation(this.look(this.words.slice(0, -1)));
+    };
+    $("time").onchange = () => this.go($("time").value.trim());
+    $("before").onclick = () => this.step(-1);
+    $("after").onclick = () => this.step(1);
+    $("savefound").onclick = () => save(this.known.found, `${this.known.hello.file.name.replace(/\.[^.]*$/, "")}-touches.csv`);
+    $("namefound").onclick = () => this.name();
+  }
+
+  get origin() {
+    return this.known.hello.origin_s ?? 0;
+  }
+
+  // Whether 3:00 is three hours: in a recording of an hour or more.
+  get long() {
+    return this.charts.window.end - this.charts.window.begin >= HOUR_S;
+  }
+
+  // A decimal comma has no space behind it.
+  get words() {
+    return $("find").value.split(/;|,\s/).map((word) => word.trim()).filter(Boolean);
+  }
+
+  look(words) {
+    $("find").value = words.join("; ");
+    this.show();
+  }
+
+  tell(type, { hello, touches, session }) {
+    const file = hello.kind === "file", counts = Object.entries(CHIPS).map(([word, holds]) => [word, touches.rows.filter(holds).length]);
+    if (!["hello", "touches", "events", "chosen"].includes(type)) return;
+    for (const id of ["finder", "step", "going", "what"]) $(id).hidden = !file;
+    $("next").hidden = file;
+    if (!file) return void (this.known.found = undefined);
+    $("namefound").hidden = !hello.file.amendable;
+    fill($("names"), session.specimens, () => session.specimens.map(({ name }) => make("option", { value: name })));
+    fill($("chips"), counts, () => counts.map(([word, count]) => make("button", { type: "button", textContent: `${word} ${grouped(count)}`, disabled: !count, onclick: () => this.look([...this.words, word]) })));
+    this.describe(this.known.chosen ? touches.rows[this.known.chosen - 1] : touches.rows.at(-1), hello.clock_s);
+    this.select();
+  }
+
+  // The chosen touch, else the last one; its time of day if that is known.
+  describe(one, zero) {
+    const day = one && Number.isFinite(zero) ? [["Clock", new Date(1000 * (zero + one.start_s)).toLocaleTimeString([], { timeZoneName: "short" })]] : [];
+    const lines = one ? [["Begin", clock(one.start_s - this.origin, 1)], ...day, ["Held", `${(one.end_s - one.start_s).toFixed(1)} s`], ["Remark", remarkOf(one, this.known) || "none"]] : [];
+    fill($("what"), lines, () => lines.flatMap(([name, text]) => [make("dt", { textContent: name }), make("dd", { textContent: text, title: text })]));
+  }
+
+  show() {
+    this.select();
+    this.screen.tell("found");
+    this.charts.redraw("time", "touch");
+  }
+
+  select() {
+    const { known } = this, all = known.touches.rows, tests = this.words.map((word) => this.condition(word.toLowerCase()));
+    known.found = all.filter((one) => tests.every((holds) => holds(one)));
+    const count = known.found.length, used = (known.used = known.found.filter(({ kept, ratio }) => kept && ratio !== null)), lines = statistics(used);
+    put($("foundcount").firstChild, grouped(count));
+    put($("foundcount").lastChild, ` of ${grouped(all.length)} found · ${grouped(used.length)} count`);
+    put("savefound", `Save ${grouped(count)} as CSV`);
+    $("savefound").disabled = $("namefound").disabled = !count;
+    fill($("statistics"), lines, () => lines.flatMap(([name, text]) => [make("dt", { textContent: name }), make("dd", { textContent: text })]));
+  }
+
+  // A part as a word, and back: [from, to], s from the begin; NaN: it is none.
+  timed(from, to) {
+    return [Math.floor(Math.max(0, from)), Math.ceil(to)].map((s) => `${this.long ? `${Math.floor(s / HOUR_S)}:` : ""}${clock(s % HOUR_S)}`).join("-");
+  }
+
+  times(word) {
+    const parts = word.split(/[-–]/).map((part) => (part.includes(":") ? this.seconds(part) : NaN));
+    return parts.length === 2 ? parts : [NaN, NaN];
+  }
+
+  // 3:41:41, 41:41 or 41.5; in a long recording 3:41 is hours and minutes.
+  seconds(text) {
+    const parts = text.split(":").map((part) => (/^\s*\d+([.,]\d+)?\s*$/.test(part) ? Number(part.replace(",", ".")) : NaN));
+    if (parts.length === 2 && this.long) parts.push(0);
+    return parts.length > 3 ? NaN : parts.reduce((sum, part) => 60 * sum + part, 0);
+  }
+
+  // What a word asks of a touch.
+  condition(word) {
+    const [from, to] = this.times(word), value = (text, other) => (text ? Number(text.replace(",", ".")) : other);
+    const [range, low, high, above, below] = word.match(/^(\d+(?:[.,]\d+)?)[-–](\d+(?:[.,]\d+)?)$|^>\s*(\d+(?:[.,]\d+)?)$|^<\s*(\d+(?:[.,]\d+)?)$/) ?? [];
+    if (to >= from) return ({ start_s: t }) => t - this.origin >= from && t - this.origin <= to;
+    if (range) return ({ ratio }) => ratio !== null && ratio >= value(low ?? above, -Infinity) && ratio <= value(high ?? below, Infinity);
+    if (/^#\d+$/.test(word)) return ({ number: n }) => `#${n}` === word;
+    const named = ({ specimen }) => specimen?.toLowerCase() === word;
+    if (this.known.touches.rows.some(named)) return named;
+    return CHIPS[word] ?? ((one) => one.flags.includes(word) || `${one.specimen ?? ""} ${remarkOf(one, this.known)}`.toLowerCase().includes(word));
+  }
+
+  // The next touch that is found, or the one before.
+  step(by) {
+    const { chosen, found } = this.known, next = by > 0 ? found.find(({ number: n }) => n > (chosen ?? 0)) : found.findLast(({ number: n }) => n < (chosen ?? Infinity));
+    if (next) this.charts.choose(next.number);
+    else this.answer(found.length ? `This is the ${by > 0 ? "last" : "first"} touch found.` : "No touch is found.");
+  }
+
+  go(text) {
+    const t = this.seconds(text) + this.origin, touch = this.charts.tale.touchAt(t);
+    if (Number.isNaN(t)) return this.answer(`Go to: got ${text}, allowed: a time, as 3:41:41, 41:41 or 41.5`, true);
+    $("time").blur();
+    if (touch) this.charts.choose(touch.number);
+    this.charts.window.around({ start_s: t, end_s: t });
+  }
+
+  name() {
+    const numbers = this.known.found.map(({ number: n }) => n);
+    put("namingtitle", numbers.length === 1 ? "Name 1 touch" : `Name ${grouped(numbers.length)} touches`);
+    ask($("naming"), () => {
+      for (let i = 0; i < numbers.length; i += MOST) this.say({ do: "name", touches: numbers.slice(i, i + MOST), text: $("name").value.trim() });
+    });
+  }
+}
+
+function statistics(touches) {
+  const line = lineOf(touches);
+  if (!line) return touches.slice(0, 1).map(({ ratio, uncertainty }) => ["Ratio", plusMinus(ratio, uncertainty).join(" ")]);
+  const { mean, rise, spread, error } = line, hourly = (100 * HOUR_S) / Math.abs(mean), [slope, sure] = plusMinus(rise * hourly, error * hourly);
+  const trend = `${slope.startsWith("-") ? slope.replace("-", "−") : `+${slope}`} ${sure} % an hour${Math.abs(rise) > 2 * error ? "" : ": no trend"}`;
+  return [["Mean", plusMinus(mean, spread / Math.sqrt(touches.length)).join(" ")], ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`], ["Slope", trend]];
+}
