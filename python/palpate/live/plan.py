@@ -98,7 +98,8 @@ class TouchPlan(Listener):
                 Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
                 for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
             ]
-            self._unmatched = [entry for entry in self._recorded.touches if entry not in known]
+            found = set(known)
+            self._unmatched = [entry for entry in self._recorded.touches if entry not in found]
             self._changed()
 
     @_order

@@ -1,5 +1,6 @@
 """What was touched: the specimens, which touch is on which of them, which are left out, and notes; from the sidecar."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeGuard, cast
@@ -164,11 +165,13 @@ class Plan:
         [None, '70 OO', None, None]
         """
         near = []
+        starts = sorted((entry.start_s, number) for number, entry in enumerate(self.touches))
         for at, touch in enumerate(touches):
             length_s = (touch.samples + touch.saturated + touch.refused) * period_s
-            for number, entry in enumerate(self.touches):
-                if (apart_s := abs(entry.start_s - touch.start_s)) <= length_s:  # false for nan, without times
-                    near.append((apart_s, at, number))
+            for start_s, number in starts[bisect_left(starts, (touch.start_s - length_s,)) :]:
+                if not (apart_s := start_s - touch.start_s) <= length_s:  # also nan, without times
+                    break
+                near.append((abs(apart_s), at, number))
         found, used = dict[int, Entry](), set[int]()
         for _, at, number in sorted(near):
             if at not in found and number not in used:
