@@ -68,7 +68,7 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
     page.until(lambda: page.run("return palpate.known.found.length") == 5)
     assert page["find"].get_attribute("value") == "00:44-01:20"
     used = [one["ratio"] for one in rows[4:9] if one["kept"]]
-    assert page.text("foundcount") == "5 of 20 found · 4 count"
+    assert page.text("foundcount") == "5 of 20 found · 4 count\nSave 5 as CSV"
     mean, spread = statistics.mean(used), statistics.stdev(used)
     said = page.text("statistics")
     assert f"Mean\n{palpate.digits.plus_minus(mean, spread / 2)}\n" in said
@@ -114,7 +114,6 @@ def test_all_touches_are_saved_and_named_in_the_sidecar(
             [getattr(one, n) for n in names] for one in touches
         ]
     find(page, "#2")
-    page["namefound"].click()
     page["name"].send_keys("40 A; 1,54" + Keys.ENTER)
     page.until(lambda: page.text("answer") == "1 touch: 40 A.")
     find(page, "")

@@ -70,7 +70,6 @@ class Measurement(Listener):
     file: Any = None  # what the page says of a file that is shown; None: something is measured
     last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
     recorder: Any = None  # of the recording that runs; None: there is none
-    zero_s: float | None = None  # of a file: t = 0, s since 1970, if it is known
 
     def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
         self.files = files
@@ -345,8 +344,6 @@ class RecordedMeasurement(Measurement):
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
         self.moment = Moment("waiting")
-        zero_ns = sidecar.zero_of(self.document)[0]
-        self.zero_s = None if zero_ns is None else zero_ns / 1e9
         self._verdict = ""  # what `palpate check` says; nothing while it is read
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-review", daemon=True)

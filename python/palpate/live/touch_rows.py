@@ -55,7 +55,6 @@ class TouchTable:
             "scene": tracker.scene,
             "threshold": tracker.settings.get("threshold"),
             "calibrated": self.calibration is not None,
-            "clock_s": measurement.zero_s,
             "scatter": self.calibration.touch_spread if self.calibration else None,
         }
 

@@ -1,4 +1,4 @@
-// Recordings beside each other: the answer, three spreads, and a row for each specimen with a lane for each recording.
+// Recordings beside each other: the answer, and a row for each specimen with a lane for each recording.
 
 import { escaped } from "./charts/svg.js";
 import { $ } from "./dom.js";
@@ -55,15 +55,14 @@ export class Compare {
   }
 
   draw() {
-    const { files, specimens, agree, of, within, between, chance, scatter } = this.found, all = of > 0 && agree === of;
+    const { files, specimens, agree, of, scatter } = this.found, all = of > 0 && agree === of;
     const away = specimens.flatMap(({ agreement: a, touches }) => touches.filter(counts).map(({ ratio }) => Math.abs(ratio / a.ratio - 1)));
     const size = { wide: Math.max(180, 0.42 * $("compare").clientWidth), reach: REACHES.find((reach) => reach >= Math.max(...away)) ?? REACHES.at(-1) };
-    const spread = (share, text) => `<p><b>${percent(share)}</b><small>${text}</small></p>`, names = specimens.filter(differs).map(({ name }) => name).join(", ");
+    const names = specimens.filter(differs).map(({ name }) => name).join(", ");
     const said = !of ? "no specimen is in two of them" : `specimens agree.${all ? "" : ` Look at ${names}.`}`;
-    const file = ({ name, touches, kept, away }, i) => `<tr>${named(i, name)}<td>${grouped(kept)} of ${grouped(touches)} touches</td><td>${away === null ? "–" : signed(100 * away, 1)}</td></tr>`;
+    const file = ({ name, touches, kept }, i) => `<tr>${named(i, name)}<td>${grouped(kept)} of ${grouped(touches)} touches</td></tr>`;
     $("compare").innerHTML = `<div class="card answer"><div class="${all ? "good" : "caution"}"><b>${of ? `${agree} of ${of}` : "–"}</b><p>${escaped(said)}</p></div>
-      ${spread(within, "from touch to touch, in one recording")}${spread(between, "from recording to recording")}${spread(chance, "would be chance alone")}
-      <table><tr><th class="name">Recording</th><th>count</th><th>from all, %</th></tr>${files.map(file).join("")}</table><button type="button" class="close">Close <kbd>Esc</kbd></button></div>
+      <table><tr><th class="name">Recording</th><th>count</th></tr>${files.map(file).join("")}</table><button type="button" class="close">Close <kbd>Esc</kbd></button></div>
       <div class="card scroll" tabindex="0" role="region" aria-label="Specimens"><h2>Touches by specimen, % from the mean; bar: mean of a recording; band: 95 % of one hand's touches, ± ${(196 * scatter).toFixed(1)} %</h2>
       <table><tr><th class="name">Specimen</th><th>${axis(size)}</th><th>Touches</th><th>Mean ratio</th><th>Spread, %</th><th>By chance</th><th class="name">They</th></tr>${specimens.map((one, i) => this.row(one, i, size)).join("")}</table></div>
       <div class="card">${this.details(specimens[this.at])}</div>`;
@@ -71,7 +70,7 @@ export class Compare {
 
   row({ name, agreement: a, touches, ...one }, i, size) {
     const kept = touches.filter(counts), lanes = kept.length ? lanesOf(kept, a.ratio, this.found, size) : "", word = !a ? "none counts" : a.agree ? "✓ agree" : `▲ differ: ${LETTERS[one.farthest]}`;
-    const numbers = a ? [grouped(a.touches), plusMinus(a.ratio, a.standard_error).join(" "), (100 * a.spread).toFixed(1), a.probability < 0.001 ? "&lt; 0.1 %" : percent(a.probability)] : ["0", "–", "–", "–"];
+    const numbers = a ? [grouped(a.touches), plusMinus(a.ratio, a.standard_error).join(" "), (100 * a.spread).toFixed(1), a.probability < 0.001 ? "&lt; 0.1 %" : `${(100 * a.probability).toFixed(1)} %`] : ["0", "–", "–", "–"];
     const button = `<button type="button" class="plain" data-at="${i}" aria-current="${i === this.at}">${escaped(name)}</button>`;
     return `<tr data-at="${i}" class="${i === this.at ? "chosen" : ""}"><td class="name">${button}</td><td>${lanes}</td>${numbers.map((text) => `<td>${text}</td>`).join("")}<td class="name ${a?.agree ? "" : "bad"}">${word}</td></tr>`;
   }
@@ -91,7 +90,6 @@ export class Compare {
 
 const differs = ({ agreement }) => agreement?.agree === false, counts = ({ left_out: out }) => !out;
 const meanOf = (touches) => touches.reduce((sum, { ratio }) => sum + ratio, 0) / touches.length;
-const percent = (share) => (share === null ? "–" : `${(100 * share).toFixed(1)} %`);
 const shape = (i, x, y) => `<path class="c${i + 1}" transform="translate(${x} ${y})" d="${PATHS[i]}"/>`;
 const named = (i, name) => `<td class="name"><svg width="16" height="12" aria-hidden="true">${shape(i, 6, 6)}</svg>${LETTERS[i]} · ${escaped(name)}</td>`;
 const place = (share, { wide, reach }) => wide / 2 + (Math.max(-reach, Math.min(reach, share)) / reach) * (wide / 2 - 8);

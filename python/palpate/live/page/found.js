@@ -1,12 +1,11 @@
 // The touches of a file that are found: list, dots, statistics, and what is saved and named, are always these.
 
 import { lineOf } from "./charts/trend.js";
-import { $, ask, fill, make, put } from "./dom.js";
+import { $, fill, make, put } from "./dom.js";
 import { clock, grouped, number, plusMinus } from "./formatting.js";
 import { remarkOf, save } from "./table.js";
 
-const MOST = 4000; // touches in a message
-const HOUR_S = 3600;
+const MOST = 4000, HOUR_S = 3600;
 const CHIPS = { "left out": ({ kept }) => !kept, flagged: ({ flags }) => flags.length > 0, "no name": ({ specimen }) => !specimen };
 
 export class Found {
@@ -22,7 +21,7 @@ export class Found {
     $("before").onclick = () => this.step(-1);
     $("after").onclick = () => this.step(1);
     $("savefound").onclick = () => save(this.known.found, `${this.known.hello.file.name.replace(/\.[^.]*$/, "")}-touches.csv`);
-    $("namefound").onclick = () => this.name();
+    $("naming").onsubmit = (event) => event.preventDefault(this.name());
   }
 
   get origin() {
@@ -46,22 +45,13 @@ export class Found {
 
   tell(type, { hello, touches, session }) {
     const file = hello.kind === "file", counts = Object.entries(CHIPS).map(([word, holds]) => [word, touches.rows.filter(holds).length]);
-    if (!["hello", "touches", "events", "chosen"].includes(type)) return;
-    for (const id of ["finder", "step", "going", "what"]) $(id).hidden = !file;
-    $("next").hidden = file;
+    if (!["hello", "touches", "events"].includes(type)) return;
+    for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
     if (!file) return void (this.known.found = undefined);
-    $("namefound").hidden = !hello.file.amendable;
+    $("naming").hidden = !hello.file.amendable;
     fill($("names"), session.specimens, () => session.specimens.map(({ name }) => make("option", { value: name })));
     fill($("chips"), counts, () => counts.map(([word, count]) => make("button", { type: "button", textContent: `${word} ${grouped(count)}`, disabled: !count, onclick: () => this.look([...this.words, word]) })));
-    this.describe(this.known.chosen ? touches.rows[this.known.chosen - 1] : touches.rows.at(-1), hello.clock_s);
     this.select();
-  }
-
-  // The chosen touch, else the last one; its time of day if that is known.
-  describe(one, zero) {
-    const day = one && Number.isFinite(zero) ? [["Clock", new Date(1000 * (zero + one.start_s)).toLocaleTimeString([], { timeZoneName: "short" })]] : [];
-    const lines = one ? [["Begin", clock(one.start_s - this.origin, 1)], ...day, ["Held", `${(one.end_s - one.start_s).toFixed(1)} s`], ["Remark", remarkOf(one, this.known) || "none"]] : [];
-    fill($("what"), lines, () => lines.flatMap(([name, text]) => [make("dt", { textContent: name }), make("dd", { textContent: text, title: text })]));
   }
 
   show() {
@@ -75,9 +65,10 @@ export class Found {
     known.found = all.filter((one) => tests.every((holds) => holds(one)));
     const count = known.found.length, used = (known.used = known.found.filter(({ kept, ratio }) => kept && ratio !== null)), lines = statistics(used);
     put($("foundcount").firstChild, grouped(count));
-    put($("foundcount").lastChild, ` of ${grouped(all.length)} found · ${grouped(used.length)} count`);
+    put($("foundcount").children[1], ` of ${grouped(all.length)} found · ${grouped(used.length)} count`);
     put("savefound", `Save ${grouped(count)} as CSV`);
-    $("savefound").disabled = $("namefound").disabled = !count;
+    put($("naming").lastChild, `Name ${grouped(count)}`);
+    $("savefound").disabled = $("naming").lastChild.disabled = !count;
     fill($("statistics"), lines, () => lines.flatMap(([name, text]) => [make("dt", { textContent: name }), make("dd", { textContent: text })]));
   }
 
@@ -125,12 +116,10 @@ export class Found {
     this.charts.window.around({ start_s: t, end_s: t });
   }
 
+  // In messages of so many touches.
   name() {
     const numbers = this.known.found.map(({ number: n }) => n);
-    put("namingtitle", numbers.length === 1 ? "Name 1 touch" : `Name ${grouped(numbers.length)} touches`);
-    ask($("naming"), () => {
-      for (let i = 0; i < numbers.length; i += MOST) this.say({ do: "name", touches: numbers.slice(i, i + MOST), text: $("name").value.trim() });
-    });
+    for (let i = 0; i < numbers.length; i += MOST) this.say({ do: "name", touches: numbers.slice(i, i + MOST), text: $("name").value.trim() });
   }
 }
 

@@ -11,7 +11,7 @@ const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secon
 export class Now {
   tell(type, known) {
     if (!HEARD.includes(type)) return;
-    const { length } = known.touches.rows, file = known.found && length > 0 && { tone: "idle", share: null, word: grouped(known.chosen ?? length), sub: known.chosen ? `of ${grouped(length)} touches` : "touches" };
+    const { length } = known.touches.rows, file = known.found && length > 0 && { tone: "idle", share: null, word: grouped(known.chosen ?? length), sub: known.chosen ? `of ${grouped(length)}, at ${clock(known.touches.rows[known.chosen - 1].start_s - known.hello.origin_s)}` : "touches" };
     this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : file || known.state.now);
     this.showNumbers(known);
     this.showNext(known);

@@ -72,11 +72,6 @@ export class Charts {
     this.redraw("time", "touch", "fitplot", "spectrum");
   }
 
-  // A part is selected in the overview of a file.
-  find(from, to) {
-    this.window.show(from, to);
-  }
-
   // Shows a touch; null: the running or the newest one. The window of a file goes to it.
   choose(number) {
     this.known.chosen = number;

@@ -103,11 +103,7 @@ class TimeChart {
     if (selected) this.select(null);
     if (event.type !== "pointerup") return;
     if (!start.moved) this.click(x, y, event);
-    else if (selected) this.pick(...selected.map((edge) => this.time(edge)));
-  }
-
-  pick(from, to) {
-    this.looking.show(from, to);
+    else if (selected) (this.file ? this.find : (...span) => this.looking.show(...span))(...selected.map((edge) => this.time(edge)));
   }
 
   wheel(event) {
@@ -155,11 +151,6 @@ class TimeChart {
 // The whole measurement as one strip: touches, marks, gaps, tares, and the window, which can be dragged. Of a file: the ratio
 // of each touch as a dot.
 export class Overview extends TimeChart {
-  // Whether it shows dots: of touches among which some are found.
-  get file() {
-    return Boolean(this.tale.known.found);
-  }
-
   // Inside the window: it is dragged; at its edges: they are; elsewhere, and in a file: a part is selected.
   grab(x) {
     if (this.file) return null;
@@ -168,11 +159,6 @@ export class Overview extends TimeChart {
     if (Math.abs(x - b) < HANDLE && b - a > 3 * HANDLE) return (to_x) => this.looking.show(from, Math.max(this.time(to_x), from + 0.01));
     if (x < a - HANDLE || x > b + HANDLE || b - a > 0.98 * this.sheet.width) return null;
     return (_, dx) => this.looking.pan(this.seconds(dx));
-  }
-
-  pick(from, to) {
-    if (this.file) this.find(from, to);
-    else super.pick(from, to);
   }
 
   // The window goes to where it is clicked, and the touch there is shown; of a file: the touch whose dot is the nearest.
@@ -197,7 +183,7 @@ export class Overview extends TimeChart {
 
   draw() {
     if (!this.sheet.begin()) return;
-    const { sheet } = this, { begin, end, held } = this.rows.extent, { file } = this, k = sheet.unit, top = 14 * k, foot = sheet.height - (file ? 26 * k : 2);
+    const { sheet } = this, { begin, end, held } = this.rows.extent, file = (this.file = Boolean(this.tale.known.found)), k = sheet.unit, top = 14 * k, foot = sheet.height - (file ? 26 * k : 2);
     this.axis = { from: begin, to: Math.max(end, begin + 1), left: file ? 34 * k : 0, right: sheet.width - (file ? 6 * k : 0) };
     this.ask(begin, end, held, sheet.width);
     if (file) this.dots(4 * k, foot);

@@ -1,32 +1,21 @@
 // Touches in time, with mean, standard deviation and slope: of a file the ratios of those that are found and count, else how far
 // the kept ones are from the mean of their specimen.
 
-import { clock, number } from "../formatting.js";
+import { clock } from "../formatting.js";
 import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
-import { inside, unit } from "./sheet.js";
+import { unit } from "./sheet.js";
 import { SvgChart, box, clipped, label, line, ruler } from "./svg.js";
 
 export class Trend extends SvgChart {
-  dots = [];
-
-  constructor(place, charts, part) {
-    super(place, charts, part);
-    place.addEventListener("click", (event) => {
-      const dot = this.nearest(...inside(place, event));
-      if (dot) charts.choose(dot.touch.number);
-    });
-  }
-
-  // [title, [{ start_s, ratio: what is drawn, touch }]]
+  // [title, [{ number, start_s, ratio: what is drawn }]]
   get shown() {
     const { known, tale } = this.charts, kept = known.used ?? tale.touches.filter((one) => one.kept !== false && one.ratio !== null), named = !known.used && kept.some(({ deviation }) => deviation);
-    const shown = kept.map((touch) => ({ start_s: touch.start_s, ratio: named ? 100 * touch.deviation : touch.ratio, touch }));
+    const shown = kept.map((touch) => ({ start_s: touch.start_s, ratio: named ? 100 * touch.deviation : touch.ratio, number: touch.number }));
     return [known.used ? "Those that count, in time" : named ? "Touches in time, % from their mean" : "Touches in time", shown];
   }
 
   draw() {
     const [width, height] = this.size, k = unit(), [title, shown] = this.shown, fit = lineOf(shown), { origin_s: origin = 0 } = this.charts.known.hello, values = shown.map(({ ratio }) => ratio);
-    this.dots = [];
     if (width < 80 || height < 60) return;
     if (!shown.length) return this.write("Touches are compared here.");
     const [left, right, top, foot] = [48 * k, width - 4, 20 * k, height - 18 * k], [from, to] = [shown[0].start_s, Math.max(shown.at(-1).start_s, shown[0].start_s + 1)];
@@ -35,20 +24,13 @@ export class Trend extends SvgChart {
     const levels = ticks(low, high, step).map((one) => ruler(left, y(one), right, y(one), "grid") + label(left - 6, y(one) + 4 * k, one.toFixed(placesOf(step)), "", "end"));
     const times = ticks(from - origin, to - origin, timeStep(to - from, (right - left) / (60 * k))).map((t) => label(Math.min(x(t + origin), right - 24 * k), height - 4, clock(t), "", "middle"));
     const band = fit ? box(left, y(fit.mean + fit.spread), right - left, y(fit.mean - fit.spread) - y(fit.mean + fit.spread), "fband") + line([from, to].map((t) => [x(t), y(fit.mean + fit.rise * (t - fit.middle))]), "ratio") : "";
-    this.dots = shown.map(({ start_s: t, ratio, touch }) => ({ touch, x: x(t), y: y(ratio) }));
-    const r = shown.length > 500 ? 1.2 : 2.4, here = this.dots.find(({ touch }) => touch.number === this.charts.known.chosen);
-    const dots = `<path class="dot" d="${this.dots.map((dot) => `M${(dot.x - r).toFixed(1)} ${dot.y.toFixed(1)}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0-${2 * r} 0`).join("")}"/>${here ? `<circle class="newest" cx="${here.x}" cy="${here.y}" r="5"/>` : ""}`;
+    const r = shown.length > 500 ? 1.2 : 2.4, here = shown.find(({ number }) => number === this.charts.known.chosen);
+    const dots = `<path class="dot" d="${shown.map((one) => `M${(x(one.start_s) - r).toFixed(1)} ${y(one.ratio).toFixed(1)}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0-${2 * r} 0`).join("")}"/>${here ? `<circle class="newest" cx="${x(here.start_s)}" cy="${y(here.ratio)}" r="5"/>` : ""}`;
     this.show(label(0, 12 * k, `${title}${fit ? "; slope, ± s.d." : ""}`) + levels.join("") + times.join("") + clipped(left, top, right - left, foot - top, band + dots), `${title}: ${shown.length} touches`);
   }
 
-  nearest(px, py) {
-    const away = (dot) => Math.hypot(dot.x - px, dot.y - py);
-    return this.dots.reduce((best, dot) => (best && away(best) <= away(dot) ? best : dot), null);
-  }
-
-  at(px, py) {
-    const dot = this.nearest(px, py);
-    return dot && { x: dot.x, lines: [[`touch ${dot.touch.number}`, dot.touch.specimen].filter(Boolean).join(", "), `ratio ${number(dot.touch.ratio, dot.touch.uncertainty)}`] };
+  at() {
+    return null;
   }
 }
 
