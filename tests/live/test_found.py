@@ -19,6 +19,8 @@ from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan, plan_of
 from selenium.webdriver.common.keys import Keys
 
+NUMBERS = ("start_s", "samples", "ratio", "standard_error", "covariance")
+
 
 @pytest.fixture
 def file(shown: Callable[..., Canned]) -> Canned:
@@ -63,6 +65,8 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
         assert find(page, words) == list(numbers), words
     page["find"].send_keys(Keys.ESCAPE)
     assert page["find"].get_attribute("value") == "50 a"
+    assert find(page, "30 OO") == [19, 20]
+    assert [line.split(" ")[0] for line in page.text("statistics").splitlines()][::2] == ["Mean", "s.d."]
     find(page, "")
     drag(page, "overview", share_of(page, "overview", 44), share_of(page, "overview", 79.5))
     page.until(lambda: page.run("return palpate.known.found.length") == 5)
@@ -105,14 +109,10 @@ def test_all_touches_are_saved_and_named_in_the_sidecar(
     page.until(lambda: page.text("savefound") == "Save 4 as CSV")
     page["savefound"].click()
     page.until(table.exists)
-    touches, names = (
-        palpate.touches(palpate.read(path)),
-        ("start_s", "samples", "ratio", "standard_error", "covariance"),
-    )
+    touches = palpate.touches(palpate.read(path))
     with table.open() as file:
-        assert [[float(row[n]) for n in names] for row in csv.DictReader(file)] == [
-            [getattr(one, n) for n in names] for one in touches
-        ]
+        saved = [[float(row[name]) for name in NUMBERS] for row in csv.DictReader(file)]
+    assert saved == [[getattr(one, name) for name in NUMBERS] for one in touches]
     find(page, "#2")
     page["name"].send_keys("40 A; 1,54" + Keys.ENTER)
     page.until(lambda: page.text("answer") == "1 touch: 40 A.")

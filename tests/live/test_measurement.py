@@ -254,6 +254,15 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
                 bench.do(do)
 
 
+def test_a_file_without_a_sidecar_is_not_changed(tmp_path: Path) -> None:
+    path = copied(tmp_path / OWN_FILE.name)
+    path.with_suffix(".json").unlink()
+    said = f"{path.name}: cannot be changed: it has no sidecar with an end"
+    with opened(path) as (_, bench), pytest.raises(RefusedCommand, match=said):
+        bench.do("name", touches=[1], text="gel")
+    assert not path.with_suffix(".json").exists()
+
+
 def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -> None:
     path = copied(tmp_path / OWN_FILE.name)
     lines = path.read_bytes().splitlines(keepends=True)

@@ -47,7 +47,7 @@ export class Found {
     const file = hello.kind === "file", counts = Object.entries(CHIPS).map(([word, holds]) => [word, touches.rows.filter(holds).length]);
     if (!["hello", "touches", "events"].includes(type)) return;
     for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
-    if (!file) return void (this.known.found = undefined);
+    if (!file) return void (this.known.found = this.known.used = undefined);
     $("naming").hidden = !hello.file.amendable;
     fill($("names"), session.specimens, () => session.specimens.map(({ name }) => make("option", { value: name })));
     fill($("chips"), counts, () => counts.map(([word, count]) => make("button", { type: "button", textContent: `${word} ${grouped(count)}`, disabled: !count, onclick: () => this.look([...this.words, word]) })));
@@ -91,13 +91,13 @@ export class Found {
 
   // What a word asks of a touch.
   condition(word) {
+    const named = ({ specimen }) => specimen?.toLowerCase() === word;
+    if (this.known.touches.rows.some(named)) return named;
     const [from, to] = this.times(word), value = (text, other) => (text ? Number(text.replace(",", ".")) : other);
     const [range, low, high, above, below] = word.match(/^(\d+(?:[.,]\d+)?)[-–](\d+(?:[.,]\d+)?)$|^>\s*(\d+(?:[.,]\d+)?)$|^<\s*(\d+(?:[.,]\d+)?)$/) ?? [];
     if (to >= from) return ({ start_s: t }) => t - this.origin >= from && t - this.origin <= to;
     if (range) return ({ ratio }) => ratio !== null && ratio >= value(low ?? above, -Infinity) && ratio <= value(high ?? below, Infinity);
     if (/^#\d+$/.test(word)) return ({ number: n }) => `#${n}` === word;
-    const named = ({ specimen }) => specimen?.toLowerCase() === word;
-    if (this.known.touches.rows.some(named)) return named;
     return CHIPS[word] ?? ((one) => one.flags.includes(word) || `${one.specimen ?? ""} ${remarkOf(one, this.known)}`.toLowerCase().includes(word));
   }
 
@@ -128,5 +128,6 @@ function statistics(touches) {
   if (!line) return touches.slice(0, 1).map(({ ratio, uncertainty }) => ["Ratio", plusMinus(ratio, uncertainty).join(" ")]);
   const { mean, rise, spread, error } = line, hourly = (100 * HOUR_S) / Math.abs(mean), [slope, sure] = plusMinus(rise * hourly, error * hourly);
   const trend = `${slope.startsWith("-") ? slope.replace("-", "−") : `+${slope}`} ${sure} % an hour${Math.abs(rise) > 2 * error ? "" : ": no trend"}`;
-  return [["Mean", plusMinus(mean, spread / Math.sqrt(touches.length)).join(" ")], ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`], ["Slope", trend]];
+  const known = [["Mean", plusMinus(mean, spread / Math.sqrt(touches.length)).join(" ")], ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`]];
+  return Number.isFinite(error) ? [...known, ["Slope", trend]] : known;
 }

@@ -15,7 +15,7 @@ export class Trend extends SvgChart {
   }
 
   draw() {
-    const [width, height] = this.size, k = unit(), [title, shown] = this.shown, fit = lineOf(shown), { origin_s: origin = 0 } = this.charts.known.hello, values = shown.map(({ ratio }) => ratio);
+    const [width, height] = this.size, k = unit(), [title, shown] = this.shown, found = lineOf(shown), fit = Number.isFinite(found?.error) ? found : null, { origin_s: origin = 0 } = this.charts.known.hello, values = shown.map(({ ratio }) => ratio);
     if (width < 80 || height < 60) return;
     if (!shown.length) return this.write("Touches are compared here.");
     const [left, right, top, foot] = [48 * k, width - 4, 20 * k, height - 18 * k], [from, to] = [shown[0].start_s, Math.max(shown.at(-1).start_s, shown[0].start_s + 1)];
@@ -34,10 +34,10 @@ export class Trend extends SvgChart {
   }
 }
 
-// Mean, standard deviation, and rise in a second with its error, of the ratios of three touches or more; else null.
+// Mean, standard deviation, and rise in a second with its error (of two not finite), of the ratios of two touches or more; else null.
 export function lineOf(touches) {
   const n = touches.length, sum = (value) => touches.reduce((all, one) => all + value(one), 0);
   const mean = sum(({ ratio }) => ratio) / n, middle = sum(({ start_s: t }) => t) / n, square = sum(({ start_s: t }) => (t - middle) ** 2);
   const rise = sum(({ start_s: t, ratio }) => (t - middle) * (ratio - mean)) / square, left = sum(({ start_s: t, ratio }) => (ratio - mean - rise * (t - middle)) ** 2);
-  return square > 0 && n > 2 ? { mean, middle, rise, spread: Math.sqrt(sum(({ ratio }) => (ratio - mean) ** 2) / (n - 1)), error: Math.sqrt(left / (n - 2) / square) } : null;
+  return n > 1 ? { mean, middle, rise, spread: Math.sqrt(sum(({ ratio }) => (ratio - mean) ** 2) / (n - 1)), error: Math.sqrt(left / (n - 2) / square) } : null;
 }
