@@ -222,14 +222,8 @@ class TouchPlan(Listener):
         )
         notes = tuple(note for note in self._notes if note.t_s >= first_s)
         ratio = progress.calibration.ratio if progress.calibration else progress.kind
-        return stored.Plan(
-            self._head["title"],
-            self._head["operator"],
-            tuple(progress.specimens),
-            (*entries, *self._unmatched),
-            notes,
-            ratio,
-        )
+        title, operator, touches = self._head["title"], self._head["operator"], (*entries, *self._unmatched)
+        return stored.Plan(title, operator, tuple(progress.specimens), touches, notes, ratio)
 
     def _following(self) -> str:
         self.progress.settle(self._measurement.last_s)

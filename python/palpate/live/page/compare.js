@@ -33,13 +33,15 @@ export class Compare {
   show(found) {
     this.answer("");
     this.found = found;
+    this.at = Math.max(0, found.specimens.findIndex(differs));
     this.turn(true);
-    this.choose(Math.max(0, found.specimens.findIndex(differs)));
+    this.draw();
   }
 
   turn(on) {
     $("compare").hidden = !on;
     document.body.classList.toggle("comparing", on);
+    scrollTo(0, 0);
   }
 
   // The next specimen whose touches differ.
@@ -105,6 +107,6 @@ function lanesOf(touches, mean, { files, scatter }, size) {
 }
 
 function axis(size) {
-  const marks = [-1, -0.5, 0, 0.5, 1].map((d) => `<text x="${place(d * size.reach, size)}" y="12" text-anchor="${["start", "middle", "end"][Math.trunc(d) + 1]}">${d ? `${signed(100 * d * size.reach, 0)} %` : "0"}</text>`);
+  const marks = (size.wide < 300 ? [-1, 0, 1] : [-1, -0.5, 0, 0.5, 1]).map((d) => `<text x="${place(d * size.reach, size)}" y="12" text-anchor="${["start", "middle", "end"][Math.trunc(d) + 1]}">${d ? `${signed(100 * d * size.reach, 0)} %` : "0"}</text>`);
   return `<svg width="${size.wide}" height="16">${marks.join("")}</svg>`;
 }
