@@ -71,7 +71,7 @@ export class Compare {
   }
 
   row({ name, agreement: a, touches, ...one }, i, size) {
-    const kept = touches.filter(counts), lanes = kept.length ? lanesOf(kept, a.ratio, this.found, size) : "", word = !a ? "none counts" : a.agree ? "✓ agree" : `▲ differ: ${LETTERS[one.farthest]}`;
+    const kept = touches.filter(counts), lanes = kept.length ? lanesOf(kept, a.ratio, this.found, size) : "", word = !a ? "none counts" : a.agree ? "✓ agree" : `▲ differ${one.apart ? `: ${LETTERS[one.farthest]}` : ""}`;
     const numbers = a ? [grouped(a.touches), plusMinus(a.ratio, a.standard_error).join(" "), (100 * a.spread).toFixed(1), a.probability < 0.001 ? "&lt; 0.1 %" : `${(100 * a.probability).toFixed(1)} %`] : ["0", "–", "–", "–"];
     const button = `<button type="button" class="plain" data-at="${i}" aria-current="${i === this.at}">${escaped(name)}</button>`;
     return `<tr data-at="${i}" class="${i === this.at ? "chosen" : ""}"><td class="name">${button}</td><td>${lanes}</td>${numbers.map((text) => `<td>${text}</td>`).join("")}<td class="name ${a?.agree ? "" : "bad"}">${word}</td></tr>`;
@@ -79,7 +79,7 @@ export class Compare {
 
   // The touches of the chosen specimen, recording by recording.
   details({ name, agreement, touches, farthest, apart }) {
-    const said = !agreement ? "no touch counts" : agreement.agree ? agreement.text : `▲ recording ${LETTERS[farthest]} is ${Math.abs(100 * apart).toFixed(1)} % ${apart > 0 ? "above" : "below"} the others`;
+    const said = !agreement ? "no touch counts" : agreement.agree || !apart ? agreement.text : `▲ recording ${LETTERS[farthest]} is ${Math.abs(100 * apart).toFixed(1)} % ${apart > 0 ? "above" : "below"} the others`;
     const line = (file, i) => {
       const own = touches.filter((one) => one.file === i), kept = own.filter(counts), mean = kept.length ? meanOf(kept) : null;
       const each = own.map(({ number: n, ratio, left_out: out }) => `<span class="${out ? "out" : ""}" title="${escaped(out)}">#${n} ${number(ratio, 0.03 * ratio)}</span>`), out = own.filter((one) => !counts(one)).map((one) => `▲ #${one.number} ${one.left_out.split(":")[0]}`);
