@@ -1,7 +1,7 @@
 """Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `handover_rls` is the estimator of the scene
-"handheld", `vector_rls` the one of several coefficients, `matched_pair`, `Baseline`, `Contact` and `Fit` are its other stages, and `handheld` is the whole scene.
+"handheld", `matched_pair`, `Baseline`, `Contact` and `Fit` are its other stages, and `handheld` is the whole scene.
 """
 
 from palpate.reference.align import Pairs, matched_pair
@@ -12,7 +12,6 @@ from palpate.reference.handover import HandoverTrace, handover_rls
 from palpate.reference.model import Misfit
 from palpate.reference.paper import Trace, adaptive_rls, rls
 from palpate.reference.tracker import Rows, Touch, handheld
-from palpate.reference.vector import VectorTrace, vector_rls
 
 __all__ = [
     "Baseline",
@@ -24,11 +23,9 @@ __all__ = [
     "Rows",
     "Touch",
     "Trace",
-    "VectorTrace",
     "adaptive_rls",
     "handheld",
     "handover_rls",
     "matched_pair",
     "rls",
-    "vector_rls",
 ]

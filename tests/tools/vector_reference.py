@@ -1,7 +1,7 @@
 """Reference of VectorRls: normal equations, solved anew for each sample, and all samples kept."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,22 +14,7 @@ TOLERANCE = 4 * ROUNDING
 
 
 class VectorTrace(NamedTuple):
-    """State of `vector_rls` after each sample.
-
-    Attributes
-    ----------
-    coefficients, standard_errors : numpy.ndarray, shape (n, size)
-        The standard errors are nan until they are known.
-    innovation, statistic, degrees_of_freedom : numpy.ndarray, shape (n,)
-        The degrees of freedom are 0 until they are known.
-    alarm : numpy.ndarray of bool, shape (n,)
-
-    Examples
-    --------
-    >>> trace = vector_rls([1.0, 2.0], [[1.0, 0.0], [0.0, 1.0]], initial_covariance=1e9)
-    >>> trace.coefficients[-1].round(6)
-    array([1., 2.])
-    """
+    """State of `vector_rls` after each sample; standard errors are nan, and degrees of freedom 0, until they are known."""
 
     coefficients: NDArray[Any]
     standard_errors: NDArray[Any]
@@ -61,14 +46,14 @@ class _Fit:
         self.squares = zero * self.information
         self.residuals = self.count = self.count_squares = zero
 
-    def add(self, forgetting: Any, sample: Any, number: Callable[[Any], Any]) -> tuple[Any, Any, "_Fit"]:
+    def add(self, forgetting: Any, sample: Any) -> tuple[Any, Any, "_Fit"]:
         """Return the rotated regressors, the weight of the residual, and the fit with the sample."""
         output, original = sample
         x, rest, discounted = original.copy(), original.copy(), forgetting * self.information
         for i in range(len(x)):
             before = solved(discounted[:i, :i], discounted[:i, i]) if i else x[:0]
             rest[i] = x[i] - (x[:i] @ before if i else 0)
-            if rest[i] ** 2 * self.count_squares < number(TOLERANCE) ** 2 * self.squares[i, i]:
+            if rest[i] ** 2 * self.count_squares < Decimal(TOLERANCE) ** 2 * self.squares[i, i]:
                 x[i], rest[i] = x[i] - rest[i], 0 * rest[i]
         weight = 1 / (1 + x @ solved(discounted, x))
         fit = _Fit(0 * weight, self.coefficients)
@@ -93,7 +78,7 @@ class _Fit:
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
         variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
-        variances = np.where(prior * np.diag(inverse) < type(prior)(0.01), variances, type(prior)(np.nan))
+        variances = np.where(prior * np.diag(inverse) < Decimal("0.01"), variances, Decimal("nan"))
         return variances, left * self.count / self.count_squares
 
 
@@ -110,11 +95,11 @@ class _Detector:
     alarm: bool = False
     seen: int = 0
 
-    def scale(self, output: Any, number: Callable[[Any], Any]) -> Any:
-        scale = number(1.2533141) * self.mean * (1 + number(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
-        return max(scale, abs(output) * number(ROUNDING) + number(1e-280))
+    def scale(self, output: Any) -> Any:
+        scale = Decimal("1.2533141") * self.mean * (1 + Decimal(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
+        return max(scale, abs(output) * Decimal(ROUNDING) + Decimal("1e-280"))
 
-    def take(self, z: Any, scale: Any, rest: Any, weight: Any, number: Callable[[Any], Any]) -> bool:
+    def take(self, z: Any, scale: Any, rest: Any, weight: Any) -> bool:
         """Return whether z is an outlier."""
         limit = self.clip * scale
         outlier = self.seen >= WARM_UP and abs(z) > limit
@@ -122,24 +107,23 @@ class _Detector:
         if self.seen >= WARM_UP:
             sides = 0 * self.sides if self.alarm and not self.switches else self.sides
             signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
-            steps = [*(signed - self.drift), *(-signed - self.drift), abs(clipped) / scale - (self.drift + number(0.8))]
+            magnitude = abs(clipped) / scale - (self.drift + Decimal("0.8"))
+            steps = [*(signed - self.drift), *(-signed - self.drift), magnitude]
             self.sides = np.array([max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object)
             self.alarm = bool(max(self.sides) > self.threshold / (4 if self.alarm and self.switches else 1))
-        if weight > number(0.1):
+        if weight > Decimal("0.1"):
             self.seen += 1
-            share = number(0.02) if self.seen * number(0.02) >= 1 else number(1) / self.seen
+            share = Decimal("0.02") if self.seen * Decimal("0.02") >= 1 else Decimal(1) / self.seen
             self.mean += share * (abs(clipped) - self.mean)
         return bool(outlier)
 
 
-def _handed_over(
-    fit: _Fit, samples: list[Any], least: Any, scale: Any, number: Callable[[Any], Any]
-) -> tuple[int, _Fit]:
+def _handed_over(fit: _Fit, samples: list[Any], least: Any, scale: Any) -> tuple[int, _Fit]:
     """Return how many of the last samples make a change before them most likely, and their fit."""
-    latest, gain, found = _Fit(2 * least, fit.coefficients), number(0), []
+    latest, gain, found = _Fit(2 * least, fit.coefficients), Decimal(0), []
     for m, (output, regressors) in enumerate(reversed(samples), 1):
         gain += (output - regressors @ fit.coefficients) ** 2
-        _, weight, latest = latest.add(number(1), (output, regressors), number)
+        _, weight, latest = latest.add(Decimal(1), (output, regressors))
         gain -= 2 * scale**2 * (1 - weight) / (1 + weight)
         found.append((gain - latest.residuals, m, latest))
     _, m, best = max(found, key=lambda one: one[0])
@@ -157,54 +141,34 @@ def vector_rls(
     alarmed: float = 0.0,
     initial_covariance: float = 1e280,
     max_covariance: float = 1e280,
-    number: Callable[[Any], Any] = float,
 ) -> VectorTrace:
-    """Recursive least squares for several coefficients, output = regressors @ coefficients + noise.
-
-    Parameters
-    ----------
-    output : array_like, shape (n,)
-        Finite numbers.
-    regressors : array_like, shape (n, size)
-        Finite numbers; a column of ones is an intercept.
-    steady, drift, threshold, clip, alarmed, initial_covariance, max_covariance : float
-        As in `palpate.VectorRls`; `alarmed` 0: an alarm is a hand-over.
-    number : callable
-        Type of all numbers: decimal.Decimal with enough digits for the prior beside the samples, or float where
-        initial_covariance is moderate.
-
-    Examples
-    --------
-    >>> trace = vector_rls([3.0, 5.0, 7.0], [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], initial_covariance=1e9)
-    >>> trace.coefficients[-1].round(6)
-    array([2., 1.])
-    """
-    forgetting, fast, least = number(steady), number(alarmed), 1 / number(max_covariance)
-    y = np.array([number(v) for v in np.asarray(output, object)], object)
-    x = np.array([[number(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
-    guarded, held = max(1 / number(initial_covariance), least), 0
+    """Return the trace of outputs, shape (n,), and regressors, shape (n, size), as Decimals; settings as of `palpate.VectorRls`."""
+    forgetting, fast, least = Decimal(steady), Decimal(alarmed), 1 / Decimal(max_covariance)
+    y = np.array([Decimal(v) for v in np.asarray(output, object)], object)
+    x = np.array([[Decimal(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
+    guarded, held = max(1 / Decimal(initial_covariance), least), 0
     fit = _Fit(guarded, 0 * x[0])
-    sides = np.array([number(0)] * (2 * x.shape[1] + 1), object)
-    detector = _Detector(number(drift), number(threshold), number(clip), bool(fast), sides, number(0))
+    sides = np.array([Decimal(0)] * (2 * x.shape[1] + 1), object)
+    detector = _Detector(Decimal(drift), Decimal(threshold), Decimal(clip), bool(fast), sides, Decimal(0))
     rows: list[tuple[Any, ...]] = []
     for k, sample in enumerate(zip(y, x, strict=True)):
         innovation = sample[0] - sample[1] @ fit.coefficients
-        rest, weight, following = fit.add(forgetting, sample, number)
-        scale, held = detector.scale(sample[0], number), min(held + 1, WINDOW)
-        outlier = detector.take(innovation * number(weight) ** number(0.5), scale, rest, weight, number)
+        rest, weight, following = fit.add(forgetting, sample)
+        scale, held = detector.scale(sample[0]), min(held + 1, WINDOW)
+        outlier = detector.take(innovation * Decimal(weight) ** Decimal("0.5"), scale, rest, weight)
         if detector.alarm and not fast:
             samples = list(zip(y, x, strict=True))[k + 1 - held : k + 1]
-            held, fit = _handed_over(fit, samples, least, scale, number)
+            held, fit = _handed_over(fit, samples, least, scale)
             guarded = 2 * least
         elif fast or not outlier:
             factor = fast if detector.alarm else forgetting
-            fit = fit.add(factor, sample, number)[2] if detector.alarm else following
+            fit = fit.add(factor, sample)[2] if detector.alarm else following
             guarded *= factor
             if guarded < least:
                 fit.strengthened(2 * least - guarded)
                 guarded = 2 * least
         variances, degrees = fit.errors(guarded)
-        errors = variances ** number(0.5) if degrees else variances
+        errors = variances ** Decimal("0.5") if degrees else variances
         rows.append((fit.coefficients, errors, innovation, max(detector.sides), degrees, detector.alarm))
     numbers = [np.array(column, float) for column in zip(*rows, strict=True)]
     return VectorTrace(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5].astype(bool))
