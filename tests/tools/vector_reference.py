@@ -78,7 +78,8 @@ class _Fit:
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
         variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
-        variances = np.where(prior * np.diag(inverse) < Decimal("0.01"), variances, Decimal("nan"))
+        unknown: Any = Decimal("nan")
+        variances = np.where(prior * np.diag(inverse) < Decimal("0.01"), variances, unknown)
         return variances, left * self.count / self.count_squares
 
 
