@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from numeric import around, drive, edge
 from numpy.typing import NDArray
 from palpate.reference import Fit, Misfit
-from palpate.reference.fit import FEWEST
-from palpate.reference.model import NOISE_GAIN, model
+from palpate.reference.fit import FEWEST, NOISE_GAIN, model
 
 EPS = np.finfo(float).eps
 BITS = {"offset": 1, "drift": 2, "lag": 4, "curve": 8}

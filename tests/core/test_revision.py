@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numeric import around, drive, edge
 from numpy.typing import NDArray
-from palpate.reference.revision import Known, Revised, line_share, revised
+from palpate.reference.tracker import Known, Revised, line_share, revised
 
 KINDS = ["none", "drift", "creep", "baseline"]
 EPS = np.finfo(float).eps

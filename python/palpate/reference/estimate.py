@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.reference.fit import Fit
-from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
+from palpate.reference.fit import LEAST, Fit
+from palpate.reference.handover import FEWEST, SETTLED, _Handover, begun, handover_rls
 from palpate.reference.level import Sweep
-from palpate.reference.model import LEAST
-from palpate.reference.noise import FEWEST
 
 CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
 CHANGED = 4  # standard errors between two ratios

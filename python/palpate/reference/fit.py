@@ -5,7 +5,140 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.reference.model import Misfit, tested
+Array = NDArray[np.float64]
+
+
+def solved(columns: dict[str, Array], y: Array) -> tuple[dict[str, float], dict[str, float], float]:
+    """Return coefficients of y = sum of coefficient times column by least squares, their variances, and the squared residuals."""
+    # The variances are for noise of variance 1: the diagonal of (X' X)^-1.
+    matrix = np.column_stack(list(columns.values()))
+    scale = np.sqrt((matrix**2).sum(axis=0))  # columns of size 1: so that no singular value is lost beside another's
+    scale[scale == 0] = 1
+    inverse = np.linalg.pinv(matrix / scale, rcond=1e-15) / scale[:, None]
+    found = inverse @ y
+    residuals = y - matrix @ found
+    variances = (inverse**2).sum(axis=1)
+    squares = float(residuals @ residuals)
+    return dict(zip(columns, found.tolist(), strict=True)), dict(zip(columns, variances.tolist(), strict=True)), squares
+
+
+def rest(name: str, columns: dict[str, Array]) -> float:
+    """Return the part of one column that the other columns do not explain: the sum of its squared residuals."""
+    others = {other: values for other, values in columns.items() if other != name}
+    return solved(others, columns[name])[2]
+
+
+SIGNIFICANT = 8.0  # standard errors: from here on a term has a flag, and leaves all of it open
+SUSPECT = 4.0  # standard errors: up to here it leaves nothing open
+LEAST = 0.002  # share of the signal: smaller terms have no flag
+LEAST_LAG = 0.08  # pairs
+NOISE_GAIN = 0.42  # variance of an aligned pair for a reading's of 1
+SLOPE_GAIN = 0.45  # the same of x' for a pair's
+RELIABLE = 30.0  # variation of a term over the variation of its noise
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """What a touch says about the model.
+
+    Attributes
+    ----------
+    offset, drift, curve : float
+        Share of the mean output (offset: of the mean depth) that the term has.
+    lag : float, pairs
+        Of the soft channel behind the hard one.
+    open, open_drift : float
+        Variance of the ratio that the terms leave open, without the drift and by the drift.
+    offset_ratio, offset_error : float
+        Of C1 = r C2 + c, where only the offset contradicts; otherwise nan.
+    flags : frozenset of str
+
+    Examples
+    --------
+    >>> Misfit().flags
+    frozenset()
+    """
+
+    offset: float = 0.0
+    drift: float = 0.0
+    lag: float = 0.0
+    curve: float = 0.0
+    open: float = 0.0
+    open_drift: float = 0.0
+    offset_ratio: float = np.nan
+    offset_error: float = np.nan
+    flags: frozenset[str] = frozenset()
+
+
+def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, Array]:
+    """Return the columns of the largest model whose terms vary by more than noise could make them."""
+    # Regressor, pF; number of the sample; half the difference of the neighbours of x. The models are
+    # r x + d t; or r x + c + d t; or r x + c + d t + l x' + k (x / m - 1)^2.
+    n, m = len(x), x.mean()
+    columns = {"x": x, "one": np.ones(n), "time": time, "slope": slope, "square": x**2}
+    line = {name: columns[name] for name in ("x", "one", "time")}
+    noise = NOISE_GAIN * soft_noise**2
+    floor = RELIABLE * n * noise
+    spread = rest("x", line)
+    # Of two pairs at least: one alone is a transient, which the filters do not match.
+    if not (spread > floor and spread**2 > 2 * ((x - m) ** 4).sum()):
+        return {name: columns[name] for name in ("x", "time")}
+    # The variance of the noise of x^2, given x, is 4 (x - m)^2 noise + 2 noise^2. That of x is tested beside x^2, not
+    # beside (x / m - 1)^2, so the depth has to vary by some per cent.
+    least = {"x": floor, "slope": SLOPE_GAIN * floor, "square": (4 * spread / n + 2 * noise) * floor}
+    whole = all(rest(name, columns) > least[name] for name in least)
+    return columns | {"square": (x / m - 1) ** 2} if whole else line
+
+
+def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Misfit:
+    """Return what least squares say about samples with the terms of `Fit.terms`; noises of a reading in pF."""
+    x, y, n = terms["x"], terms["y"], len(terms["x"])
+    columns = model(x, terms["time"], terms["slope"], soft_noise)
+    values, variances, squares = solved(columns, y)
+    ratio, mean = values["x"], x.mean()
+
+    def noise(squares: float, terms: int, ratio: float) -> tuple[float, float]:
+        """Return the variance of a reading's noise, from the residuals, and from what the readings had in idle."""
+        idle = hard_noise**2 + ratio**2 * soft_noise**2
+        return max(squares / (n - terms) / NOISE_GAIN, idle), idle
+
+    variance, _ = noise(squares, len(columns), ratio)
+    scale = abs(ratio * mean)
+    length = terms["time"][-1]
+    sizes = {
+        "lag": (values.get("slope", 0.0) / ratio, LEAST_LAG),
+        "drift": (values["time"] * length / scale, LEAST),
+        "offset": (-values.get("one", 0.0) / scale, LEAST),
+        "curve": (values.get("square", 0.0) / scale, LEAST),
+    }
+    term = {"lag": "slope", "drift": "time", "offset": "one", "curve": "square"}
+    errors = {
+        name: abs(values[of]) / np.sqrt(variances[of] * variance) if of in columns else 0.0 for name, of in term.items()
+    }
+    flags = {name for name, (size, least) in sizes.items() if errors[name] > SIGNIFICANT and abs(size) > least}
+
+    def left_open(name: str) -> float:
+        """Return the variance of the ratio: none up to 4 standard errors, all of the term from 8 on, at most the ratio."""
+        part = np.clip((errors[name] ** 2 - SUSPECT**2) / (SIGNIFICANT**2 - SUSPECT**2), 0, 1)
+        return float(part * (min(abs(sizes[name][0]), 1) * ratio) ** 2)
+
+    # Where a channel lags, the transients of a press look like the other terms.
+    opens = 0.0 if "lag" in flags else left_open("offset") + left_open("curve")
+    offset_ratio = offset_error = np.nan
+    if flags == {"offset"} and abs(sizes["offset"][0]) < 0.5:
+        line, line_variances, alone_squares = solved({"x": x, "one": np.ones(n)}, y)
+        alone, idle = noise(alone_squares, 2, line["x"])
+        if alone < 2 * variance and alone < 16 * idle:
+            offset_ratio, offset_error = line["x"], float(np.sqrt(line_variances["x"] * alone))
+    return Misfit(
+        **{name: float(size) for name, (size, _) in sizes.items()},
+        open=opens,
+        open_drift=left_open("drift") / 4,
+        offset_ratio=offset_ratio,
+        offset_error=offset_error,
+        flags=frozenset(flags),
+    )
+
 
 FEWEST = 16  # samples with both neighbours
 BEND = 0.1  # a regressor that bends by more than this share of itself is left out
