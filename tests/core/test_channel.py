@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numeric import around, drive, edge
 from numpy.typing import NDArray
 from palpate.reference import Baseline, Contact
-from palpate.reference.baseline import first_level
+from palpate.reference.idle import first_level
 
 EPS = np.finfo(float).eps
 READY, LEVEL, EXPECTED, SLOPE, SPREAD, VARIANCE, MEAN_AGE = range(7)

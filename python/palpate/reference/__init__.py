@@ -5,10 +5,9 @@
 """
 
 from palpate.reference.align import Pairs, matched_pair
-from palpate.reference.baseline import Baseline
-from palpate.reference.contact import Contact
 from palpate.reference.fit import Fit, Misfit
 from palpate.reference.handover import HandoverTrace, handover_rls
+from palpate.reference.idle import Baseline, Contact
 from palpate.reference.paper import Trace, adaptive_rls, rls
 from palpate.reference.tracker import Rows, Touch, handheld
 

@@ -1,4 +1,7 @@
-"""Reference of the test of the model: the samples of a touch that it uses."""
+"""Reference of the test of the model: the samples of a touch that it uses, which terms they can tell, and what they say.
+
+The core sweeps sums of products; this solves the samples by their singular values.
+"""
 
 from dataclasses import dataclass, field, replace
 

@@ -157,27 +157,21 @@ class _Side:
         return _Side(total, [*self.samples, sample]) if total > 0 else _Side(0 * step)
 
 
-@dataclass
 class _Handover:
-    steady: Any
-    drift: Any
-    threshold: Any
-    clip: Any
-    smoothing: Any
-    guard: int
-    least: Any  # information
-    ratio: Any
-    information: Any
-    squares: Any  # sum of (lambda^k w)^2
-    weight: Any  # sum of lambda^k
-    instrument: Any
-    noise: Noise
-    number: Callable[[Any], Any]
-    up: _Side = field(default_factory=_Side)
-    down: _Side = field(default_factory=_Side)
-    seen: int = 0
-    outlier: bool = False  # the last sample
-    drifting: bool = False  # the ratio, before the last sample
+    """The estimator; its settings are those of `handover_rls`."""
+
+    def __init__(self, number: Callable[[Any], Any], guard: int, **settings: Any) -> None:
+        given = {name: number(value) for name, value in settings.items()}
+        self.steady, self.drift, self.threshold = given["steady"], given["drift"], given["threshold"]
+        self.clip, self.smoothing, self.guard, self.number = given["clip"], given["smoothing"], guard, number
+        self.ratio, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
+        self.least = 1 / given["max_covariance"]  # information
+        self.squares = self.weight = self.instrument = number(
+            0
+        )  # sums of (lambda^k w)^2 and of lambda^k; the mean regressor
+        self.noise = Noise(number, *[number(0)] * 10)
+        self.up, self.down, self.seen = _Side(), _Side(), 0
+        self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
 
     def statistic(self) -> Any:
         return max(self.up.statistic, self.down.statistic)
@@ -264,28 +258,6 @@ class _Handover:
         return variance.sqrt() if hasattr(variance, "sqrt") else np.sqrt(variance)
 
 
-def begun(
-    steady: Any,
-    drift: Any,
-    threshold: Any,
-    clip: Any,
-    smoothing: Any,
-    guard: int,
-    initial_ratio: Any,
-    initial_covariance: Any,
-    max_covariance: Any,
-    number: Callable[[Any], Any],
-) -> _Handover:
-    """Return the estimator before its first sample; the arguments are those of `handover_rls`."""
-    steady, drift, threshold, clip, smoothing = map(number, (steady, drift, threshold, clip, smoothing))
-    least, ratio, information = 1 / number(max_covariance), number(initial_ratio), 1 / number(initial_covariance)
-    zero = number(0)
-    noise = Noise(number, *[zero] * 10)
-    return _Handover(
-        steady, drift, threshold, clip, smoothing, guard, least, ratio, information, zero, zero, zero, noise, number
-    )
-
-
 def handover_rls(
     output: ArrayLike,
     regressor: ArrayLike,
@@ -329,9 +301,13 @@ def handover_rls(
     array([2., 2.])
     """
     pairs = finite(output, regressor, number)
-    state = begun(
-        steady, drift, threshold, clip, smoothing, guard, initial_ratio, initial_covariance, max_covariance, number
-    )
+    of_detector = {"drift": drift, "threshold": threshold, "clip": clip}
+    of_ratio = {
+        "initial_ratio": initial_ratio,
+        "initial_covariance": initial_covariance,
+        "max_covariance": max_covariance,
+    }
+    state = _Handover(number, guard, steady=steady, smoothing=smoothing, **of_detector, **of_ratio)
     rows = [state.update(y, x) for y, x in pairs]
     columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.array([])] * 6
     return HandoverTrace._make([*columns[:5], columns[5].astype(bool)])
