@@ -24,9 +24,10 @@ from typing import Any
 import numpy as np
 import palpate
 import pandas as pd
-from palpate.calibration.characterise import Specimen, calibrate, choose, rises, unlevel
+from palpate.calibration.characterise import Chosen, Specimen, calibrate, choose, rises, weighted
 from palpate.display.plots import PAGE_IN, sheet
 from palpate.elasticity import SORBOTHANE_MPA
+from palpate.several import TOUCH_SCATTER, usable
 from palpate.simulation import Substrate
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
@@ -76,7 +77,7 @@ SCENES: tuple[Any, ...] = ("handheld", "paper")
 
 @dataclass(frozen=True)
 class Method:
-    """How to choose: one of `CHOICES`, of touches with or without flags of the model's test, by a scene."""
+    """How to choose: one of `CHOICES`, or "level", of touches with or without flags of the model's test, by a scene."""
 
     label: str
     by: str
@@ -95,6 +96,23 @@ METHODS = {
     "standard error": Method("smallest standard error", "standard_error"),
     "all": Method("every touch", "all"),
 }
+
+
+def unlevel(touch: palpate.Touch) -> float:
+    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more."""
+    # It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
+    # `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
+    effects = touch.effects
+    return abs(effects["curve"] - effects["offset"]) if effects else 0.0
+
+
+def by_level(touches: list[palpate.Touch], accept: tuple[str, ...]) -> Chosen:
+    """Return the mean of touches with weights 1 / (`TOUCH_SCATTER`^2 + `unlevel`^2)."""
+    kept = usable(touches, accept)
+    weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in kept]) ** 2)
+    return weighted([choose([touch], "mean", accept) for touch in kept], weights)
+
+
 CRITERIA: Mapping[str, Callable[[palpate.Touch], float]] = {
     "P": lambda touch: touch.covariance,
     "std. error": lambda touch: touch.standard_error / abs(touch.ratio),
@@ -158,13 +176,18 @@ def correlation(values: Any, errors: Any) -> float:
 
 def _characterised(method: Method, touches: Touches, modulus: float) -> dict[str, float]:
     """Return % of right orders, square error of the eleventh modulus, % of intervals that hold it; nan: no value."""
-    specimens = [Specimen(name, E, touches[name], method.accept) for name, E in SORBOTHANE_MPA.items()]
     one = "mean" if method.by == "all" else method.by
-    probed = choose(touches[UNKNOWN], one, method.accept)
-    calibration = calibrate(specimens, by=method.by)
+    choice = by_level if one == "level" else partial(choose, by=one)
+    *known, probed = [choice(touches[name], accept=method.accept) for name in (*SORBOTHANE_MPA, UNKNOWN)]
+    if method.by == "all":
+        calibration = calibrate([Specimen(name, E, touches[name], method.accept) for name, E in SORBOTHANE_MPA.items()])
+    else:
+        ratios, errors, counts = zip(*((each.ratio, each.standard_error, each.touches) for each in known), strict=True)
+        moduli = [*SORBOTHANE_MPA.values()]
+        calibration = palpate.Calibration.fit(ratios, moduli, standard_errors=errors, touches=counts)
     value, low, high = calibration.modulus(probed.ratio, probed.standard_error, touches=probed.touches)
     error = math.log(value / modulus) if math.isfinite(value) else math.nan
-    ordered = rises([specimen.choose(one).ratio for specimen in specimens])
+    ordered = rises([each.ratio for each in known])
     return {"order": 100.0 * ordered, "square": error**2, "covers": 100.0 * (low <= modulus <= high)}
 
 

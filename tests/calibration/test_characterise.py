@@ -1,15 +1,13 @@
 """From touches to a table and a calibration; which touch to choose; a hand that is simulated."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import palpate
 import pytest
-from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, unlevel
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose
 from palpate.calibration.specimen_files import bare, read_moduli, specimen_in, write_session
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.several import TOUCH_SCATTER
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
 
@@ -60,22 +58,6 @@ def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
     assert choose(four, "agreement").ratio == min(ratios, key=lambda r: abs(r - ratios.mean()))
     with pytest.raises(ValueError, match="by: got 'luck'"):
         choose(four, "luck")
-
-
-def test_a_touch_that_was_held_obliquely_weighs_less() -> None:
-    """Weights 1 / (0.03^2 + u^2) with u the hard channel at zero force, r K g, as a share of r C2."""
-    tilted = replace(LINEAR, oblique=0.0, tilt_deg=0.5)
-    four = palpate.touches(session(seed=3, hand=tilted, moduli={"gel": 3.0})["gel"])
-    flags = {flag for touch in four for flag in touch.flags}
-    true = PROBE.ratio(3.0)
-    off = np.array([touch.ratio / true - 1 for touch in four])
-    # C1 / C2 = r + r K g / C2. A few pairs in which only one bump touches bend the line.
-    assert [unlevel(touch) for touch in four] == pytest.approx(np.abs(off).tolist(), rel=0.1, abs=1e-3)
-    weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in four]) ** 2)
-    level = choose(four, "level", flags)
-    assert level.ratio == pytest.approx(weights @ [touch.ratio for touch in four] / weights.sum())
-    assert level.touches == pytest.approx(weights.sum() ** 2 / (weights**2).sum())
-    assert abs(level.ratio / true - 1) < 0.5 * abs(choose(four, "mean", flags).ratio / true - 1)
 
 
 @pytest.mark.parametrize("by", CHOICES)

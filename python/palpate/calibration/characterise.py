@@ -8,12 +8,12 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
+from palpate.calibration.curve_fit import Array
 from palpate.errors import CalibrationError, unlike
-from palpate.several import TOUCH_SCATTER, RatioOf, hold, level, most_reliable, usable
+from palpate.several import RatioOf, hold, level, most_reliable, usable
 
-# Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
-# most reliable touch.
-CHOICES = ("all", "mean", "level", "weighted", "agreement", "standard_error", "covariance")
+# Data of a fit: all touches; their mean, plain, or weighted by the standard errors; or the most reliable touch.
+CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,8 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), rati
     ----------
     touches : sequence of Touch
     by : str
-        One of `CHOICES` except "all". A mean uses the usable touches, "level" with weights
-        1 / (`TOUCH_SCATTER`^2 + `unlevel`^2); the other ones as in `palpate.most_reliable`, without the test whether they
-        agree.
+        One of `CHOICES` except "all". A mean uses the usable touches; the other ones as in `palpate.most_reliable`, without
+        the test whether they agree.
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
@@ -121,27 +120,19 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), rati
     >>> choose(four, "mean").touches
     4.0
     """
-    if by not in ("mean", "level", "weighted"):
+    if by not in ("mean", "weighted"):
         return _chosen(ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)))
-    kept = usable(touches, accept, ratio_of)
-    each = [_chosen(ratio_of(touch)) for touch in kept]
+    each = [_chosen(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
     errors = np.array([one.standard_error for one in each])
-    weights = np.ones(len(kept))
-    if by == "level":
-        weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in kept]) ** 2)
-    elif by == "weighted" and (errors > 0).all():
-        weights = 1 / errors**2
+    weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(each))
+    return weighted(each, weights)
+
+
+def weighted(each: Sequence[Chosen], weights: Array) -> Chosen:
+    """Return the mean of ratios with these weights."""
     weights = weights / weights.sum()
-    ratio = float(weights @ [one.ratio for one in each])
-    return Chosen(ratio, float(np.sqrt((weights**2) @ errors**2)), float(1 / (weights**2).sum()))
-
-
-def unlevel(touch: Touch) -> float:
-    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more."""
-    # It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
-    # `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
-    effects = touch.effects
-    return abs(effects["curve"] - effects["offset"]) if effects else 0.0
+    ratios, errors = np.array([(one.ratio, one.standard_error) for one in each]).T
+    return Chosen(float(weights @ ratios), float(np.sqrt(weights**2 @ errors**2)), float(1 / (weights**2).sum()))
 
 
 def _chosen(known: tuple[float, float]) -> Chosen:

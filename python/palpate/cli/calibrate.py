@@ -36,7 +36,7 @@ _YOUNG = "short, it did not reach the age"
 @click.option("--plot", type=OUTPUT, help="The plot to write: .png, .pdf or .svg.")
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
-              "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
+              "specimen one of mean, weighted, agreement, standard_error, covariance.")  # fmt: skip
 @click.option("--ratio", type=click.Choice([*KINDS]), help="Ratio of a touch: hold, or level, over the swept depth.  "
               "[default: the one that scatters less]")  # fmt: skip
 @click.option("--contact-exponent", type=click.Choice([f"{p:g}" for p in EXPONENTS]), help="Of force against depth: 1, flat "
