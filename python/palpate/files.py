@@ -55,13 +55,9 @@ def read_bytes(path: Path, most: int) -> bytes:
         As `open_regular`; or the file is larger.
     """
     with open_regular(path) as file:
-        size = os.fstat(file.fileno()).st_size
-        data = b"" if size > most else file.read(size + 1)  # read(n) takes n bytes of memory first
-        if len(data) > size:  # it grows, or is one of the kernel's, which say 0
-            data += file.read(most)
-    if size > most or len(data) > most:
-        raise OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have", str(path))
-    return data
+        if os.fstat(file.fileno()).st_size > most:
+            raise OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have", str(path))
+        return file.read()
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -43,7 +43,6 @@ def test_a_plan_comes_back_from_a_sidecar(tmp_path: Path) -> None:
         ({"specimens": [{"name": "gel"}] * 2}, "session: specimens: got 'gel' twice, allowed: each name once"),
         ({"specimens": [{"name": "gel", "modulus_MPa": 0}]}, "modulus_MPa: got 0, allowed: a number above 0, or null"),
         ({"specimens": [{"name": "gel", "wanted": 100}]}, "wanted: got 100, allowed: an integer from 1 to 99"),
-        ({"specimens": [{"name": str(n)} for n in range(1001)]}, "specimens: got 1001, allowed: 1000 at most"),
         ({"touches": [{"start_s": True}]}, "start_s: got True, allowed: a finite number, s"),
         ({"notes": [{"t_s": 1.0, "text": 5}]}, "session: notes, 1: text: got 5"),
     ],

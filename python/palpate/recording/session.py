@@ -15,8 +15,7 @@ LONGEST_NAME = 200
 """Characters of a name, a title and a reason, at most."""
 LONGEST_NOTE = 2000
 """Characters of a note, at most."""
-MOST_SPECIMENS, MOST_TOUCHES, MOST_NOTES = 1000, 10_000, 1000
-MOST_WANTED = 99
+MOST_TOUCHES, MOST_WANTED = 10_000, 99
 PERIOD_S = 0.026
 """From pair to pair, s, of an AD7746 with conversions of 11 ms; for the length of a touch whose recording is not known."""
 
@@ -126,9 +125,6 @@ class Plan:
         """Check the fields."""
         _require_text("title", self.title, LONGEST_NAME)
         _require_text("operator", self.operator, LONGEST_NAME)
-        for name, most in _MOST.items():
-            if len(getattr(self, name)) > most:
-                raise ValueError(f"{name}: got {len(getattr(self, name))}, allowed: {most} at most")
         if self.ratio not in ("hold", "level"):
             raise ValueError(f"ratio: got {quoted(self.ratio)}, allowed: hold or level")
         names = [specimen.name for specimen in self.specimens]
@@ -180,7 +176,6 @@ class Plan:
         return [found.get(at) for at in range(len(touches))]
 
 
-_MOST = {"specimens": MOST_SPECIMENS, "touches": MOST_TOUCHES, "notes": MOST_NOTES}
 _KINDS: dict[str, type[Specimen | Entry | Note]] = {"specimens": Specimen, "touches": Entry, "notes": Note}
 
 

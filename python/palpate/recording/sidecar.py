@@ -28,8 +28,6 @@ SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Those that can be read: the first one has no checkpoint and no checksum of its own."""
 LARGEST = 4_000_000
 """Bytes of a sidecar, at most."""
-MOST_MARKS = 10_000
-"""Marks, and notes, at most."""
 _SUM = '"sidecar_crc32": "'
 
 
@@ -127,8 +125,6 @@ def _require_valid(document: dict[str, Any]) -> None:
         if not isinstance(part, kind):
             allowed = "a list" if kind is list else "names and values"
             raise ValueError(f"{name}: got {quoted(part)}, allowed: {allowed}")  # noqa: TRY004  of a file
-        if kind is list and len(part) > MOST_MARKS:
-            raise ValueError(f"{name}: got {len(part)}, allowed: {MOST_MARKS} at most")
     full_scale = document["device"].get("full_scale_pF", math.inf)
     number: Any = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if type(number) not in (int, float) or not number > 0 or (type(number) is int and number >= 2**63):

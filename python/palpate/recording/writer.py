@@ -20,7 +20,6 @@ from palpate.systems import to_disk
 # O_APPEND: after another program has cut the file, a row does not leave a hole of zeros before it.
 _FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
-_MOST = {"notes": sidecar.MOST_MARKS - 10, "marks": sidecar.MOST_MARKS}  # the rest is for notes of the recorder
 
 
 class Written(NamedTuple):
@@ -189,9 +188,7 @@ class SidecarFile:
             self._save({name: value for name, value in document.items() if value is not None})
 
     def _with(self, name: str, what: Any) -> dict[str, Any]:
-        """Return the document with an entry; ValueError if it has too many of them, or is too long with them."""
-        if len(what) > _MOST.get(name, len(what)):
-            raise ValueError(f"{name}: got {len(what)}, allowed: {_MOST[name]} in one recording; begin another one")
+        """Return the document with an entry; ValueError if it is too long with them."""
         document = {**self._document, name: what}
         size = len(sidecar.text_of(document))
         if size > _MOST_BYTES:
