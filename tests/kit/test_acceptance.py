@@ -150,7 +150,7 @@ def test_another_board_at_the_same_port_and_a_wrong_capacitor_are_noticed() -> N
         ("chip absent", 1, "registers", ["not acknowledged", "link LK2"]),
         ("RDY# stuck high", 1, "voltages", ["RDY#", "stuck high"]),
         ("RDY# stuck low", 1, "voltages", ["RDY#", "stuck low"]),
-        ("lost conversion", 1e9, "voltages", ["does not end"]),
+        ("lost conversion", 1e9, "voltages", ["did not end"]),
         ("unplug", math.inf, "registers", ["unplugged"]),
         ("lock", 1, "registers", []),
     ],

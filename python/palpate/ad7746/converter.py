@@ -54,6 +54,7 @@ class Converter:
         self._paces: dict[_Speed, Pace] = {}
         self._steps_ns: dict[_Speed, deque[int]] = defaultdict(lambda: deque(maxlen=_STEPS))
         self._sooner_ns = 0
+        self.seen = Seen(0, 0, 0, 0)  # of the last conversion
 
     @property
     def step_s(self) -> float:
@@ -92,6 +93,7 @@ class Converter:
         speed = self.configuration.capf, self.configuration.chop
         pace = self._paces.setdefault(speed, Pace(self.configuration.conversion_s))
         seen, image = self._run(setup, in_range, pace, datasheet.RDYCAP)
+        self.seen = seen
         pace.learn(seen)
         self._steps_ns[speed].append(self._clock.now_ns() - entered)
         raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")

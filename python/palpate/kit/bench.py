@@ -1,20 +1,22 @@
 """The board under test, measured without the driver, with what the steps have found so far. Not tried on hardware.
 
-A conversion here shares only the data sheet, the configuration and the repetition of an access with the driver, so that
-a mistake of the driver shows as a difference.
+Single conversions are those of the driver; what the driver makes of them (pairs, their times, the CAPDAC) is measured apart.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from statistics import mean
 from typing import Any, NamedTuple
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Access, Clock, RegisterBus, repeated
-from palpate.ad7746.configuration import HARD, Channel, Configuration, require_same
+from palpate.ad7746.configuration import HARD, Channel, Configuration
+from palpate.ad7746.converter import Converter, Reading
+from palpate.ad7746.driver import LIMIT_NS
 from palpate.ad7746.wiring import Look, Mistake, look
-from palpate.errors import ProtocolError, SourceTimeout, quoted
+from palpate.errors import quoted
+from palpate.samples import Status
 from palpate.sources.board import BoardSource
 from palpate.sources.options import split
 from palpate.sources.uri import open as open_source
@@ -22,26 +24,9 @@ from palpate.sources.uri import open as open_source
 PINS, EXCITATIONS = (1, 2), ("A", "B")
 _SCHEMES = ("usb", "i2c", "sim")
 _IDLE_S = 60.0  # of a simulated probe, before its first press: longer than the steps without one take
-_POLL_S = 0.00025
-_EARLY = 0.9  # fraction of the nominal time after which RDY# is polled: the chip's clock is off by 5 %
-_LATE_S = 0.05
 _TRIALS = 16  # of the search for a CAPDAC
 _CENTRED_PF = 0.3
 _PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
-
-
-class Conversion(NamedTuple):
-    """A conversion: 24-bit code, bit EXCERR, its duration as seen by the computer, and how uncertain that is, s."""
-
-    code: int
-    excitation_error: bool
-    seconds: float
-    uncertainty_s: float
-
-    @property
-    def pF(self) -> float:
-        """Capacitance after the compensation by the CAPDAC, pF."""
-        return datasheet.capacitance_pF(self.code)
 
 
 class InputLevel(NamedTuple):
@@ -71,6 +56,7 @@ class Chip:
 
     def __init__(self, bus: RegisterBus, clock: Clock) -> None:
         self._access = Access(bus, clock)
+        self._converter = Converter(self._access, Configuration(), LIMIT_NS)
         self.counters, self.clock = self._access.counters, clock
 
     def reset(self) -> bytes:
@@ -83,77 +69,52 @@ class Chip:
         """Return the first registers."""
         return self._access.read(datasheet.STATUS, count)
 
-    def capacitance(self, pin: int, channel: Channel, base: Configuration) -> Conversion:
+    def capacitance(self, pin: int, channel: Channel, base: Configuration) -> Reading:
         """Convert input CIN1 or CIN2 (`pin` 1 or 2) once, with the settings of `channel`, the other settings of `base`."""
-        setup, in_range = replace(base, hard_input=pin, hard=channel).registers(HARD)
-        return self._patiently(lambda: self._convert(setup, in_range, base.conversion_s, datasheet.RDYCAP))
+        self._converter.configuration = replace(base, hard_input=pin, hard=channel)
+        return repeated(lambda: self._converter.convert(HARD), self._lost)
 
     def voltage(self, mode: int) -> int:
-        """Return a code of the voltage channel; `mode`: the bits VTMD of VT_SETUP."""
-        setup = bytes([0, datasheet.VTEN | mode | datasheet.VTCHOP, 0, datasheet.SINGLE])
-        seconds = datasheet.VT_CONVERSION_S[0]
-        return self._patiently(lambda: self._convert(setup, b"", seconds, datasheet.RDYVT)).code
+        """Return a code of the voltage channel; `mode`: VT_TEMPERATURE or VT_SUPPLY."""
+        return repeated(lambda: self._converter.voltage(mode), self._lost)
+
+    def duration(self, base: Configuration, times: int) -> float:
+        """Return the duration of a conversion, s: the middle of what agrees with all that the computer saw of several."""
+        low, high = 0.0, math.inf
+        for _ in range(times):
+            self.capacitance(1, Channel(), base)
+            asked, begun, busy, ended = self._converter.seen
+            low, high = max(low, busy - begun), min(high, ended - asked)
+        return (low + high) / 2e9
 
     def level(self, pin: int, excitation: str, base: Configuration) -> InputLevel:
         """Search the CAPDAC that brings an input into the range."""
         low, high, steps, total = -datasheet.DAC_STEPS, datasheet.DAC_STEPS, 0, math.nan
         for _ in range(_TRIALS):
             found = self.capacitance(pin, Channel(capdac=steps, excitation=excitation), base)
-            if found.excitation_error:
+            if found.status & Status.EXCITATION:
                 return InputLevel(0, math.nan, math.nan, error=True)
-            out = datasheet.saturated(found.code)
+            out = bool(found.status)
             if not out and math.isnan(total):  # with few steps, so with a small part of their 20 %
-                total = steps * datasheet.DAC_STEP_PF + found.pF
-            if not out and abs(found.pF) <= _CENTRED_PF:
-                return InputLevel(steps, found.pF, total)
-            low, high = (steps, high) if found.pF > 0 else (low, steps)
-            move = round(found.pF / datasheet.DAC_STEP_PF)
-            steps = (low + high + (found.pF > 0)) // 2 if out else min(max(steps + move, low), high)
+                total = steps * datasheet.DAC_STEP_PF + found.capacitance
+            if not out and abs(found.capacitance) <= _CENTRED_PF:
+                return InputLevel(steps, found.capacitance, total)
+            low, high = (steps, high) if found.capacitance > 0 else (low, steps)
+            move = round(found.capacitance / datasheet.DAC_STEP_PF)
+            steps = (low + high + (found.capacitance > 0)) // 2 if out else min(max(steps + move, low), high)
         if out:
             return InputLevel(steps, math.nan, math.copysign(math.inf, steps))
-        return InputLevel(steps, found.pF, total)
+        return InputLevel(steps, found.capacitance, total)
 
     def capdac_step(self, pin: int, excitation: str, level: InputLevel, base: Configuration, apart: int = 16) -> float:
         """Return the size of this chip's CAPDAC step near a level, pF."""
         first = min(max(level.capdac - apart // 2, -datasheet.DAC_STEPS), datasheet.DAC_STEPS - apart)
         near = [Channel(capdac=steps, excitation=excitation) for steps in (first, first + apart)]
-        more, less = (mean(self.capacitance(pin, channel, base).pF for _ in range(4)) for channel in near)
+        more, less = (mean(self.capacitance(pin, channel, base).capacitance for _ in range(4)) for channel in near)
         return (more - less) / apart
 
-    def _patiently(self, act: Callable[[], Conversion]) -> Conversion:
-        def lost() -> None:
-            self.counters.lost += 1
-
-        return repeated(act, lost)
-
-    def _convert(self, setup: bytes, in_range: bytes, nominal_s: float, bit: int) -> Conversion:
-        if in_range:
-            self._access.write(datasheet.CAPDAC_A, in_range)
-        asked, begun = self._access.write(datasheet.CAP_SETUP, setup)
-        busy, ended = self._wait(begun, nominal_s, bit)
-        image = self._access.read(0, datasheet.CAP_GAIN)
-        require_same(setup + in_range, image)
-        if image[datasheet.STATUS] & bit:
-            raise ProtocolError("the pin RDY# shows the end of a conversion, STATUS does not: it is stuck low")
-        error = bool(image[datasheet.STATUS] & datasheet.EXCERR)
-        data = datasheet.CAP_DATA if bit == datasheet.RDYCAP else datasheet.VT_DATA
-        code = int.from_bytes(image[data : data + 3], "big")
-        return Conversion(code, error, ((busy + ended) / 2 - begun) / 1e9, (begun - asked + ended - busy) / 1e9)
-
-    def _wait(self, begun: int, nominal_s: float, bit: int) -> tuple[int, int]:
-        """Return two times, ns: before the last poll of RDY# that found it running, after the first that did not."""
-        self.clock.sleep(_EARLY * nominal_s - (self.clock.now_ns() - begun) / 1e9)
-        busy = begun
-        while True:
-            asked = self.clock.now_ns()
-            if self._access.repeated(self._access.bus.ready):
-                return busy, self.clock.now_ns()
-            busy = asked
-            if self.clock.now_ns() > begun + (1.5 * nominal_s + _LATE_S) * 1e9:
-                if not self.registers(1)[datasheet.STATUS] & bit:
-                    raise ProtocolError("STATUS shows the end of a conversion, the pin RDY# does not: it is stuck high")
-                raise SourceTimeout("a conversion does not end: the chip is not clocked, or its supply fails")
-            self.clock.sleep(_POLL_S)
+    def _lost(self) -> None:
+        self.counters.lost += 1
 
 
 @dataclass

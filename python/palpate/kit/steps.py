@@ -80,11 +80,8 @@ def voltages(bench: Bench) -> Iterator[Step]:
 
 def times(bench: Bench) -> Iterator[Step]:
     """Measure how long a conversion takes at each CAPF, by the pin RDY#."""
-    found, nominal = [], datasheet.CONVERSION_S
-    for capf in range(len(nominal)):
-        base = replace(bench.configuration, capf=capf)
-        trials = [bench.chip.capacitance(1, Channel(), base) for _ in range(_REPEATED)]
-        found.append(min(trials, key=lambda trial: trial.uncertainty_s).seconds)  # a computer that stops is uncertain
+    nominal, own = datasheet.CONVERSION_S, bench.configuration
+    found = [bench.chip.duration(replace(own, capf=capf), _REPEATED) for capf in range(len(nominal))]
     measured, expected = (" ".join(f"{1e3 * seconds:.1f}" for seconds in each) for each in (found, nominal))
     measured += f" ms; the chip's clock: {100 * (found[-1] / nominal[-1] - 1):+.1f} %"
     expected += f" ms, within {100 * _PACE:.0f} %"
@@ -131,7 +128,7 @@ def noise_of(bench: Bench, pin: int, level: InputLevel, capf: int, count: int) -
     """Measure the noise of an input, pF rms, a slow drift does not count; and the number of different codes."""
     base = replace(bench.configuration, capf=capf)
     channel = Channel(capdac=level.capdac, excitation=bench.excitation(pin))
-    codes = [bench.chip.capacitance(pin, channel, base).code for _ in range(count)]
+    codes = [bench.chip.capacitance(pin, channel, base).raw for _ in range(count)]
     squares = mean((after - before) ** 2 for before, after in pairwise(codes))
     return math.sqrt(squares / 2) / datasheet.CODES_PER_PF, len(set(codes))
 
