@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from palpate.errors import MissingExtra, SourceError
+from palpate.extras import need
 from palpate.sources.uri import entry_points, loaded, package_of
 
 if TYPE_CHECKING:
@@ -72,11 +73,7 @@ def _i2c() -> list[Found]:
 
 
 def _ports() -> list[Found]:
-    try:
-        from serial.tools.list_ports import comports
-    except ImportError as error:
-        raise MissingExtra("serial ports need pyserial: pip install 'palpate[serial]'") from error
-    ports = [port for port in comports() if port.vid is not None]
+    ports = [port for port in need("serial.tools.list_ports", "serial").comports() if port.vid is not None]
     return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
 
 

@@ -12,12 +12,7 @@ from palpate.ad7746.bus import Clock, NotAcknowledged, NotReady, RealClock
 from palpate.ad7746.evalkit import find
 from palpate.ad7746.evalkit.find import REPLUG, Board, board_of, translated
 from palpate.ad7746.evalkit.firmware import read_hex, transfer
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
-
-try:
-    import usb.util
-except ImportError as _missing:  # pragma: no cover
-    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 
 TIMEOUT_MS = 200
 # Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware.
@@ -148,7 +143,7 @@ class EvalKit:
     def close(self) -> None:
         """Close the board."""
         if self._device is not None:
-            usb.util.dispose_resources(self._device)
+            find.util.dispose_resources(self._device)
             self._device = None
 
     def describe(self) -> dict[str, Any]:
@@ -163,7 +158,7 @@ class EvalKit:
             if self._unloaded and not self._firmware and not self._runs():
                 self._load()  # raises NotReady; not claimed: the program that loads the firmware may want to claim it
             with translated(f"the board at {self.board}"):
-                usb.util.claim_interface(device, 0)
+                find.util.claim_interface(device, 0)
             self._unloaded = not self._runs()
             if self._unloaded:
                 self._load()

@@ -12,11 +12,9 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746 import bus
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout
+from palpate.extras import need
 
-try:
-    import usb.core
-except ImportError as _missing:  # pragma: no cover
-    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
+core, util = (need(f"usb.{part}", "usb") for part in ("core", "util"))
 
 REPLUG = "unplug the board for a moment"
 VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
@@ -78,7 +76,7 @@ def devices(backend: Any) -> list[Any]:
 def _device(raw: Any, backend: Any) -> Any:
     # libusb crashes if a device is freed after its context, and pyusb does not keep the context: keep it here.
     raw.backend = backend
-    return usb.core.Device(raw, backend)
+    return core.Device(raw, backend)
 
 
 def board_of(device: Any) -> Board:
