@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kit_bench import CENTRED, Bench, ProcessCarrier
 from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.converter import Pace, Seen
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
-from palpate.ad7746.pace import Pace, Seen
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.errors import ProtocolError, SourceError

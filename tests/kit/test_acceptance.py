@@ -12,10 +12,9 @@ from effort import NIGHTLY, Tally, draws, random_of
 from kit_bench import IDLE_PF, Bus
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import VirtualClock
-from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.chip import WIRINGS, ChipTwin
 from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
-from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.kit.acceptance import NAMES, Acceptance
 from palpate.kit.bench import Bench, open_bench
 from palpate.kit.step import NOT_DONE, WRONG, AcceptanceReport, ReportError, Step, load, made, now

@@ -4,7 +4,7 @@ from inspect import signature
 from typing import Any
 
 import pytest
-from palpate.ad7746 import datasheet, driver, pace, wiring
+from palpate.ad7746 import converter, datasheet, driver, wiring
 from palpate.ad7746.evalkit import board, find
 from palpate.kit import steps
 from palpate.sources import iio, lines, lsl, serial
@@ -42,8 +42,8 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
     ("acceptance", "its value within 10 %", steps._GAIN, 0.1),
 ]
 # What no page says, and a change would make the driver wrong or deaf.
-INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (board.TIMEOUT_MS, 200), (board._READY_S, 3), (pace._SHORTEST, 0.9),
-         (pace._DRIFT, 2e-5), (wiring.CONFIRM_S, 1), (serial.APART_NS, 1e10), (iio.STREAK, 3),
+INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (board.TIMEOUT_MS, 200), (board._READY_S, 3), (converter._SHORTEST, 0.9),
+         (converter._DRIFT, 2e-5), (wiring.CONFIRM_S, 1), (serial.APART_NS, 1e10), (iio.STREAK, 3),
          (find.POLL_S, 1)]  # fmt: skip
 
 

@@ -34,7 +34,7 @@ with imports:
     import palpate
     from palpate import CalibrationError, PalpateError, ProtocolError, RecordingError, SourceError
     from palpate.ad7746.bus import VirtualClock
-    from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
+    from palpate.ad7746.evalkit.board import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import COMMANDS, config

@@ -33,8 +33,7 @@ from typing import Any
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
-from palpate.ad7746.converter import Converter, Overdue, Reading
-from palpate.ad7746.pace import Middle, difference_ns
+from palpate.ad7746.converter import Converter, Middle, Overdue, Reading, difference_ns
 from palpate.ad7746.wiring import Look, level_of, look
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from palpate import digits
 from palpate._core import Touch
-from palpate.afterwards.fit import HARD, SOFT, aligned, fitted, since_change
+from palpate.afterwards.fit import HARD, SOFT, Sweep, aligned, fitted, since_change, sweep
 from palpate.afterwards.idle import IdleLevel, Readings, idle, level_of, pause
-from palpate.afterwards.level import Sweep, sweep
 from palpate.touch import Blocks, Channels, feed_recording, timed, tracker_of
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class OfflineTouch:
         The touch as the tracker found it; its flags hold here, too.
     level_ratio, level_standard_error : float
         As of `Touch`, for any exponent of the contact; nan if there is none.
-    sweep : palpate.afterwards.level.Sweep or None
+    sweep : palpate.afterwards.fit.Sweep or None
         The pairs of the level ratio.
     """
 

@@ -234,7 +234,7 @@ def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
 
 def firmware() -> Iterator[Finding]:
     """Check the firmware file that the environment names."""
-    from palpate.ad7746.evalkit.firmware import read_hex
+    from palpate.ad7746.evalkit.board import read_hex
 
     if path := os.environ.get("PALPATE_FIRMWARE"):
         yield Finding("firmware", f"{path}, {sum(map(len, read_hex(Path(path)).values()))} bytes")

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import WIRINGS
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
-from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.errors import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known, limit_ns

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RAM, RDY_PIN
-from palpate.ad7746.evalkit.firmware import CPUCS, RAM_BYTES
+from palpate.ad7746.evalkit.board import CPUCS, ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RAM, RAM_BYTES, RDY_PIN
 from palpate.ad7746.twin.chip import ChipTwin
 
 TRANSFER_NS = 250_000  # Duration of a control transfer without its I2C: two microframes [?].
