@@ -198,7 +198,10 @@ def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene",
     return Tracked(Touches(found).of(recording), tracker.retaken, 0)
 
 
-_WHY = "nothing rises above the baseline before it", "the probe is lifted in it, and pressed again"
+_WHY = (
+    "nothing rises above the baseline before it, or the window is too short",
+    "the probe is lifted in it, and pressed again",
+)
 
 
 def _cut_out(tracker: Tracker, recording: Channels | Blocks, rows: list[int]) -> tuple[list[Touch], int]:

@@ -176,6 +176,7 @@ def test_windows_within_one_press_and_from_before_it_to_its_end() -> None:
     (100, (5.0, 7.5), "5 to 7.5 s: the baseline before it was measured in contact, allowed: one press after a second"),
     (0, (2.0, 16.0), "the probe is lifted in it, and pressed again"),
     (0, (8.9, 9.9), "nothing rises above the baseline before it"),
+    (0, (2.0, 2.05), "or the window is too short"),
     (0, (5.0, 4.0), "got 5 to 4 s, allowed: begin before end, with samples, within 0.000 to 36.660 s"),
     (2000, (5.0, 7.5), "without samples"),
     (0, (40.0, 41.0), "within 0.000 to 36.660 s"),

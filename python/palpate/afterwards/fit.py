@@ -311,7 +311,7 @@ def _agree(one: Array, other: Array) -> bool:
 
 
 # The level ratio, for any exponent of the contact: a line with an intercept over rise, hold and fall. A probe held off by
-# an angle presses one bump deeper by g: hard = r K (z + g)^p, soft = K (z - g)^p at depth z. So
+# an angle presses one bump deeper than the other by g: hard = r K (z + g/2)^p, soft = K (z - g/2)^p at depth z. So
 # hard^(1/p) = r^(1/p) soft^(1/p) + c, whatever g is. As in palpate/stage/level_ratio.hpp.
 _SETTLED_S, _GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
 _HELD, _LEAST = 0.75, 1 / 8  # shares of the height: the hold, and the ends of rise and fall

@@ -162,7 +162,7 @@ def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...],
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
             kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
         else:
-            say(f"{name}: no usable touch among {len(found[name])}: the specimen is left out")
+            say(f"{name}: {len(found[name]) or 'no'} touches, none of them usable: the specimen is left out")
     return kept
 
 
