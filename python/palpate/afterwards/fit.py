@@ -314,9 +314,9 @@ def _agree(one: Array, other: Array) -> bool:
 # an angle presses one bump deeper than the other by g: hard = r K (z + g/2)^p, soft = K (z - g/2)^p at depth z. So
 # hard^(1/p) = r^(1/p) soft^(1/p) + c, whatever g is. As in palpate/stage/level_ratio.hpp.
 _SETTLED_S, _GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
-_HELD, _LEAST = 0.75, 1 / 8  # shares of the height: the hold, and the ends of rise and fall
+_HELD, _EDGE = 0.75, 1 / 8  # shares of the height: the hold, and the ends of rise and fall
 _FEWEST = 3  # pairs of the hold, and of the rise or the fall
-_OUTLIER = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
+_SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio
 
 
@@ -337,7 +337,7 @@ class Sweep:
             return math.nan, math.nan
         used = self.rise | self.hold | (self.fall & falls)
         size = np.abs(self._line(used, exponent)[2])
-        used[used] = size <= max(_OUTLIER * float(np.median(size)), size.max() * 1e-9)  # without spikes
+        used[used] = size <= max(_SPIKE * float(np.median(size)), size.max() * 1e-9)  # without spikes
         slope, variance, _ = self._line(used, exponent)
         apart = 0.0
         if falls and rises:
@@ -378,9 +378,9 @@ def sweep(pairs: Aligned | None, begin_s: float, end: int) -> Sweep | None:
     return Sweep(
         hard,
         soft,
-        inside & rising & (soft > _LEAST * height),
+        inside & rising & (soft > _EDGE * height),
         inside & ~rising & pressed & (row <= end),
-        inside & ~rising & ~pressed & (soft > _LEAST * height),
+        inside & ~rising & ~pressed & (soft > _EDGE * height),
     )
 
 
