@@ -10,7 +10,7 @@ from click.testing import Result
 from command_lines import document
 from command_lines import run as palpate
 from palpate.ad7746.twin.kit import Fault
-from palpate.kit import acceptance
+from palpate.kit import steps
 from palpate.kit.bench import Bench
 from palpate.kit.step import load
 from palpate.sources.sim import SimSource
@@ -88,7 +88,7 @@ def test_what_ends_it_is_in_the_report(
     def stop(bench: Bench) -> None:
         raise error
 
-    monkeypatch.setitem(acceptance._ACTS, "voltages", stop)
+    monkeypatch.setitem(steps._ACTS, "voltages", stop)
     done = run("accept", "sim:", "-o", "a.json")
     report = load(folder / "a.json")
     assert (done.exit_code, len(report.steps)) == (code, 3)

@@ -15,9 +15,9 @@ from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.twin.chip import WIRINGS, ChipTwin
 from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
-from palpate.kit.acceptance import NAMES, Acceptance
 from palpate.kit.bench import Bench, open_bench
 from palpate.kit.step import NOT_DONE, WRONG, AcceptanceReport, ReportError, Step, load, made, now
+from palpate.kit.steps import NAMES, Acceptance
 
 DEPTH_PF = (0.9, 0.3)
 _PRESS_S = 2.0

@@ -16,7 +16,7 @@ from palpate.cli.options import complete_source, firmware_option
 from palpate.cli.paths import OUTPUT, InputFile, require_free
 from palpate.cli.terminal import aligned, row_below, say
 from palpate.errors import quoted
-from palpate.kit import acceptance, registers, steps
+from palpate.kit import registers, steps
 from palpate.kit.bench import PINS, Bench, open_bench
 from palpate.kit.step import WRONG, AcceptanceReport, Step, load, made, now, summary
 
@@ -66,9 +66,7 @@ def kit() -> None:
               help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
 @click.option("--prompt/--no-prompt", default=None,
               help="Ask for what needs a hand.  [default: only at a terminal]")  # fmt: skip
-@click.option(
-    "--skip", multiple=True, type=click.Choice(acceptance.NAMES), help="A step to leave out; may be repeated."
-)
+@click.option("--skip", multiple=True, type=click.Choice(steps.NAMES), help="A step to leave out; may be repeated.")
 @json_option
 def accept(source: str, firmware: Path | None, file: Path | None, prompt: bool | None, skip: tuple[str, ...]) -> None:
     """Measure all that shows whether a board works and is wired right; write a report.
@@ -99,7 +97,7 @@ def accept(source: str, firmware: Path | None, file: Path | None, prompt: bool |
 def _measure(bench: Bench, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]) -> AcceptanceReport:
     """Do the steps; write the report, also if an error or Ctrl-C ends them."""
     started, done, stopped = now(), list[Step](), ""
-    begun = acceptance.Acceptance(bench, Terminal() if asks else None, skip=skip)
+    begun = steps.Acceptance(bench, Terminal() if asks else None, skip=skip)
     try:
         for step in begun:
             done.append(step)

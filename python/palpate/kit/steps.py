@@ -1,7 +1,7 @@
-"""What each step measures: the board without the driver, its inputs, pairs with the driver, and what needs a hand."""
+"""What each step measures: the board without the driver, its inputs, pairs with the driver, and what needs a hand; all in order, whatever happens."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import islice, pairwise
@@ -12,7 +12,7 @@ from typing import Protocol
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
-from palpate.errors import SourceError
+from palpate.errors import DeviceNotFound, SourceError, unlike
 from palpate.kit.bench import EXCITATIONS, PINS, Bench, InputLevel
 from palpate.kit.step import OK, WRONG, Step, Value, judged, left_out, one_line
 from palpate.samples import Sample, Status
@@ -345,3 +345,53 @@ def _for_a_while(bench: Bench, most_s: float = _WAIT_S) -> Iterator[Sample]:
         yield sample
         if bench.chip.clock.now_ns() > deadline:
             return
+
+
+_ACTS: dict[str, Callable[[Bench], Iterator[Step]]] = {
+    act.__name__: act for act in (registers, bus, voltages, times, inputs, capdac, noise, pairs)
+}
+_PROMPTED = {act.__name__: act for act in (replug, press, capacitor)}
+_NEED_INPUTS = ("capdac", "noise", "press", "capacitor")
+_BY_DRIVER = ("pairs", "replug", "press")
+_FIRST = "registers"
+_CHECK = "check link LK2 and the supply of the board, then the cable; unplug the board for a moment"
+NAMES = (*_ACTS, *_PROMPTED)  # Names of the steps, in order.
+
+
+class Acceptance:
+    """Measures a board step by step: iterate over it. Without `prompts` the steps that need a hand are left out."""
+
+    def __init__(self, bench: Bench, prompts: Prompts | None = None, *, skip: Collection[str] = ()) -> None:
+        if unknown := set(skip) - set(NAMES):
+            raise ValueError(f"skip: {unlike(min(unknown), NAMES)}")
+        self.stopped: str = ""
+        self._bench, self._prompts, self._skip = bench, prompts, skip
+        self._done: set[str] = set()
+
+    def __iter__(self) -> Iterator[Step]:
+        """Do the steps."""
+        for name in NAMES:
+            if why := self._left_out(name):
+                yield left_out(name, why)
+                continue
+            try:
+                if name in _ACTS:
+                    yield from _ACTS[name](self._bench)
+                else:
+                    yield _PROMPTED[name](self._bench, self._prompts)
+                self._done.add(name)
+            except SourceError as error:
+                gone = isinstance(error, DeviceNotFound)  # the error says what to do
+                check = _CHECK if name == _FIRST else f"the chip stopped answering: {_CHECK}"
+                yield Step(name, WRONG, one_line(error), "", () if gone else (check,))
+                if gone or name == _FIRST:
+                    self.stopped = one_line(error)
+
+    def _left_out(self, name: str) -> str:
+        if name in self._skip:
+            return "left out"
+        if self.stopped:
+            return "the board cannot be used any more"
+        if self._bench.cannot_measure and name in _BY_DRIVER:
+            return "needs right inputs"
+        return "needs the step inputs" if name in _NEED_INPUTS and "inputs" not in self._done else ""
