@@ -216,10 +216,6 @@ def _board(board: Any, backend: Any) -> Iterator[Finding]:
 def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
     """Check the udev rules: `needed`, a board cannot be opened; `wanted`, a board that is plugged in will need one."""
     files = udev.rule_files()
-    for file in files:
-        if flaw := udev.flaw(file):
-            edit = "" if file.name == udev.RULE_FILE else f"take the board's mode and tag out of {file}, then:\n"
-            yield Finding("permission", f"the udev rule in {file} {flaw}: replace it", edit + INSTALL_UDEV, free=True)
     named = ", ".join(map(str, files))
     if needed and files:
         text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "

@@ -1,4 +1,4 @@
-"""The udev rule that lets users open the board on Linux: found, judged and installed. Needs no pyusb."""
+"""The udev rule that lets users open the board on Linux: found and installed. Needs no pyusb."""
 
 import errno
 import os
@@ -19,10 +19,8 @@ GROUP = "plugdev"
 JOIN_GROUP = f"sudo groupadd --system --force {GROUP} && sudo usermod -aG {GROUP} $USER"  # Works again and again.
 RULES = tuple(Path(root, "udev/rules.d") for root in ("/etc", "/run", "/usr/lib", "/lib"))
 RULE_FILE = "70-palpate.rules"
-_SEATS = "73-seat-late.rules"  # systemd's file that gives access where the tag uaccess is set before it
 _LARGEST = 1_000_000  # bytes of a file of rules
 _BOARD = re.compile(r'(?=.*idVendor}=="0456").*idProduct}=="b481"', re.IGNORECASE)
-_FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"|-m 0?666')  # every user may write; the second one is fxload's
 _OF_BOARD = ("--subsystem-match=usb", "--attr-match=idVendor=0456", "--attr-match=idProduct=b481")
 _UDEVADM = (("control", "--reload"), ("trigger", "--action=change", *_OF_BOARD))
 _WAIT_S = 10.0
@@ -36,16 +34,6 @@ def rules_matter() -> bool:
 def rule_files() -> list[Path]:
     """Return the files of udev rules that name the board."""
     return [file for folder in RULES for file in sorted(folder.glob("*.rules")) if _of_the_board(file)]
-
-
-def flaw(file: Path) -> str:
-    """Return what is wrong with the rules for the board in a file; empty: nothing."""
-    lines = _of_the_board(file)
-    if any(_FOR_ALL.search(line) for line in lines):
-        return "lets every user and program of this machine write to the board"
-    if file.name > _SEATS and any("uaccess" in line for line in lines):
-        return f"its tag uaccess has no effect: the name of the file sorts after {_SEATS}"
-    return ""
 
 
 def install() -> str:
