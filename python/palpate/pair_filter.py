@@ -36,11 +36,6 @@ class PairFilter:
     mismatch: float
 
     @property
-    def delay_s(self) -> float:
-        """Time from the hard reading that a pair of values describes to the last soft reading that they need."""
-        return 1.5 * self.period_s
-
-    @property
     def settings(self) -> dict[str, float]:
         """The coefficients as settings of `palpate.Tracker`: for pairs up to 28.5 ms, or from there to 40 ms."""
         prefix = "" if self.period_s <= _FAST_S else "slow_"

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from palpate.ad7746.datasheet import CONVERSION_S
-from palpate.pair_filter import matched_pair
 from project import ROOT, need_package
 
 from bench.results_age import RESULTS
@@ -59,8 +58,6 @@ def test_the_stages_of_the_latency_are_complete_and_add_up() -> None:
 
 def test_the_ratio_is_of_the_pair_before() -> None:
     assert latency.alignment_pairs() == 1.0
-    # To the hard reading of the last pair, and from there to its soft one, half a period later.
-    assert matched_pair(0.026).delay_s == pytest.approx(1.5 * 0.026)
 
 
 def test_a_press_is_found_with_as_few_pairs_as_the_gate_allows() -> None:

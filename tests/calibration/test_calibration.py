@@ -71,7 +71,7 @@ def test_covariance_and_scatter_are_what_they_are() -> None:
     # Biases: half a curvature times a variance, far below the scatter.
     assert np.abs(parameters.mean(axis=0) - [10, np.log(2)]) == pytest.approx([0, 0], abs=0.03)
     assert np.mean([f.touch_spread for f in fits]) == pytest.approx(0.03, rel=0.03)
-    assert np.mean([f.specimen_spread for f in fits]) < 0.01
+    assert np.mean([f.fitted.specimen_variance**0.5 for f in fits]) < 0.01
     assert np.mean([f.sound for f in fits]) > 0.97
 
 
@@ -79,7 +79,7 @@ def test_specimens_that_are_off_are_told_from_touches_that_scatter() -> None:
     off = np.repeat(1 + 0.06 * np.random.default_rng(3).standard_normal(10), 4)
     found = Calibration.fit(ratios(FOUR, 0.01) * off, FOUR)
     assert found.touch_spread == pytest.approx(0.01, rel=0.4)
-    assert 0.03 < found.specimen_spread < 0.12
+    assert 0.03 < found.fitted.specimen_variance**0.5 < 0.12
     assert not found.sound
     assert "degrees of freedom" in found.verdict
     assert len(found.residuals) == 10

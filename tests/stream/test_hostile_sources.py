@@ -1,7 +1,6 @@
 """Sources that fail: nothing is counted that cannot be kept, every failure ends in an error, and nothing is left running."""
 
 import math
-import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -51,18 +50,6 @@ def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, value: 
     report = check(tmp_path / "run.csv")
     assert (report.clean, report.survey.rows, stream.counters.lost) == (True, 2, 0)
     assert [text[:46] for text in report.findings] == ["the source ended with an error: source: sample"]
-
-
-@pytest.mark.parametrize("size", [1, 5, 10])
-def test_a_time_that_goes_back_is_reported_once(size: int) -> None:
-    samples = good(10)
-    for at in (5, 7):
-        samples[at] = samples[at]._replace(t_hard_ns=-(10**9))
-    messages: list[str] = []
-    source = Blocks([block_of(samples[begin : begin + size]) for begin in range(0, 10, size)])
-    with Stream(source, notify=messages.append) as stream:
-        assert len(list(stream)) == 10
-    assert [bool(re.search("t_hard_ns: goes back by .* s at sample 5", text)) for text in messages] == [True]
 
 
 @pytest.mark.parametrize("given", [["name"], {"period_s": 0}, {"full_scale_pF": math.nan}, {"stamps": "moon"}])

@@ -359,11 +359,6 @@ class Calibration:
         return self.modulus(ratio, error if isfinite(error) else None)
 
     @property
-    def specimen_spread(self) -> float:
-        """Relative standard deviation of the specimens around the curve, without the part of the touches' scatter."""
-        return float(self.fitted.specimen_variance**0.5)
-
-    @property
     def range(self) -> tuple[float, float]:
         """Smallest and largest calibrated modulus, MPa."""
         return float(self.moduli.min()), float(self.moduli.max())

@@ -38,7 +38,7 @@ class Reader:
         self._late_ns, self._codes = _LATE * float(device.get("period_s", math.nan)) * 1e9, codes_of(device)
         self._outlives_recording = outlives
         self._stopping = Event()
-        self._conditions, self._has_gone_back = 0, False
+        self._conditions = 0
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
         self._recorder: Recorder | None = None
 
@@ -161,12 +161,6 @@ class Reader:
         times, newest, before = block["t_hard_ns"], samples_of(block[-1:])[0], self.last
         steps = np.diff(times, prepend=before.t_hard_ns if before else times[0])
         self.late += int(np.count_nonzero(steps > self._late_ns))
-        if not self._has_gone_back and steps.min() < 0:
-            self._has_gone_back, at = True, int(np.argmax(steps < 0))
-            self._source.notify(
-                f"source: t_hard_ns: goes back by {-steps[at] / 1e9:.3g} s at sample {block['seq'][at]}, allowed: times "
-                "that do not fall: touches there may be wrong"
-            )
         if before is None and self._source.live:
             self.zero_ns = self._zero(newest)
         expected = before.seq + 1 if before else 0 if self._source.live else int(block["seq"][0])
