@@ -18,6 +18,14 @@ from palpate.touch import Blocks, Channels, Touches, Windows, tracked
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
+    class _Options(_AnySettings, total=False):  # the keywords of `touches`
+        scene: _Scene
+        unit: str | None
+        reading: Mapping[str, Any] | None
+        windows: Windows | None
+        jobs: int
+
+
 One = Channels | Blocks | Frame | str | os.PathLike[str]
 """A recording, the path of one, or a data frame."""
 _Item = TypeVar("_Item")
@@ -25,27 +33,9 @@ _Result = TypeVar("_Result")
 
 
 @overload  # a str is a path, although it is iterable, too
-def touches(  # type: ignore[overload-overlap]
-    recording: One,
-    *,
-    scene: "_Scene" = "handheld",
-    unit: str | None = None,
-    reading: Mapping[str, Any] | None = None,
-    windows: Windows | None = None,
-    jobs: int = 1,
-    **settings: Unpack["_AnySettings"],
-) -> Touches: ...
+def touches(recording: One, **options: Unpack["_Options"]) -> Touches: ...  # type: ignore[overload-overlap]
 @overload
-def touches(
-    recording: Iterable[One],
-    *,
-    scene: "_Scene" = "handheld",
-    unit: str | None = None,
-    reading: Mapping[str, Any] | None = None,
-    windows: Windows | None = None,
-    jobs: int = 1,
-    **settings: Unpack["_AnySettings"],
-) -> list[Touches]: ...
+def touches(recording: Iterable[One], **options: Unpack["_Options"]) -> list[Touches]: ...
 def touches(
     recording: One | Iterable[One],
     *,
