@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 from palpate import RecordingError, check, read, recorded
 from palpate.recording import sidecar, writer
-from palpate.recording.lock import unlock
+from palpate.recording.writer import unlock
 from palpate.samples import block_of
 from recording_bench import DAMAGES, damaged, rows_of, sample, survivors
 

@@ -11,14 +11,13 @@ from unittest.mock import Mock
 
 import pytest
 from palpate import RecordingError, check, read
-from palpate.recording import lock as lock_module
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
 from palpate.recording import writer as writer_module
-from palpate.recording.lock import is_locked, lock, unlock
 from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
+from palpate.recording.writer import is_locked, lock, unlock
 from palpate.stream import stream as stream_module
 from recording_bench import document, sample, soon
 
@@ -208,7 +207,7 @@ def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path, monkeypatch
         assert path.read_bytes() == b"x"
         unlock(first)
         lock(second)
-        monkeypatch.setattr(lock_module, "_WAIT_S", 60.0)
+        monkeypatch.setattr(writer_module, "_WAIT_S", 60.0)
         ending = Timer(0.1, unlock, (second,))
         ending.start()
         lock(first)
@@ -220,7 +219,7 @@ def test_a_file_system_without_locks_takes_a_recording(tmp_path: Path, monkeypat
     def none(*_: object, shared: bool) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(lock_module, "_take", none)
+    monkeypatch.setattr(writer_module, "_take", none)
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
     assert recorder.push(sample(0))
     assert not is_locked(tmp_path / "run.csv")

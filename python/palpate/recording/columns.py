@@ -13,9 +13,9 @@ from palpate.extras import need
 from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.integrity import Known
-from palpate.recording.lock import is_locked
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.writer import is_locked
 from palpate.samples import DTYPE, Block, Status
 from palpate.tables.packed import file_errors
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.lock import is_locked
+from palpate.recording.writer import is_locked
 from palpate.tables.packed import STANDARD_INPUT, file_errors, unpacked_name
 
 SOURCE_FAILED = "the source ended with an error"

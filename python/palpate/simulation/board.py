@@ -11,9 +11,9 @@ from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import LIMIT_NS
 from palpate.ad7746.twin.chip import WIRINGS, ChipTwin, Pins, Wiring
 from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
-from palpate.simulation.common import stream
 from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.hand import SESSIONS
+from palpate.simulation.press import stream
 from palpate.simulation.scenario import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
 

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from palpate.elasticity import Elasticity
-from palpate.simulation.common import Array, follow, positive, within
+from palpate.simulation.press import Array, follow, positive, within
 
 _Values = Array | float
 _SOFTEST = 1e-6  # least stiffness of an object, relative to the soft bump; at r = 1 it would be 0

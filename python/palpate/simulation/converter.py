@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
-from palpate.simulation.common import Array, positive, recursion, within
+from palpate.simulation.press import Array, positive, recursion, within
 
 _STEP_S = 0.01  # largest step of the grid of the wander
 

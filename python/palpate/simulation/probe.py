@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import Block, Status, blank
-from palpate.simulation.common import Array, stream
-from palpate.simulation.press import Press
+from palpate.simulation.press import Array, Press, stream
 from palpate.simulation.scenario import Scenario, Truth
 
 

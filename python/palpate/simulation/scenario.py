@@ -8,9 +8,8 @@ from math import inf
 import numpy as np
 
 from palpate.simulation.bumps import Bumps, Gauge, Substrate, gauged
-from palpate.simulation.common import Array, stream, within
 from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
-from palpate.simulation.press import Peaks, Press, Spectrum, Tilt, tilting
+from palpate.simulation.press import Array, Peaks, Press, Spectrum, Tilt, stream, tilting, within
 
 
 @dataclass(frozen=True)
