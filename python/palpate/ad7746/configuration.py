@@ -25,8 +25,6 @@ class Channel:
     capdac : int
         -127 to 127 steps of about 0.164 pF. They move the range of +-4.096 pF to the idle signal; see
         `Ad7746.auto_capdac`.
-    offset : int
-        Register CAP_OFFSET, 0 to 0xFFFF; 0x8000 is zero, one step is 31.25 aF.
     excitation : str
         Driven excitation pins: "A", "B" or "AB". The guide of the evaluation kit puts a sensor on EXCB.
 
@@ -42,21 +40,18 @@ class Channel:
     """
 
     capdac: int = 0
-    offset: int = datasheet.OFFSET_ZERO
     excitation: str = "B"
 
     def __post_init__(self) -> None:
         """Check the ranges."""
         datasheet.dac_registers(self.capdac)
-        if not 0 <= self.offset <= 0xFFFF:
-            raise ValueError(f"offset: got {self.offset}, allowed: 0 to 65535")
         if self.excitation not in datasheet.EXCITATION:
             raise ValueError(f"excitation: got {self.excitation!r}, allowed: {', '.join(datasheet.EXCITATION)}")
 
     @property
     def range_registers(self) -> bytes:
-        """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET."""
-        return datasheet.dac_registers(self.capdac) + self.offset.to_bytes(2, "big")
+        """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET, whose range the CAPDACs exceed: it is at its zero."""
+        return datasheet.dac_registers(self.capdac) + datasheet.OFFSET_ZERO.to_bytes(2, "big")
 
 
 @dataclass(frozen=True)
@@ -77,8 +72,6 @@ class Configuration:
         Bit CAPCHOP: chopping of the capacitive channel.
     differential : bool
         Bit CAPDIFF: measure CIN+ minus CIN-; False: CIN+ alone.
-    vtf : int
-        Speed of a temperature reading, 0 (20 ms) to 3 (122 ms).
 
     Raises
     ------
@@ -99,11 +92,10 @@ class Configuration:
     level: int = 3
     chop: bool = False
     differential: bool = False
-    vtf: int = 0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4)), ("vtf", range(4))):
+        for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4))):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}")
 
@@ -134,17 +126,12 @@ class Configuration:
 
     @property
     def _config(self) -> int:
-        return self.vtf << 6 | self.capf << 3 | datasheet.SINGLE
+        return self.capf << 3 | datasheet.SINGLE
 
     @property
     def conversion_s(self) -> float:
         """Duration of a conversion, s."""
         return datasheet.CONVERSION_S[self.capf]
-
-    @property
-    def temperature_s(self) -> float:
-        """Duration of a temperature reading, s."""
-        return datasheet.VT_CONVERSION_S[self.vtf]
 
 
 def require_same(wanted: bytes, image: bytes) -> None:

@@ -189,7 +189,7 @@ class Converter:
     def voltage(self, mode: int) -> int:
         """Return a code of the voltage channel; `mode`: VT_TEMPERATURE or VT_SUPPLY."""
         setup = self.configuration.voltage_registers(mode)
-        _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
+        _, image = self._run(setup, b"", Pace(datasheet.VT_CONVERSION_S[0]), datasheet.RDYVT)
         return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:

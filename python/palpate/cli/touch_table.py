@@ -23,15 +23,7 @@ def row(number: int, touch: "Touch", known: Uncertainty) -> str:
     scene that revises none.
     """
     result = "-" if not touch.effects else "revised" if touch.revised else "first"
-    return _row(
-        HEADER,
-        number,
-        touch,
-        known,
-        f"{touch.covariance:.3g}",
-        f"{touch.alarm_share:.0%}",
-        result,
-    )
+    return _row(HEADER, number, touch, known, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result)
 
 
 def offline_row(number: int, touch: "OfflineTouch") -> str:

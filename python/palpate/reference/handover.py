@@ -166,9 +166,8 @@ class _Handover:
         self.clip, self.smoothing, self.guard, self.number = given["clip"], given["smoothing"], guard, number
         self.ratio, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
         self.least = 1 / given["max_covariance"]  # information
-        self.squares = self.weight = self.instrument = number(
-            0
-        )  # sums of (lambda^k w)^2 and of lambda^k; the mean regressor
+        # The sums of (lambda^k w)^2 and of lambda^k; the mean regressor.
+        self.squares = self.weight = self.instrument = number(0)
         self.noise = Noise(number, *[number(0)] * 10)
         self.up, self.down, self.seen = _Side(), _Side(), 0
         self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample

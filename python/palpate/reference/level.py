@@ -91,11 +91,7 @@ class Sweep:
         if hold.sum() < FEWEST or (rise.sum() < FEWEST and not falls):
             return none
         x, y = (values ** (1 / self.exponent) for values in (soft, hard))
-        lines = {
-            "up": rise | hold,
-            "all": rise | hold | fall if falls else rise | hold,
-            "down": hold | fall,
-        }
+        lines = {"up": rise | hold, "all": rise | hold | fall if falls else rise | hold, "down": hold | fall}
         slope, variance = fitted_line(x[lines["all"]], y[lines["all"]])
         if not slope > 0:
             return none

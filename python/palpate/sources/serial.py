@@ -155,7 +155,7 @@ class SerialSource(Stoppable):
         self._unshown, self._last = (
             0,
             "",
-        )  # lines that were not read since the last message about them, and the last one
+        )  # number of lines not read since the last message about them, and the last one
         self._came = False  # any line
 
     def __iter__(self) -> Iterator[Sample]:
