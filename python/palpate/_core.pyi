@@ -70,7 +70,14 @@ class _Resettable(_State):
     def copy(self) -> Self: ...
     settings: Final[dict[str, float]]
 
-class _Estimator(_Resettable, Generic[_Real]):
+class _Counting(_Resettable):
+    innovation: Final[float]
+    statistic: Final[float]
+    alarm: Final[bool]
+    samples: Final[int]
+    rejected: Final[int]
+
+class _Estimator(_Counting, Generic[_Real]):
     def update(self, output: float, regressor: float, /) -> float: ...
     def process(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[_Real] | None = None) -> NDArray[_Real]: ...
     def trace(
@@ -78,11 +85,6 @@ class _Estimator(_Resettable, Generic[_Real]):
     ) -> NDArray[np.void]: ...
     ratio: Final[float]
     covariance: Final[float]
-    innovation: Final[float]
-    statistic: Final[float]
-    alarm: Final[bool]
-    samples: Final[int]
-    rejected: Final[int]
 
 class _Rls(_Estimator[_Real]):
     def __init__(
@@ -133,7 +135,7 @@ class _HandoverRls(_Estimator[_Real]):
 class HandoverRls(_HandoverRls[np.float64]): ...
 class HandoverRls32(_HandoverRls[np.float32]): ...
 
-class VectorRls(_Resettable):
+class VectorRls(_Counting):
     def __init__(
         self,
         size: int,
@@ -158,11 +160,6 @@ class VectorRls(_Resettable):
     covariance: Final[NDArray[np.float64]]
     standard_errors: Final[NDArray[np.float64]]
     degrees_of_freedom: Final[float]
-    innovation: Final[float]
-    statistic: Final[float]
-    alarm: Final[bool]
-    samples: Final[int]
-    rejected: Final[int]
 
 _AnyEstimator: TypeAlias = Rls | Rls32 | AdaptiveRls | AdaptiveRls32 | HandoverRls | HandoverRls32 | VectorRls
 
