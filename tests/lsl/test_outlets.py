@@ -208,4 +208,4 @@ def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     evil.close()
     assert "6 channels" in found[f"lsl:{name}"]
     assert f"lsl:{name}-marks" not in found
-    assert f"lsl:'{name}\\x1b[2J'" in found
+    assert f"lsl:{name}\\x1b[2J" in found

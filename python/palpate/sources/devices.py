@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from palpate.errors import MissingExtra, SourceError
+from palpate.errors import MissingExtra, SourceError, shortened
 from palpate.extras import need
 from palpate.sources.uri import entry_points, loaded, package_of
 
@@ -79,10 +79,10 @@ def _ports() -> list[Found]:
 
 def streams() -> list[Found]:
     """Return the streams of numbers of Lab Streaming Layer; takes 1 s or more."""
-    from palpate.sources.lsl import NUMBERS, search, shown, told
+    from palpate.sources.lsl import NUMBERS, search, told
 
     found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
-    return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
+    return [Found(f"lsl:{shortened(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
 def of_packages() -> list[Callable[[], list[Found]]]:

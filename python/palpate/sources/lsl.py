@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate import errors
-from palpate.errors import DeviceNotFound, ProtocolError, listed, quoted
+from palpate.errors import DeviceNotFound, ProtocolError, listed, quoted, shortened
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
@@ -88,12 +88,7 @@ def search(wanted: Mapping[str, str], limit_s: float) -> list[Any]:
 def told(info: Any) -> str:
     """Return a stream as a message shows it."""
     marked = f", source_id {quoted(info.source_id())}" if info.source_id() else ""
-    return f"{shown(info.name())} ({shown(info.type()) or 'no type'}, on {shown(info.hostname())}{marked})"
-
-
-def shown(text: str) -> str:
-    """Return a text from the network as a terminal may show it."""
-    return errors.shortened(text) if text.isprintable() else quoted(text)
+    return f"{shortened(info.name())} ({shortened(info.type()) or 'no type'}, on {shortened(info.hostname())}{marked})"
 
 
 class Channels:
