@@ -95,6 +95,14 @@ py::array samples_of(const py::object& value, const char* name, const Shape& sha
   return fits ? array : py::array_t<Real, py::array::forcecast | needed>(array);
 }
 
+/// Whether samples_of takes this for an array of shape (size,) as it is, found without another object.
+template <class Real>
+bool is_plain(py::handle value, py::ssize_t size) {
+  const auto* const array = py::detail::array_proxy(value.ptr());
+  return Py_TYPE(value.ptr()) == py::detail::npy_api::get().PyArray_Type_ && array->nd == 1 &&
+         array->dimensions[0] == size && array->descr == once<&py::dtype::of<Real>>().ptr() && (array->flags & aligned);
+}
+
 /// `out` itself, checked, or a new array where it is None.
 inline py::array output_array(const py::object& out, const py::dtype& dtype, const Shape& shape, int flags = 0) {
   if (out.is_none()) {

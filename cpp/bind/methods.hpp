@@ -35,6 +35,11 @@ inline double to_real(py::handle value, const char* name, const char* allowed = 
   return result;
 }
 
+/// The same, without a call for a float.
+inline double real_of(PyObject* value, const char* name) {
+  return PyFloat_CheckExact(value) ? PyFloat_AS_DOUBLE(value) : to_real(value, name);
+}
+
 inline py::ssize_t to_size(py::handle value, const char* name) {
   const py::ssize_t size = PyNumber_AsSsize_t(value.ptr(), nullptr);  // beyond the type: its limits
   if (size == -1 && PyErr_Occurred()) {
@@ -134,7 +139,7 @@ struct Numeric<Method> {
     T& object = object_of<T>(self);
     std::array<double, size> values;
     for (std::size_t i = 0; i < size; ++i) {
-      values[i] = PyFloat_CheckExact(given[i]) ? PyFloat_AS_DOUBLE(given[i]) : to_real(given[i], names[i]);
+      values[i] = real_of(given[i], names[i]);
     }
     const auto apply = [&](auto... numbers) { return (object.*Method)(numbers...); };
     return std::apply(apply, values);

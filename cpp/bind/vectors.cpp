@@ -107,20 +107,22 @@ numpy.ndarray, shape (n,), structured
 /// The numbers of a tuple, a list, an array, or of anything else that numpy makes an array of.
 AnyVector::Numbers values_of(py::handle given, std::size_t size) {
   AnyVector::Numbers values;
-  if (PyTuple_CheckExact(given.ptr()) && static_cast<std::size_t>(PyTuple_GET_SIZE(given.ptr())) == size) {
+  const auto length = static_cast<py::ssize_t>(size);
+  if (PyTuple_CheckExact(given.ptr()) && PyTuple_GET_SIZE(given.ptr()) == length) {
     for (std::size_t i = 0; i < size; ++i) {
-      PyObject* const item = PyTuple_GET_ITEM(given.ptr(), static_cast<py::ssize_t>(i));
-      values[i] = PyFloat_CheckExact(item) ? PyFloat_AS_DOUBLE(item) : methods::to_real(item, "regressors");
+      values[i] = methods::real_of(PyTuple_GET_ITEM(given.ptr(), static_cast<py::ssize_t>(i)), "regressors");
     }
     return values;
   }
-  const auto length = static_cast<py::ssize_t>(size);
-  const py::array array = samples_of<double>(py::reinterpret_borrow<py::object>(given), "regressors", {length});
-  const View<const double> view(array);
-  for (std::size_t i = 0; i < size; ++i) {
-    values[i] = view[static_cast<py::ssize_t>(i)];
-  }
-  return values;
+  const auto copy = [&](const View<const double>& view) {
+    for (std::size_t i = 0; i < size; ++i) {
+      values[i] = view[static_cast<py::ssize_t>(i)];
+    }
+    return values;
+  };
+  return is_plain<double>(given, length) ? copy(View<const double>(py::reinterpret_borrow<py::array>(given)))
+                                         : copy(View<const double>(samples_of<double>(
+                                               py::reinterpret_borrow<py::object>(given), "regressors", {length})));
 }
 
 double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
@@ -186,7 +188,7 @@ void VectorKind::check(const Settings& s) {
 
 double VectorEstimator::update(py::handle output, py::handle regressors) {
   require_idle(busy_, "estimator");
-  const double y = methods::to_real(output, "output");
+  const double y = methods::real_of(output.ptr(), "output");
   const AnyVector::Numbers values = values_of(regressors, state_.core.size());
   require_idle(busy_, "estimator");  // a number's own code may have run
   return take(state_, y, values.data()).innovation;

@@ -29,12 +29,11 @@ class AnyVector {
 
   /// From the first size() of the values.
   auto update(double output, const double* values) noexcept {
-    Numbers all;
-    std::copy_n(values, size_, all.begin());
-    all[size_ % most] = intercept_ ? 1 : all[size_ % most];
     const auto take = [&](auto& core) {
-      double given[std::decay_t<decltype(core)>::regressors];
-      std::copy_n(all.begin(), std::size(given), given);
+      constexpr std::size_t last = std::decay_t<decltype(core)>::size - 1;
+      double given[last + 1];
+      std::copy_n(values, last, given);
+      given[last] = intercept_ ? 1 : values[last];
       return core.update(output, given);
     };
     return std::visit(take, core_);

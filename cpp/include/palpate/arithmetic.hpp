@@ -58,13 +58,20 @@ inline void stay() noexcept { __asm__ volatile(""); }
 }  // namespace detail
 #endif
 
-/// In a branch: it stays one. Of a branch without it a compiler may make a select, which waits for both of its sides. Not
-/// with PALPATE_LOOPS_INSIDE, for a program in which one function has the loop over the samples: g++ finds the branch there.
-constexpr void keep_branch() noexcept {
-#if (defined(__GNUC__) || defined(__clang__)) && !defined(PALPATE_LOOPS_INSIDE)
+/// Between two stores: the compilers do not keep both numbers in one SIMD register, where each would wait for the other.
+constexpr void keep_apart() noexcept {
+#if defined(__GNUC__) || defined(__clang__)
   if (!__builtin_is_constant_evaluated()) {
     detail::stay();
   }
+#endif
+}
+
+/// In a branch: it stays one. Of a branch without it a compiler may make a select, which waits for both of its sides. Not
+/// with PALPATE_LOOPS_INSIDE, for a program in which one function has the loop over the samples: g++ finds the branch there.
+constexpr void keep_branch() noexcept {
+#if !defined(PALPATE_LOOPS_INSIDE)
+  keep_apart();
 #endif
 }
 

@@ -73,6 +73,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     for (int i = 0, j = 0; i < Size; ++i) {
       Real x = row.regressors[i];
       if (PALPATE_UNLIKELY(product(product(x, x), product(resolution, count_squares)) < squares[i * (i + 3) / 2])) {
+        keep_apart();
         x = row.regressors[i] = 0;
       }
       const Real weighted = product(row.weight, x), discounted = product(forgetting, diagonal[i]);
@@ -90,10 +91,19 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     return next;
   }
 
-  /// Take the sample of which `row` is left.
+  /// Take the sample of which `row` is left. Number by number: to copy the struct the compilers store it, and load it
+  /// again in other pieces, which waits for the stores.
   PALPATE_ONCE constexpr void accept(Real forgetting, const Sample& sample, const Sample& row,
                                      const Factor& next) noexcept {
-    static_cast<Factor&>(*this) = next;
+    for (int i = 0; i < Size; ++i) {
+      coefficients[i] = next.coefficients[i];
+      diagonal[i] = next.diagonal[i];
+      projected[i] = next.projected[i];
+      keep_apart();
+    }
+    for (int i = 0; i < above; ++i) {
+      upper[i] = next.upper[i];
+    }
     const Real square = product(forgetting, forgetting);
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = 0; k <= i; ++k, ++j) {

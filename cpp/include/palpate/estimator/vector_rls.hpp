@@ -79,7 +79,7 @@ class VectorRls : public Parameters {
   constexpr VectorStep<Real> update(Real output, const Real (&values)[Regressors]) noexcept {
     const Sample sample = sample_of(output, values);
     const Real innovation = innovation_of(sample, fit_);
-    Sample row = sample;
+    Sample row = sample_of(output, values);
     const auto next = fit_.rotated(settings.steady, resolution, row);
     if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
       return {innovation, alarm_, false, false};
@@ -94,7 +94,7 @@ class VectorRls : public Parameters {
     }
     learn(magnitude(clipped), row.weight);
     if (PALPATE_UNLIKELY(alarm_)) {
-      adapt(sample, scale);
+      adapt(scale);
     } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
       fit_.accept(settings.steady, sample, row, next);
       guard(settings.steady);
@@ -176,6 +176,7 @@ class VectorRls : public Parameters {
     Sample sample;
     for (int i = 0; i < Regressors; ++i) {
       sample.regressors[i] = values[i];
+      keep_apart();  // what a caller has just stored, number by number, is loaded in the same pieces
     }
     if constexpr (Intercept) {
       sample.regressors[Regressors] = 1;
@@ -208,13 +209,21 @@ class VectorRls : public Parameters {
     }
   }
 
+  // Number by number, as LeastSquares::accept.
   PALPATE_ONCE constexpr void remember(const Sample& sample) noexcept {
-    samples_[next_] = sample;
+    for (int i = 0; i < Size; ++i) {
+      samples_[next_].regressors[i] = sample.regressors[i];
+    }
+    samples_[next_].output = sample.output;
     next_ = (next_ + 1) % window;
     held_ += held_ < window;
   }
 
-  /// Branches on z or on the sign of a regressor would be predicted wrong half the time: positive_part and -z by arithmetic.
+  /// The m-th last one.
+  constexpr const Sample& remembered(std::uint32_t m) const noexcept { return samples_[(next_ + window - m) % window]; }
+
+  /// Branches on z or on the sign of a regressor would be predicted wrong half the time. Of a select with the constant 0
+  /// g++ makes one, of a select of two computed numbers it does not.
   PALPATE_ONCE constexpr void watch(Real z, const Sample& row) noexcept {
     const bool switches = settings.alarmed > 0;
     if (PALPATE_UNLIKELY(alarm_) && !switches) {
@@ -223,7 +232,8 @@ class VectorRls : public Parameters {
         rise_[i] = fall_[i] = 0;
       }
     }
-    const auto kept = [](Real sum) { return (sum + magnitude(sum)) / 2; };
+    const Real zero = z - z;
+    const auto kept = [zero](Real sum) { return larger(sum, zero); };
     for (int i = 0; i < Size; ++i) {
       const Real signed_z = with_sign(z, row.regressors[i]);
       rise_[i] = kept(rise_[i] + (signed_z - settings.drift));
@@ -245,9 +255,9 @@ class VectorRls : public Parameters {
   ///   sum of e^2 - residuals of the new fit - s^2 sum of log(1 / w):
   /// by how much more likely it is that a change was before these samples, their coefficients being unknown; w is the
   /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
-  PALPATE_COLD constexpr void adapt(const Sample& sample, Real scale) noexcept {
+  PALPATE_COLD constexpr void adapt(Real scale) noexcept {
     if (settings.alarmed > 0) {
-      fit_.add(settings.alarmed, resolution, sample);
+      fit_.add(settings.alarmed, resolution, remembered(1));
       guard(settings.alarmed);
       return;
     }
@@ -257,7 +267,7 @@ class VectorRls : public Parameters {
     Real gain = 0, most = -std::numeric_limits<Real>::infinity();
     const std::uint32_t held = held_;
     for (std::uint32_t m = 1; m <= held; ++m) {
-      const Sample& each = samples_[(next_ + window - m) % window];
+      const Sample& each = remembered(m);
       const Real innovation = innovation_of(each, before);
       const Real weight = latest.add(Real(1), resolution, each);
       gain += product(innovation, innovation) - product(price, (1 - weight) / (1 + weight));
