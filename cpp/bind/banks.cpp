@@ -69,18 +69,6 @@ numpy.ndarray, shape (n, streams)
 )";
 
 /// The estimators of a bank, of one kind.
-/// Take a sample of a stream, and write the results where the returned place ends.
-template <class State, class Real>
-Real* taken(State& state, Real output, const Real* regressor, Real* to) {
-  state.take(output, *regressor);
-  *to = state.core.ratio();
-  return to + 1;
-}
-double* taken(VectorEstimator::State& state, double output, const double* regressors, double* to) {
-  VectorEstimator::take(state, output, regressors);
-  return std::copy_n(state.core.coefficients(), state.core.coefficient_count(), to);
-}
-
 template <class Kind>
 struct Streams {
   static constexpr bool is_vector = std::is_same_v<Kind, VectorKind>;
@@ -91,6 +79,18 @@ struct Streams {
 
   py::object at(py::ssize_t stream) const { return py::cast(E(settings, states[static_cast<std::size_t>(stream)])); }
   void reset() { std::fill(states.begin(), states.end(), E(settings).numbers()); }
+
+  /// Take a sample of a stream, and write the results where the returned place ends.
+  static Real* take(typename E::State& state, Real output, const Real* regressors, Real* to) {
+    if constexpr (is_vector) {
+      state.take(output, regressors);
+      return std::copy_n(state.core.coefficients(), state.core.coefficient_count(), to);
+    } else {
+      state.take(output, *regressors);
+      *to = state.core.ratio();
+      return to + 1;
+    }
+  }
 
   py::object take(bool is_block, const py::object& output, const py::object& regressor, const py::object& out,
                   bool& busy) {
@@ -126,7 +126,7 @@ struct Streams {
     run_block(outputs.size(), [&] {
       for (py::ssize_t frame = 0; frame < frames; ++frame) {
         for (auto& state : states) {
-          to = taken(state, *to_explain++, explains, to);
+          to = take(state, *to_explain++, explains, to);
           explains += is_shared ? 0 : width;
         }
         explains += is_shared ? width : 0;
@@ -142,19 +142,8 @@ class Bank {
     if (streams < 1 || streams > py::ssize_t{1} << 32) {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
     }
-    const auto is_of = [&](auto kind) {
-      using E = typename Streams<decltype(kind)>::E;
-      const bool found = py::isinstance<E>(estimator);
-      if (found) {
-        const auto& given = estimator.cast<const E&>();
-        streams_ =
-            Streams<decltype(kind)>{given.settings(), std::vector(static_cast<std::size_t>(streams), given.numbers())};
-      }
-      return found;
-    };
-    if (!(is_of(FixedKind<double>()) || is_of(FixedKind<float>()) || is_of(AdaptiveKind<double>()) ||
-          is_of(AdaptiveKind<float>()) || is_of(HandoverKind<double>()) || is_of(HandoverKind<float>()) ||
-          is_of(VectorKind()))) {
+    const bool found = choose(estimator, static_cast<std::size_t>(streams), streams_);
+    if (!found) {
       throw py::type_error(
           "estimator: got " + methods::shown(estimator) +
           ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
@@ -220,6 +209,20 @@ class Bank {
   }
 
  private:
+  template <class... Kinds>
+  static bool choose(py::handle estimator, std::size_t streams, std::variant<Streams<Kinds>...>& chosen) {
+    const auto is_of = [&](auto* kind) {
+      using Bank = std::remove_pointer_t<decltype(kind)>;
+      const bool found = py::isinstance<typename Bank::E>(estimator);
+      if (found) {
+        const auto& given = estimator.cast<const typename Bank::E&>();
+        chosen = Bank{given.settings(), std::vector(streams, given.numbers())};
+      }
+      return found;
+    };
+    return (is_of(static_cast<Streams<Kinds>*>(nullptr)) || ...);
+  }
+
   std::variant<Streams<FixedKind<double>>, Streams<FixedKind<float>>, Streams<AdaptiveKind<double>>,
                Streams<AdaptiveKind<float>>, Streams<HandoverKind<double>>, Streams<HandoverKind<float>>,
                Streams<VectorKind>>

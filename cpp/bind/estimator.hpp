@@ -60,6 +60,16 @@ void write_row(TraceRow<Real, KnowsItsError>& row, const Core& core, const palpa
   }
 }
 
+/// The rows of a contiguous array.
+template <class Item>
+struct Rows {
+  Item* data;
+  py::ssize_t width;
+
+  explicit Rows(const View<Item>& view) : data(view.items()), width(view.stride / py::ssize_t{sizeof(Item)}) {}
+  Item* operator[](py::ssize_t i) const { return data + i * width; }
+};
+
 template <class Kind_>
 class Estimator {
  public:
@@ -74,7 +84,9 @@ class Estimator {
     std::size_t samples = 0, rejected = 0;
     Real innovation = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
 
-    void take(Real output, Real regressor) noexcept {
+    /// The regressor, or the address of several.
+    template <class Regressor>
+    auto take(Real output, Regressor regressor) noexcept {
       const auto step = core.update(output, regressor);
       if (step.accepted) {
         innovation = step.innovation;
@@ -82,6 +94,7 @@ class Estimator {
       } else {
         ++rejected;
       }
+      return step;
     }
   };
 
@@ -95,12 +108,12 @@ class Estimator {
   }
 
   py::object process(const py::object& output, const py::object& regressor, const py::object& out) {
-    return block<Real>(output, regressor, out, once<&py::dtype::of<Real>>(),
+    return block<Real>(output, regressor, out, once<&py::dtype::of<Real>>(), {-1}, {-1},
                        [](Real& to, const Core& core, const palpate::Step<Real>&) { to = core.ratio(); });
   }
 
   py::object trace(const py::object& output, const py::object& regressor, const py::object& out) {
-    return block<Row>(output, regressor, out, once<&trace_dtype<Row, knows_its_error<Core>>>(),
+    return block<Row>(output, regressor, out, once<&trace_dtype<Row, knows_its_error<Core>>>(), {-1}, {-1},
                       [](Row& to, const Core& core, const palpate::Step<Real>& step) { write_row(to, core, step); });
   }
 
@@ -151,38 +164,29 @@ class Estimator {
   const Settings& settings() const { return settings_; }
   const State& numbers() const { return state_; }
 
- private:
-  // visit_state is noexcept: nothing may throw while it runs.
-  static std::vector<Real> numbers_of(Core core) {
-    std::size_t count = 0;
-    core.visit_state([&](const Real&) { ++count; });
-    std::vector<Real> numbers(count);
-    Real* place = numbers.data();
-    core.visit_state([&](const Real& value) { *place++ = value; });
-    return numbers;
-  }
-
+ protected:
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
-  // sees the state before the block or the state after it.
-  template <class Item, class Observe>
+  // sees the state before the block or the state after it. The shapes of the regressors and of the results begin with n.
+  template <class Item, bool rows = false, class Observe>
   py::object block(const py::object& output, const py::object& regressor, const py::object& out, const py::dtype& dtype,
-                   Observe observe) {
+                   Shape regressors_shape, Shape shape, Observe observe) {
     require_idle(busy_, "estimator");
-    const py::array y_given = samples_of<Real>(output, "output", {-1});
-    const py::ssize_t size = y_given.shape(0);
-    const py::array x_given = samples_of<Real>(regressor, "regressor", {size});
-    const py::array written = output_array(out, dtype, {size});  // last: an __array__ may have changed it
+    constexpr int flags = rows ? py::array::c_style : 0;
+    const py::array y_given = samples_of<Real, flags>(output, "output", {-1});
+    const py::ssize_t size = regressors_shape[0] = shape[0] = y_given.shape(0);
+    const py::array x_given = samples_of<Real, flags>(regressor, rows ? "regressors" : "regressor", regressors_shape);
+    const py::array written = output_array(out, dtype, shape, flags);  // last: an __array__ may have changed it
     const py::array y_apart = apart_from(y_given, written), x_apart = apart_from(x_given, written);
     const View<const Real> y(y_apart), x(x_apart);
     const View<Item> to(written);
     require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
     const InUse in_use(busy_);
     State next = state_;
-    const auto take = [&next, observe](auto outputs, auto regressors, auto results, py::ssize_t count) {
+    const auto take = [&next, observe, size](auto outputs, auto regressors, auto results) {
       Core core = next.core;
       Real innovation = next.innovation;
       std::size_t rejected = 0;
-      for (py::ssize_t i = 0; i < count; ++i) {
+      for (py::ssize_t i = 0; i < size; ++i) {
         const auto step = core.update(outputs[i], regressors[i]);
         if (PALPATE_UNLIKELY(!step.accepted)) {
           ++rejected;
@@ -194,24 +198,36 @@ class Estimator {
       next.core = core;
       next.innovation = innovation;
       next.rejected += rejected;
-      next.samples += static_cast<std::size_t>(count) - rejected;
+      next.samples += static_cast<std::size_t>(size) - rejected;
     };
-    run_block(size, [&] {
-      if (y.dense() && x.dense() && to.dense()) {
-        take(y.items(), x.items(), to.items(), size);
+    const auto loop = [&] {
+      if constexpr (rows) {
+        take(y.items(), Rows(x), Rows(to));
+      } else if (y.dense() && x.dense() && to.dense()) {
+        take(y.items(), x.items(), to.items());
       } else {
-        take(y, x, to, size);
+        take(y, x, to);
       }
-    });
+    };
+    run_block(size, loop, rows ? 256 : 4096);
     state_ = next;
     return written;
   }
 
   Settings settings_;
-
- protected:
   State state_;
   bool busy_ = false;
+
+ private:
+  // visit_state is noexcept: nothing may throw while it runs.
+  static std::vector<Real> numbers_of(Core core) {
+    std::size_t count = 0;
+    core.visit_state([&](const Real&) { ++count; });
+    std::vector<Real> numbers(count);
+    Real* place = numbers.data();
+    core.visit_state([&](const Real& value) { *place++ = value; });
+    return numbers;
+  }
 };
 
 /// What all estimators have in Python; `explains` is the name of the second argument.
@@ -228,7 +244,7 @@ void define_estimator(py::class_<E>& type, const char* process_doc, const char* 
   const auto out = py::arg("out") = py::none();
   methods::define_display(type, "estimator");
   methods::define_copies(type);
-  type.def("process", &E::process, output, regressor, out, process_doc)
+  type.def("process", &E::process, output, regressor, out, (process_doc + std::string(methods::raises)).c_str())
       .def("trace", &E::trace, output, regressor, out, trace_doc)
       .def("reset", &E::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
       .def(py::pickle(pickled, restored))

@@ -125,13 +125,6 @@ Returns
 float
     The ratio. A sample that is not finite, that is too large (1e139 pF, in float32 1e15, is not, for any
     estimator), or that would make the state infinite, is refused: the state stays, and `rejected` counts it.
-
-Raises
-------
-TypeError, ValueError
-    Not two arguments; an argument that float() refuses.
-RuntimeError
-    The estimator is in use by another thread.
 )";
 constexpr auto process_doc = R"(process(self, /, output, regressor, out=None)
 --
@@ -149,13 +142,6 @@ Returns
 -------
 numpy.ndarray, shape (n,)
     The ratio after each sample; `out` if it was given.
-
-Raises
-------
-TypeError, ValueError
-    Values that are not real numbers, arrays that are not one-dimensional or differ in length; another type of `out`.
-RuntimeError
-    The estimator is in use by another thread.
 )";
 constexpr auto trace_doc = R"(trace(self, /, output, regressor, out=None)
 --

@@ -49,6 +49,16 @@ inline py::ssize_t to_size(py::handle value, const char* name) {
   return size;
 }
 
+/// The end of the docs of what takes numbers.
+constexpr auto raises = R"(
+Raises
+------
+TypeError, ValueError
+    Arguments of another number, type or shape, or out of range; the message names what is allowed.
+RuntimeError
+    The object is in use by another thread.
+)";
+
 inline void* refuse_bare(std::size_t) { throw py::type_error("self: got one whose __init__() has not been called"); }
 
 /// A class with a constructor of these parameters, as "(*, forgetting=0.995)".
@@ -106,6 +116,8 @@ T& object_of(PyObject* self) {
 template <auto Function, class T>
 void define_fast(py::class_<T>& type, const char* name, const char* doc) {
   static PyMethodDef definition;
+  static std::string text;
+  text = std::string(doc) + raises;
   const auto call = [](PyObject* self, PyObject* const* given, Py_ssize_t count) -> PyObject* {
     try {
       auto result = Function(self, given, count);
@@ -119,7 +131,8 @@ void define_fast(py::class_<T>& type, const char* name, const char* doc) {
     return nullptr;
   };
   PyObject* (*const function)(PyObject*, PyObject* const*, Py_ssize_t) = call;
-  definition = {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, doc};
+  definition = {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL,
+                text.c_str()};
   auto* const descriptor = PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), &definition);
   type.attr(name) = py::reinterpret_steal<py::object>(descriptor);
 }

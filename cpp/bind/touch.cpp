@@ -13,13 +13,13 @@ namespace {
 
 using R = TouchResult;
 
-py::tuple flags(const R& touch) {
+py::object flags(const R& touch) {
   py::list flags;
   touch.visit_flags([&](const char* name) { flags.append(name); });
   return py::tuple(flags);
 }
 
-py::dict effects(const R& touch) {
+py::object effects(const R& touch) {
   const auto& f = touch.fitted;
   return touch.knows_error
              ? py::dict(py::arg("offset") = f.offset, py::arg("drift") = f.drift, py::arg("lag") = touch.lag_ms(),
@@ -32,33 +32,87 @@ py::object plain(const py::object& value) {
   return is_nan ? py::none() : value;
 }
 
-py::dict as_dict(const py::object& touch) {
+constexpr auto revised_doc =
+    R"(Whether the baseline after the release is known, and `ratio` corrected for its drift (with the flag "creep" or
+"baseline": known, and not corrected).)";
+constexpr auto level_ratio_doc =
+    R"(Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: a tilt
+of the probe does not change it; nan in other scenes, or where the press shows no sweep.)";
+constexpr auto age_doc =
+    R"(Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its length.)";
+constexpr auto ratio_after_doc =
+    R"(With the flag "changed", shortly before the end: the ratio after the change, from the last samples, and `ratio` is the
+one before it; else nan.)";
+constexpr auto offset_ratio_doc =
+    R"(Ratio of hard = ratio * soft + offset, where the flag "offset" is the only misfit and explains it; else nan.)";
+constexpr auto effects_doc =
+    R"(Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean
+depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the soft
+channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level ratio, share of it;
+`shift` of the ratio by the revision, share.)";
+
+constexpr auto flags_doc =
+    R"(Warnings about the result; `palpate.advice` says what to do. "short" (shorter than `seconds` or `samples`),
+"saturated", "refused" (more than three quarters of the readings gave no sample), "unsettled" (no standard error yet, in a
+scene that has one), "unexcited" (the samples hardly moved the initial ratio), "one-sided" (one channel did not change, or
+fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "offset" (bumps not level), "drift" (of
+a baseline or of the object), "lag" (of a channel, or wrong times), "curve" (a gauge or bump that is not linear); "tilt"
+(the ratio differs from the level ratio); "changed" (the ratio changed during the touch: `ratio` is the one after it; or
+shortly before the end: the one before); and, known after the release: "creep" (a channel recovers slowly), "baseline" (it
+was measured in contact); "gap" (`Tracker.gap` ended the touch; or the baseline was measured after it, and no release has
+shown yet that this was without contact).)";
+
+struct Field {
+  const char* name;
+  py::object (*get)(const R&);
+  const char* doc;
+};
+
+template <auto Member>
+py::object get(const R& touch) {
+  return py::cast(std::invoke(Member, touch));
+}
+
+const Field fields[] = {
+    {"start", &get<&R::start>, "Reading with which it began, counted from 0."},
+    {"start_s", &get<&R::start_s>, "Time of that reading, s; nan without times."},
+    {"samples", &get<&R::samples>, "Number of samples used."},
+    {"ratio", &get<&R::ratio>, "Capacitance ratio, hard / soft: the best that is known; see `revised`."},
+    {"covariance", &get<&R::covariance>,
+     "Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one."},
+    {"standard_error", &get<&R::standard_error>,
+     "Standard deviation of the ratio, with what a misfit leaves open; nan if it is not known."},
+    {"revised", &get<&R::revised>, revised_doc},
+    {"first_ratio", &get<&R::first_ratio>, "The ratio that was known at the end of the touch."},
+    {"first_standard_error", &get<&R::first_standard_error>, "Its standard deviation."},
+    {"level_ratio", [](const R& touch) { return py::cast(touch.level.ratio); }, level_ratio_doc},
+    {"level_standard_error", [](const R& touch) { return py::cast(touch.level.standard_error); },
+     "Standard deviation of `level_ratio`."},
+    {"contact_exponent", &get<&R::contact_exponent>,
+     "Exponent of force against depth with which `level_ratio` was computed; 0: there is none."},
+    {"age_s", &get<&R::age>, age_doc},
+    {"ratio_before", [](const R& touch) { return py::cast(touch.before.ratio); },
+     "With the flag \"changed\", where the change lasted: the ratio before it, and `ratio` is the one after it; else "
+     "nan."},
+    {"before_standard_error", [](const R& touch) { return py::cast(touch.before.standard_error); },
+     "Standard deviation of `ratio_before`."},
+    {"ratio_after", [](const R& touch) { return py::cast(touch.after.ratio); }, ratio_after_doc},
+    {"after_standard_error", [](const R& touch) { return py::cast(touch.after.standard_error); },
+     "Standard deviation of `ratio_after`."},
+    {"offset_ratio", [](const R& touch) { return py::cast(touch.fitted.offset_ratio); }, offset_ratio_doc},
+    {"offset_standard_error", [](const R& touch) { return py::cast(touch.fitted.offset_error); },
+     "Standard deviation of `offset_ratio`."},
+    {"effects", &effects, effects_doc},
+    {"alarm_share", &get<&R::alarm_share>, "Share of the samples with the alarm on."},
+    {"saturated", &get<&R::saturated>, "Readings left out as saturated."},
+    {"refused", &get<&R::refused>, "Readings that gave no sample: without a value, or impossible to align."},
+    {"flags", &flags, flags_doc},
+};
+
+py::dict as_dict(const R& touch) {
   py::dict result, sizes;
-  for (const char* name : {"start",
-                           "start_s",
-                           "samples",
-                           "ratio",
-                           "covariance",
-                           "standard_error",
-                           "revised",
-                           "first_ratio",
-                           "first_standard_error",
-                           "level_ratio",
-                           "level_standard_error",
-                           "contact_exponent",
-                           "age_s",
-                           "ratio_before",
-                           "before_standard_error",
-                           "ratio_after",
-                           "after_standard_error",
-                           "offset_ratio",
-                           "offset_standard_error",
-                           "effects",
-                           "alarm_share",
-                           "saturated",
-                           "refused",
-                           "flags"}) {
-    result[name] = plain(touch.attr(name));
+  for (const Field& field : fields) {
+    result[field.name] = plain(field.get(touch));
   }
   for (const auto& [name, size] : py::dict(result["effects"])) {
     sizes[name] = plain(py::reinterpret_borrow<py::object>(size));
@@ -81,7 +135,9 @@ void visit_numbers(Result& r, Visit&& visit) {
       r.contact_exponent, r.age, r.gap);
   auto& f = r.fitted;
   all(f.offset, f.drift, f.lag, f.curve, f.tilt, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
-  all(r.level.ratio, r.level.standard_error, r.after.ratio, r.after.standard_error);
+  for (auto* const level : {&r.level, &r.before, &r.after}) {
+    all(level->ratio, level->standard_error);
+  }
 }
 
 py::tuple pickled(const R& r) {
@@ -107,7 +163,7 @@ R not_made(const py::args&, const py::kwargs&) {
   throw py::type_error("Touch: got a call, allowed: those that a Tracker, a Stream or palpate.touches returns");
 }
 
-bool equal(const R& left, const R& right) { return as_dict(py::cast(left)).equal(as_dict(py::cast(right))); }
+bool equal(const R& left, const R& right) { return as_dict(left).equal(as_dict(right)); }
 
 }  // namespace
 
@@ -118,82 +174,7 @@ void bind_touch(py::module_& module) {
       .def("_untimed", &untimed, "_untimed(self, /)\n--\n\n")
       .def("__eq__", &equal, py::is_operator(), "__eq__(self, other, /)\n--\n\n")
       .def(py::pickle(&pickled, &restored));
-  const auto field = [&](const char* name, auto get, const char* doc) {
-    type.def_property_readonly(name, [get](const R& touch) { return std::invoke(get, touch); }, doc);
-  };
-  field("start", &R::start, "Reading with which it began, counted from 0.");
-  field("start_s", &R::start_s, "Time of that reading, s; nan without times.");
-  field("samples", &R::samples, "Number of samples used.");
-  field("ratio", &R::ratio, "Capacitance ratio, hard / soft: the best that is known; see `revised`.");
-  field("covariance", &R::covariance,
-        "Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one.");
-  field("standard_error", &R::standard_error,
-        "Standard deviation of the ratio, with what a misfit leaves open; nan if it is "
-        "not known.");
-  field("revised", &R::revised,
-        "Whether the baseline after the release is known, and `ratio` corrected for its drift "
-        "(with the flag \"creep\" or \"baseline\": known, and not corrected).");
-  field("first_ratio", &R::first_ratio, "The ratio that was known at the end of the touch.");
-  field("first_standard_error", &R::first_standard_error, "Its standard deviation.");
-  field(
-      "level_ratio", [](const R& touch) { return touch.level.ratio; },
-      "Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: "
-      "a tilt of the probe does not change it; nan in other scenes, or where the press shows no sweep.");
-  field(
-      "level_standard_error", [](const R& touch) { return touch.level.standard_error; },
-      "Standard deviation of `level_ratio`.");
-  field("contact_exponent", &R::contact_exponent,
-        "Exponent of force against depth with which `level_ratio` was computed; 0: there is none.");
-  field("age_s", &R::age,
-        "Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its "
-        "length.");
-  field(
-      "ratio_before", [](const R& touch) { return touch.before.ratio; },
-      "With the flag \"changed\", where the change lasted: the ratio before it, and `ratio` is the one after it; else "
-      "nan.");
-  field(
-      "before_standard_error", [](const R& touch) { return touch.before.standard_error; },
-      "Standard deviation of `ratio_before`.");
-  field(
-      "ratio_after", [](const R& touch) { return touch.after.ratio; },
-      "With the flag \"changed\", shortly before the end: the ratio after the change, from the last samples, and "
-      "`ratio` "
-      "is the one before it; else nan.");
-  field(
-      "after_standard_error", [](const R& touch) { return touch.after.standard_error; },
-      "Standard deviation of `ratio_after`.");
-  field(
-      "offset_ratio", [](const R& touch) { return touch.fitted.offset_ratio; },
-      "Ratio of hard = ratio * soft + offset, where the flag \"offset\" is the only misfit and explains it; else nan.");
-  field(
-      "offset_standard_error", [](const R& touch) { return touch.fitted.offset_error; },
-      "Standard deviation of `offset_ratio`.");
-  field(
-      "effects", &effects,
-      "Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean "
-      "depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the "
-      "soft channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level "
-      "ratio, share of it; `shift` of the ratio by the revision, "
-      "share.");
-  field("alarm_share", &R::alarm_share, "Share of the samples with the alarm on.");
-  field("saturated", &R::saturated, "Readings left out as saturated.");
-  field("refused", &R::refused, "Readings that gave no sample: without a value, or impossible to align.");
-  field("flags", &flags,
-        "Warnings about the result; `palpate.advice` says what to do. \"short\" (shorter than `seconds` or `samples`), "
-        "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no "
-        "standard "
-        "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio), "
-        "\"one-sided\" (one "
-        "channel did not change, or fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "
-        "\"offset\" (bumps not level), \"drift\" (of a baseline or of the object), \"lag\" (of a channel, or wrong "
-        "times), "
-        "\"curve\" (a gauge or bump that is not linear); \"tilt\" (the ratio differs from the level ratio); "
-        "\"changed\" (the "
-        "ratio changed during the touch: `ratio` is the one after it; or shortly before the end: the one before); and, "
-        "known after the release: \"creep\" (a "
-        "channel recovers "
-        "slowly), "
-        "\"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the touch; or the baseline was "
-        "measured after "
-        "it, and no release has shown yet that this was without contact).");
+  for (const Field& field : fields) {
+    type.def_property_readonly(field.name, field.get, field.doc);
+  }
 }

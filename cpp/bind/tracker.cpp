@@ -152,7 +152,8 @@ Examples
 constexpr auto feed_doc = R"(feed($self, t_hard, t_soft, hard, soft, /)
 --
 
-Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.)";
+Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.
+)";
 
 constexpr auto process_doc = R"(process(self, /, t_hard, t_soft, hard, soft)
 --
@@ -173,13 +174,6 @@ numpy.ndarray, shape (n,), structured
     `contact`; `touch`, the number of the running touch, counted from 1, or 0; `statistic` of the detector (of the
     running touch, or of the last one; 0 without a detector); `hard_baseline` and `soft_baseline`, pF (0 in a scene
     without, nan until the first is known); `revised`, whether this reading revised the last touch.
-
-Raises
-------
-ValueError
-    Arrays that are not one-dimensional or differ in length; a time that is not finite, or beyond int64.
-RuntimeError
-    The tracker is in use by another thread.
 )";
 
 constexpr auto take_doc = R"(take(self, /, t_hard, t_soft, hard, soft)
@@ -221,7 +215,7 @@ void bind_tracker(py::module_& module) {
     type.def_property_readonly(property, [get](const T& tracker) { return tracker.of_run(get); }, doc);
   };
   const auto t_hard = py::arg("t_hard"), t_soft = py::arg("t_soft"), hard = py::arg("hard"), soft = py::arg("soft");
-  type.def("process", &T::process, t_hard, t_soft, hard, soft, process_doc)
+  type.def("process", &T::process, t_hard, t_soft, hard, soft, (process_doc + std::string(methods::raises)).c_str())
       .def("take", &T::take, t_hard, t_soft, hard, soft, take_doc)
       .def("finish", &T::finish,
            "finish(self, /)\n--\n\nEnd the running touch and return it; None if no touch is running.")

@@ -60,13 +60,6 @@ Returns
 float
     Output minus its prediction with the coefficients before. A sample that is not finite, or too large (1e139 is not), is
     refused: the state stays, and `rejected` counts it.
-
-Raises
-------
-TypeError, ValueError
-    Not two arguments; not numbers, or not `size` of them.
-RuntimeError
-    The estimator is in use by another thread.
 )";
 constexpr auto process_doc = R"(process(self, /, output, regressors, out=None)
 --
@@ -84,13 +77,6 @@ Returns
 -------
 numpy.ndarray, of the shape of `out`
     The coefficients after each sample.
-
-Raises
-------
-TypeError, ValueError
-    Values that are not real numbers; another shape; another type of `out`.
-RuntimeError
-    The estimator is in use by another thread.
 )";
 constexpr auto trace_doc = R"(trace(self, /, output, regressors, out=None)
 --
@@ -132,24 +118,21 @@ double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
   return methods::object_of<VectorEstimator>(self).update(given[0], given[1]);
 }
 
-py::array numbers(const AnyVector::Numbers& values, const AnyVector& core) {
-  return py::array_t<double>(static_cast<py::ssize_t>(core.coefficient_count()), values.data());
+py::array numbers(const double* values, const AnyVector& core) {
+  return py::array_t<double>(static_cast<py::ssize_t>(core.coefficient_count()), values);
 }
 
-py::dtype row_dtype(std::size_t count) {
+py::object row_dtype(std::size_t count) {
   const py::dtype real = py::dtype::of<double>();
-  const py::object vector = py::dtype::from_args(py::make_tuple(real, py::make_tuple(count)));
-  const auto place = [count](std::size_t vectors, std::size_t reals) { return 8 * (vectors * count + reals); };
-  py::list names, formats, offsets;
-  const auto add = [&](const char* name, const py::object& format, std::size_t offset) {
-    names.append(name), formats.append(format), offsets.append(offset);
-  };
-  add("coefficients", vector, 0);
-  add("standard_errors", vector, place(1, 0));
-  add("innovation", real, place(2, 0));
-  add("statistic", real, place(2, 1));
-  add("alarm", py::dtype::of<bool>(), place(2, 2));
-  return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(place(2, 3)));
+  py::list fields;
+  for (const char* vector : {"coefficients", "standard_errors"}) {
+    fields.append(py::make_tuple(vector, real, py::make_tuple(count)));
+  }
+  for (const char* number : {"innovation", "statistic"}) {
+    fields.append(py::make_tuple(number, real));
+  }
+  fields.append(py::make_tuple("alarm", py::dtype::of<bool>()));
+  return py::module_::import("numpy").attr("dtype")(fields, py::arg("align") = true);
 }
 
 }  // namespace
@@ -191,44 +174,16 @@ double VectorEstimator::update(py::handle output, py::handle regressors) {
   const double y = methods::real_of(output.ptr(), "output");
   const AnyVector::Numbers values = values_of(regressors, state_.core.size());
   require_idle(busy_, "estimator");  // a number's own code may have run
-  return take(state_, y, values.data()).innovation;
-}
-
-template <class Observe>
-py::object VectorEstimator::block(const py::object& output, const py::object& regressors, const py::object& out,
-                                  const py::dtype& dtype, py::ssize_t columns, Observe observe) {
-  require_idle(busy_, "estimator");
-  constexpr int dense = py::array::c_style;
-  const auto width = static_cast<py::ssize_t>(state_.core.size());
-  const py::array y_given = samples_of<double, dense>(output, "output", {-1});
-  const py::ssize_t size = y_given.shape(0);
-  const py::array x_given = samples_of<double, dense>(regressors, "regressors", {size, width});
-  const py::array written =
-      columns > 0 ? output_array(out, dtype, {size, columns}, dense) : output_array(out, dtype, {size}, dense);
-  const py::array y_apart = apart_from(y_given, written), x_apart = apart_from(x_given, written);
-  require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
-  const InUse in_use(busy_);
-  State next = state_;
-  const auto loop = [&next, observe, size, width](const double* y, const double* x, double* to) {
-    for (py::ssize_t i = 0; i < size; ++i) {
-      const auto step = take(next, y[i], x + i * width);
-      to = observe(to, next.core, step);
-    }
-  };
-  const auto* const y = static_cast<const double*>(y_apart.data());
-  const auto* const x = static_cast<const double*>(x_apart.data());
-  auto* const to = static_cast<double*>(const_cast<void*>(written.data()));
-  run_block(size, [&] { loop(y, x, to); }, 256);
-  state_ = next;
-  return written;
+  return state_.take(y, values.data()).innovation;
 }
 
 py::object VectorEstimator::process(const py::object& output, const py::object& regressors, const py::object& out) {
   const auto write = [](double* to, const AnyVector& core, const auto&) {
-    return std::copy_n(core.coefficients(), core.coefficient_count(), to);
+    std::copy_n(core.coefficients(), core.coefficient_count(), to);
   };
   const auto columns = static_cast<py::ssize_t>(state_.core.coefficient_count());
-  return block(output, regressors, out, once<&py::dtype::of<double>>(), columns, write);
+  return block<double, true>(output, regressors, out, once<&py::dtype::of<double>>(),
+                             {-1, static_cast<py::ssize_t>(state_.core.size())}, {-1, columns}, write);
 }
 
 py::object VectorEstimator::trace(const py::object& output, const py::object& regressors, const py::object& out) {
@@ -238,11 +193,12 @@ py::object VectorEstimator::trace(const py::object& output, const py::object& re
     to = std::copy_n(core.standard_errors().begin(), count, to);
     *to++ = step.accepted ? step.innovation : std::numeric_limits<double>::quiet_NaN();
     *to++ = core.statistic();
-    *to = 0;
+    *to = 0;  // the padding, too
     std::memset(to, core.alarm(), 1);
-    return to + 1;
   };
-  return block(output, regressors, out, row_dtype(state_.core.coefficient_count()), 0, write);
+  const auto dtype = row_dtype(state_.core.coefficient_count()).cast<py::dtype>();
+  return block<double, true>(output, regressors, out, dtype, {-1, static_cast<py::ssize_t>(state_.core.size())}, {-1},
+                             write);
 }
 
 void bind_vectors(py::module_& module) {
@@ -265,7 +221,7 @@ void bind_vectors(py::module_& module) {
   const auto add = [&](const char* name, auto get, const char* doc) { define_number(type, name, get, doc); };
   visit_counts(add);
   add(
-      "coefficients", [](const auto& s) { return numbers(s.core.all_coefficients(), s.core); },
+      "coefficients", [](const auto& s) { return numbers(s.core.coefficients(), s.core); },
       "Estimates, shape (size,), or (size + 1,) with the intercept last.");
   add(
       "covariance",
@@ -279,7 +235,7 @@ void bind_vectors(py::module_& module) {
       },
       "Unscaled covariance P, square, 1/regressor^2: for noise of variance 1 and without forgetting.");
   add(
-      "standard_errors", [](const auto& s) { return numbers(s.core.standard_errors(), s.core); },
+      "standard_errors", [](const auto& s) { return numbers(s.core.standard_errors().data(), s.core); },
       "Standard deviations of the coefficients; nan before size + 4 samples, also after a change, and of a coefficient "
       "that the samples do not determine.");
   add(

@@ -43,11 +43,6 @@ class AnyVector {
   const double* coefficients() const noexcept {
     return std::visit([](const auto& core) { return core.coefficients(); }, core_);
   }
-  Numbers all_coefficients() const noexcept {
-    Numbers all{};
-    std::copy_n(coefficients(), coefficient_count(), all.begin());
-    return all;
-  }
   /// A column of the covariance; as many numbers as coefficients.
   Numbers covariance(int column) const noexcept {
     return filled([column](const auto& core, auto& values) { core.covariance(column, values); });
@@ -56,11 +51,9 @@ class AnyVector {
     return filled([](const auto& core, auto& values) { core.standard_errors(values); });
   }
   double degrees_of_freedom() const noexcept {
-    const auto get = [](const auto& core) {
-      double values[std::decay_t<decltype(core)>::size];
-      return core.standard_errors(values);
-    };
-    return std::visit(get, core_);
+    double degrees = 0;
+    filled([&](const auto& core, auto& values) { degrees = core.standard_errors(values); });
+    return degrees;
   }
   double statistic() const noexcept {
     return std::visit([](const auto& core) { return core.statistic(); }, core_);
@@ -79,14 +72,14 @@ class AnyVector {
   static Cores made(const Settings& s, std::index_sequence<I...>);
   template <class Fill>
   Numbers filled(Fill fill) const noexcept {
-    Numbers numbers{};
-    const auto copy = [&](const auto& core) {
+    const auto copied = [&](const auto& core) {
       double values[std::decay_t<decltype(core)>::size];
       fill(core, values);
+      Numbers numbers{};
       std::copy(std::begin(values), std::end(values), numbers.begin());
+      return numbers;
     };
-    std::visit(copy, core_);
-    return numbers;
+    return std::visit(copied, core_);
   }
 
   std::size_t size_;
@@ -106,19 +99,7 @@ class VectorEstimator : public Estimator<VectorKind> {
   using Estimator::Estimator;
   explicit VectorEstimator(const Estimator& other) : Estimator(other) {}
 
-  static auto take(State& state, double output, const double* regressors) noexcept {
-    const auto step = state.core.update(output, regressors);
-    (step.accepted ? state.samples : state.rejected) += 1;
-    state.innovation = step.accepted ? step.innovation : state.innovation;
-    return step;
-  }
-
   double update(py::handle output, py::handle regressors);
   py::object process(const py::object& output, const py::object& regressors, const py::object& out);
   py::object trace(const py::object& output, const py::object& regressors, const py::object& out);
-
- private:
-  template <class Observe>
-  py::object block(const py::object& output, const py::object& regressors, const py::object& out,
-                   const py::dtype& dtype, py::ssize_t columns, Observe observe);
 };

@@ -4,7 +4,6 @@
 #include <cinttypes>
 #include <cstdio>
 #include <initializer_list>
-#include <palpate/bank.hpp>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/palpate.hpp>
 
@@ -30,28 +29,22 @@ void print(const char* name) {
   std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }
 
-// Every ratio on the way of 21 streams, then the rest of the state.
+// An estimator for each of 21 streams: every ratio on the way, then the rest of the state.
 template <class Estimator>
 void print_bank(const char* name) {
   using Real = typename Estimator::real_type;
   constexpr int streams = 21;
   Hash hash;
-  palpate::Bank<Estimator, streams> bank;
+  Estimator bank[streams];
   for (int k = 0; k < Samples<Real>::size; ++k) {
-    Real output[streams], regressor[streams], ratios[streams];
     for (int s = 0; s < streams; ++s) {
       const Samples<Real> samples(20 + s);
-      output[s] = samples.output[k];
-      regressor[s] = samples.regressor[k];
-    }
-    bank.update(output, regressor, ratios);
-    for (const Real ratio : ratios) {
-      hash.add(ratio);
+      hash.add(bank[s].update(samples.output[k], samples.regressor[k]).ratio);
     }
   }
-  for (std::size_t s = 0; s < streams; ++s) {
-    hash.add(Real(1) / bank[s].information());
-    hash.add(bank[s].statistic());
+  for (const Estimator& each : bank) {
+    hash.add(Real(1) / each.information());
+    hash.add(each.statistic());
   }
   std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }

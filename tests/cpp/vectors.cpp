@@ -52,24 +52,6 @@ void print(const char* name, Real alarmed = 0, Real min_information = 0) {
   std::printf("%s %u %u %016" PRIx64 "\n", name, alarms, refused, hash.value);
 }
 
-/// A bank has the bits of single estimators.
-void check_bank() {
-  palpate::Bank<palpate::VectorRls<double, 2, true>, 3> bank;
-  palpate::VectorRls<double, 2, true> single;
-  for (int k = 0; k < 50; ++k) {
-    const double x = k % 7 / 4.0, z = k % 5 / 8.0, output = 2 * x - z + 1 + (k % 3) / 64.0;
-    const double outputs[3] = {0, output, 1}, values[6] = {1, 2, x, z, 3, 4};
-    double results[9] = {};
-    bank.update(outputs, values, results);
-    single.update(output, {x, z});
-    for (int i = 0; i < 3; ++i) {
-      if (results[3 + i] != single.coefficients()[i]) {
-        std::printf("bank differs at %d\n", k);
-      }
-    }
-  }
-}
-
 template <class Real>
 void all() {
   print<Real, 1>("VectorRls 1");
@@ -85,6 +67,5 @@ void all() {
 int main() {
   all<float>();
   all<double>();
-  check_bank();
   return 0;
 }

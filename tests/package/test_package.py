@@ -30,7 +30,7 @@ HEADER_LAYERS = (
     "cube_root elasticity pack ring settings square_root",
     "policy",
     "estimator stage",
-    "bank touch",
+    "touch",
     "tracker",
     "scenes",
     "gated_estimator",

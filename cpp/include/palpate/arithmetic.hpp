@@ -28,7 +28,6 @@
 // in it. Where code is to be small, a cold function needs a stack frame of its own, and the compilers call a part that is
 // used once all the same, and pass its result through memory.
 #if defined(__GNUC__) || defined(__clang__)
-#define PALPATE_RESTRICT __restrict__
 #if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
 #define PALPATE_COLD
 #else
@@ -39,10 +38,8 @@
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #else
 #if defined(_MSC_VER)
-#define PALPATE_RESTRICT __restrict
 #define PALPATE_COLD __declspec(noinline)
 #else
-#define PALPATE_RESTRICT
 #define PALPATE_COLD
 #endif
 #define PALPATE_ONCE
@@ -118,5 +115,21 @@ template <class Real>
 constexpr bool is_finite(Real value) noexcept {
   return value - value == 0;
 }
+
+namespace detail {
+/// Multiplies or divides a value above 0 by `power`, until it is from `least` to `power`; returns the product of as many
+/// `root` by which its root has changed. Both are powers of 2: nothing is rounded.
+template <int power, int root, class Real>
+constexpr Real taken_out(Real& value, Real least) noexcept {
+  Real scale = 1;
+  for (; value < least; value *= power) {
+    scale /= root;
+  }
+  for (; value > power; value /= power) {
+    scale *= root;
+  }
+  return scale;
+}
+}  // namespace detail
 
 }  // namespace palpate

@@ -33,12 +33,6 @@
 #elif defined(__riscv_flen)
 #define PALPATE_HIDING_PLACE "+f"
 #define PALPATE_FUSED_BYTES (__riscv_flen / 8)
-#elif defined(__powerpc__) && defined(__VSX__)
-#define PALPATE_HIDING_PLACE "+f"
-#define PALPATE_HIDING_PACK "+wa"
-#elif defined(__s390x__)
-#define PALPATE_HIDING_PLACE "+f"
-#define PALPATE_HIDING_PACK "+v"
 #elif defined(__XTENSA__) && !defined(__XTENSA_SOFT_FLOAT__)
 #define PALPATE_HIDING_PLACE "+f"
 #define PALPATE_FUSED_BYTES 4

@@ -13,25 +13,14 @@ namespace palpate {
 /// 2/3 e^3: from 10 % at most on, 7e-4, 2e-10, below a unit.
 template <class Real>
 constexpr Real cube_root(Real value) noexcept {
-  Real scale = 1;
-  for (; value < Real(1) / 4096; value *= 4096) {
-    scale /= 16;
-  }
-  for (; value > 4096; value /= 4096) {
-    scale *= 16;
-  }
-  for (; value < 1; value *= 8) {
-    scale /= 2;
-  }
-  for (; value > 8; value /= 8) {
-    scale *= 2;
-  }
+  const Real large = detail::taken_out<4096, 16>(value, Real(1) / 4096);
+  const Real small = detail::taken_out<8, 2>(value, Real(1));
   Real root = Real(0.9) + value / 7;
   for (int i = 0; i < 3; ++i) {
     const Real cube = product(product(root, root), root);
     root = product(root, (cube + 2 * value) / (2 * cube + value));
   }
-  return product(scale, root);
+  return product(large * small, root);
 }
 
 }  // namespace palpate

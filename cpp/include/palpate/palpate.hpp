@@ -3,7 +3,6 @@
 
 // All headers: #include <palpate/palpate.hpp>.
 
-#include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>
 #include <palpate/embedded.hpp>
 #include <palpate/estimator/vector_rls.hpp>

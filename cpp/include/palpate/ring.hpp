@@ -135,7 +135,7 @@ class BasicRing : Storage {
     return count < to_end ? count : to_end;
   }
 
-  static void copy(Item* PALPATE_RESTRICT to, const Item* PALPATE_RESTRICT from, std::size_t count) noexcept {
+  static void copy(Item* to, const Item* from, std::size_t count) noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       to[i] = from[i];
     }

@@ -8,21 +8,11 @@
 namespace palpate {
 
 /// Settings with which a touch is as long as 250 pairs of the converter.
-template <class Estimator>
-inline constexpr TrackerSettings<Estimator> timed = [] {
-  TrackerSettings<Estimator> settings;
-  settings.samples = 0;
-  settings.seconds = typename Estimator::real_type(6.5);
-  settings.confirmed = typename Estimator::real_type(0.6);
-  return settings;
-}();
+template <class Estimator, class Real = typename Estimator::real_type>
+inline constexpr TrackerSettings<Estimator> timed{Real(6.5), 0, Real(0.6)};
 /// Settings with which a touch ends only by its release.
-template <class Estimator>
-inline constexpr TrackerSettings<Estimator> unlimited = [] {
-  TrackerSettings<Estimator> settings;
-  settings.samples = 0;
-  return settings;
-}();
+template <class Estimator, class Real = typename Estimator::real_type>
+inline constexpr TrackerSettings<Estimator> unlimited{Real(0), 0};
 /// Contact settings for sliding. The height varies, so a release is below 0.3 of the highest value.
 template <class Real>
 inline constexpr ContactSettings<Real> sliding_contact = [] {

@@ -63,20 +63,8 @@ constexpr Real rounded_root(Real value) noexcept {
 /// By basic arithmetic only, for a finite value above 0. Powers of 4 are taken out of it, which is exact.
 template <class Real>
 constexpr Real portable_root(Real value) noexcept {
-  Real scale = 1;
-  for (; value < Real(1) / 65536; value *= 65536) {
-    scale /= 256;
-  }
-  for (; value > 65536; value /= 65536) {
-    scale *= 256;
-  }
-  for (; value < 1; value *= 4) {
-    scale /= 2;
-  }
-  for (; value > 4; value /= 4) {
-    scale *= 2;
-  }
-  return product(scale, rounded_root(value));
+  const Real large = taken_out<65536, 256>(value, Real(1) / 65536), small = taken_out<4, 2>(value, Real(1));
+  return product(large * small, rounded_root(value));
 }
 
 /// With the processor's instruction, where it has one for Real.

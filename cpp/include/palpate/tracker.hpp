@@ -51,13 +51,13 @@ inline constexpr bool knows_its_error = detail::has<detail::Scatters, const Esti
 /// Settings of a Tracker.
 template <class Estimator>
 struct TrackerSettings {
-  using Real = typename Estimator::real_type;               ///< float or double
-  Real initial_ratio = Real(1);                             ///< of the estimator at the begin of a touch
+  using Real = typename Estimator::real_type;  ///< float or double
+  Real seconds = Real(0);                      ///< length of a touch; 0: no limit, a touch ends by its release
+  std::uint32_t samples = 250;                 ///< length of a touch; 0: no limit
+  Real confirmed = Real(0);                    ///< with a fit: seconds that a hand-over needs to be the result; 0: none
+  Real initial_ratio = Real(1);                ///< of the estimator at the begin of a touch
   Real initial_covariance = Estimator::default_covariance;  ///< the same, 1/pF^2
-  Real seconds = Real(0);       ///< length of a touch; 0: no limit, a touch ends by its release
-  std::uint32_t samples = 250;  ///< length of a touch; 0: no limit
   Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
-  Real confirmed = Real(0);  ///< with a fit: seconds that a hand-over needs to be the result; 0: none
 
   /// As FixedForgetting::visit_fields.
   template <class Self, class Visit>

@@ -49,16 +49,9 @@ struct CusumSide {
   Value weighted_output = {};  // sum of w y
   Sums<Value> sums;            // of the samples after the first `guard` of them
 
-  PALPATE_ONCE constexpr void add(Value step, Value guard, const Terms<Value>& terms) noexcept {
-    if constexpr (is_real<Value>) {
-      add_with_branches(statistic + step, guard, terms);
-    } else {
-      add_with_selects(statistic + step, guard, terms);
-    }
-  }
-
   // The compilers make branches of the selects of one Real.
-  PALPATE_ONCE constexpr void add_with_branches(Value sum, Value guard, const Terms<Value>& terms) noexcept {
+  PALPATE_ONCE constexpr void add_with_branches(Value step, Value guard, const Terms<Value>& terms) noexcept {
+    const Value sum = statistic + step;
     statistic = positive_part(sum);
     if (sum > 0) {
       age += 1;
@@ -77,8 +70,8 @@ struct CusumSide {
   }
 
   // The sign of noise cannot be predicted.
-  constexpr void add_with_selects(Value sum, Value guard, const Terms<Value>& terms) noexcept {
-    const Value zero = {};
+  constexpr void add_with_selects(Value step, Value guard, const Terms<Value>& terms) noexcept {
+    const Value zero = {}, sum = statistic + step;
     const auto keep = sum > zero;
     statistic = select(keep, sum, zero);
     age = select(keep, age + 1, zero);
@@ -106,8 +99,8 @@ struct SidesInTurn {
 
   PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
     const Terms<Real> terms = terms_of(sample);
-    up.add(z - drift, guard, terms);
-    down.add(-z - drift, guard, terms);
+    up.add_with_branches(z - drift, guard, terms);
+    down.add_with_branches(-z - drift, guard, terms);
   }
   constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
   constexpr Real statistic() const noexcept { return up.statistic > down.statistic ? up.statistic : down.statistic; }
@@ -138,7 +131,8 @@ class SidesInLanes {
     CusumSide<Lanes> now;
     for_each(now, both_, [](Lanes& to, const Real* from) { to = load<Lanes>(from); });
     const Terms<Real> one = terms_of(sample);
-    now.add(steps(z, drift), twice(guard), {twice(one.weighted_output), twice(one.information), twice(one.square)});
+    now.add_with_selects(steps(z, drift), twice(guard),
+                         {twice(one.weighted_output), twice(one.information), twice(one.square)});
     for_each(now, both_, [](Lanes from, Real* to) { store(from, to); });
   }
   constexpr CusumSide<Real> larger() const noexcept { return in_turn().larger(); }

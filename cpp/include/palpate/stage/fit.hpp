@@ -65,9 +65,8 @@ class Fit : public Settings {
   constexpr Fitted<Real> result(Real hard_noise, Real soft_noise, Real ratio) const noexcept {
     Fitted<Real> found;
     if (sums_.at(fit_one, fit_one) >= fewest && sums_.at(fit_x, fit_one) > 0) {
-      found = FitTest<Real>(settings, sums_, first_, latest_, product(hard_noise, hard_noise),
-                            product(soft_noise, soft_noise))
-                  .result();
+      const Real hard = product(hard_noise, hard_noise), soft = product(soft_noise, soft_noise);
+      found = FitTest<Real>{settings, sums_, first_, latest_, hard, soft}.result();
     }
     if (magnitude(curved_) > settings.least_curved) {
       found.curve = curved_;

@@ -56,27 +56,22 @@ using FitSums = Sweep<Real, fit_columns>;
 
 /// Tests the terms of y = r x + c + d t + l x' + k (x / m - 1)^2, m the mean of x.
 template <class Real>
-class FitTest {
- public:
-  /// `first` as above, `length` of the touch in units of t; the variances of a reading of the hard and the soft channel.
-  constexpr FitTest(const FitSettings<Real>& settings, const FitSums<Real>& sums, Real first, Real length, Real hard,
-                    Real soft) noexcept
-      : settings_(settings),
-        sums_(sums),
-        first_(first),
-        length_(length),
-        hard_(hard),
-        soft_(soft),
-        n_(sums.at(fit_one, fit_one)),
-        m_(sums.at(fit_x, fit_one) / n_) {}
+struct FitTest {
+  const FitSettings<Real>& settings;
+  const FitSums<Real>& sums;
+  Real first, length;  // as above; of the touch, in units of t
+  Real hard, soft;     // variances of a reading
+  Real n = sums.at(fit_one, fit_one), m = sums.at(fit_x, fit_one) / n;
+  Real ratio_ = 0, variance_ = 0;
+  Fitted<Real> found_{};
 
   constexpr Fitted<Real> result() noexcept {
-    FitSums<Real> solved = sums_;
+    FitSums<Real> solved = sums;
     const Model model = solve(solved);
     // x^2 = m^2 (x / m - 1)^2 + 2 m x - m^2.
     const Real bend = model == Model::whole ? solved.at(fit_square, fit_y) : Real(0);
-    ratio_ = first_ + solved.at(fit_x, fit_y) + 2 * product(m_, bend);
-    variance_ = residual(solved.at(fit_y, fit_y) / (n_ - terms(model)), ratio_);
+    ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(m, bend);
+    variance_ = residual(solved.at(fit_y, fit_y) / (n - terms(model)), ratio_);
     test_drift(solved);
     if (model == Model::whole) {  // first: where a channel lags, the transients of a press look like the others
       test_lag(solved);
@@ -102,20 +97,20 @@ class FitTest {
 
   // The largest model whose terms vary by more than noise could make them.
   constexpr Model solve(FitSums<Real>& all) const noexcept {
-    const Real noise = product(settings_.noise_gain, soft_);
-    const Real floor = product(product(n_, noise), settings_.reliable);
+    const Real noise = product(settings.noise_gain, soft);
+    const Real floor = product(product(n, noise), settings.reliable);
     all.sweep(fit_one);
     all.sweep(fit_time);
     const Real spread = all.at(fit_x, fit_x);
     if (!(spread > floor && several(spread) && all.sweep(fit_x))) {
-      all = sums_;
+      all = sums;
       all.sweep(fit_x);
       all.sweep(fit_time);
       return Model::drift;
     }
     const FitSums<Real> line = all;
     // Noise of x^2, given x, and of x'.
-    const Real of_square = 4 * spread / n_ * floor + 2 * product(floor, noise), of_slope = product(Real(0.45), floor);
+    const Real of_square = 4 * spread / n * floor + 2 * product(floor, noise), of_slope = product(Real(0.45), floor);
     const bool whole = all.at(fit_square, fit_square) > of_square && all.sweep(fit_square) &&
                        all.at(fit_slope, fit_slope) > of_slope && all.sweep(fit_slope) && reliable(all, fit_x, floor) &&
                        reliable(all, fit_square, of_square) && reliable(all, fit_slope, of_slope);
@@ -131,27 +126,27 @@ class FitTest {
   // The variation of x is that of at least two pairs: spread^2 / sum (x - m)^4. One alone is a transient, which the
   // filters do not match.
   constexpr bool several(Real spread) const noexcept {
-    const Real m2 = product(m_, m_);
-    const Real fourth = sums_.at(fit_square, fit_square) - 4 * product(m_, sums_.at(fit_x, fit_square)) +
-                        6 * product(m2, sums_.at(fit_x, fit_x)) -
-                        4 * product(product(m2, m_), sums_.at(fit_x, fit_one)) + product(product(m2, m2), n_);
+    const Real m2 = product(m, m);
+    const Real fourth = sums.at(fit_square, fit_square) - 4 * product(m, sums.at(fit_x, fit_square)) +
+                        6 * product(m2, sums.at(fit_x, fit_x)) - 4 * product(product(m2, m), sums.at(fit_x, fit_one)) +
+                        product(product(m2, m2), n);
     return product(spread, spread) > 2 * fourth;
   }
 
   /// Variance of the noise of the readings.
-  constexpr Real sensors(Real ratio) const noexcept { return hard_ + product(product(ratio, ratio), soft_); }
+  constexpr Real sensors(Real ratio) const noexcept { return hard + product(product(ratio, ratio), soft); }
 
   /// Residual variance of a pair, or that of the noise of the readings, without the filters' gain.
   constexpr Real residual(Real rest, Real ratio) const noexcept {
-    const Real least = sensors(ratio), seen = rest / settings_.noise_gain;
+    const Real least = sensors(ratio), seen = rest / settings.noise_gain;
     return seen > least ? seen : least;
   }
 
   /// The share of the mean output that a term has.
-  constexpr Real share(Real value) const noexcept { return value / magnitude(product(ratio_, m_)); }
+  constexpr Real share(Real value) const noexcept { return value / magnitude(product(ratio_, m)); }
 
   constexpr void set_flag(Misfit flag, Real value, Real error, Real size, Real least) noexcept {
-    const Real limit = product(product(settings_.significant, settings_.significant), product(error, variance_));
+    const Real limit = product(product(settings.significant, settings.significant), product(error, variance_));
     if (product(value, value) > limit && magnitude(size) > least) {
       found_.flags = static_cast<std::uint8_t>(found_.flags | flag);
     }
@@ -166,21 +161,21 @@ class FitTest {
   }
 
   constexpr void test_drift(const FitSums<Real>& solved) noexcept {
-    const Real value = product(solved.at(fit_time, fit_y), length_);
-    const Real error = product(solved.error(fit_time), product(length_, length_));
+    const Real value = product(solved.at(fit_time, fit_y), length);
+    const Real error = product(solved.error(fit_time), product(length, length));
     found_.drift = share(value);
     found_.open_drift = left_open(value, error) / 4;
-    set_flag(misfit_drift, value, error, found_.drift, settings_.least);
+    set_flag(misfit_drift, value, error, found_.drift, settings.least);
   }
 
   constexpr void test_lag(const FitSums<Real>& solved) noexcept {
     const Real value = solved.at(fit_slope, fit_y);
     found_.lag = value / ratio_;
-    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, settings_.least_lag);
+    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, settings.least_lag);
   }
 
   constexpr void test_offset(const FitSums<Real>& solved, bool whole) noexcept {
-    const Real m2 = product(m_, m_);
+    const Real m2 = product(m, m);
     Real value = solved.at(fit_one, fit_y), error = solved.error(fit_one);
     if (whole) {
       value -= product(m2, solved.at(fit_square, fit_y));
@@ -188,34 +183,28 @@ class FitTest {
     }
     found_.offset = -share(value);
     found_.open += left_open(value, error);
-    set_flag(misfit_offset, value, error, found_.offset, settings_.least);
+    set_flag(misfit_offset, value, error, found_.offset, settings.least);
   }
 
   constexpr void test_curve(const FitSums<Real>& solved) noexcept {
-    const Real m2 = product(m_, m_), value = product(m2, solved.at(fit_square, fit_y));
+    const Real m2 = product(m, m), value = product(m2, solved.at(fit_square, fit_y));
     const Real error = product(product(m2, m2), solved.error(fit_square));
     found_.curve = share(value);
     found_.open += left_open(value, error);
-    set_flag(misfit_curve, value, error, found_.curve, settings_.least);
+    set_flag(misfit_curve, value, error, found_.curve, settings.least);
   }
 
   // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
   constexpr void take_offset() noexcept {
-    FitSums<Real> line = sums_;
+    FitSums<Real> line = sums;
     line.sweep(fit_one);
     line.sweep(fit_x);
-    const Real ratio = first_ + line.at(fit_x, fit_y), alone = residual(line.at(fit_y, fit_y) / (n_ - 2), ratio);
+    const Real ratio = first + line.at(fit_x, fit_y), alone = residual(line.at(fit_y, fit_y) / (n - 2), ratio);
     if (alone < 2 * variance_ && alone < 16 * sensors(ratio)) {
       found_.offset_ratio = ratio;
       found_.offset_error = square_root(product(line.error(fit_x), alone));
     }
   }
-
-  const FitSettings<Real>& settings_;
-  const FitSums<Real>& sums_;
-  Real first_, length_, hard_, soft_, n_, m_;
-  Real ratio_ = 0, variance_ = 0;
-  Fitted<Real> found_{};
 };
 
 }  // namespace palpate

@@ -39,12 +39,18 @@ class Idle {
   constexpr Event take(Ticks time, Real hard, Real soft, bool running) noexcept {
     const Real moved = change(hard, soft), spread = noise();
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
-      return begins_between(moved, spread) ? Event::begun : collect(time, hard, soft);
+      if (!gate.update_between(moved, spread)) {
+        return collect(time, hard, soft);
+      }
+      hard_baseline.keep();  // a touch that begins before a new baseline is measured uses the old one
+      soft_baseline.keep();
+      return Event::begun;
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
     gate.update(moved, spread, waited(time, running));
     if (gate.contact() && !(ContactStage::releases ? was_in_contact : running)) {
-      rewind();
+      hard_baseline.rewind();
+      soft_baseline.rewind();
       return Event::begun;
     }
     if (gate.idle() && !was_idle) {
@@ -106,21 +112,6 @@ class Idle {
   constexpr void measure_again() noexcept {
     hard_baseline.reset();
     soft_baseline.reset();
-  }
-
-  constexpr void rewind() noexcept {
-    hard_baseline.rewind();
-    soft_baseline.rewind();
-  }
-
-  // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr bool begins_between(Real moved, Real spread) noexcept {
-    const bool begins = gate.update_between(moved, spread);
-    if (begins) {
-      hard_baseline.keep();
-      soft_baseline.keep();
-    }
-    return begins;
   }
 
   // The last tenth of a release takes time.
