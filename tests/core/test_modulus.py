@@ -3,6 +3,7 @@
 The bounds are what the product promises (docs/how.md); 20 touches a row, 200 by night.
 """
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -58,6 +59,7 @@ def test_a_change_before_the_end_is_the_result_once_it_lasted() -> None:
     assert early.ratio_before == pytest.approx(2.8, abs=4 * early.before_standard_error)
     assert "changed" in early.flags
     assert np.isnan([early.ratio_after, late.ratio_before]).all()
+    assert [pickle.loads(pickle.dumps(touch)) for touch in (early, late)] == [early, late]
 
 
 @pytest.mark.parametrize("steps", [(1.3,), (1.3, 1.0), (1.01,), (0.7, 0.71)])
