@@ -212,11 +212,11 @@ class Bank {
   template <class... Kinds>
   static bool choose(py::handle estimator, std::size_t streams, std::variant<Streams<Kinds>...>& chosen) {
     const auto is_of = [&](auto* kind) {
-      using Bank = std::remove_pointer_t<decltype(kind)>;
-      const bool found = py::isinstance<typename Bank::E>(estimator);
+      using Chosen = std::remove_pointer_t<decltype(kind)>;
+      const bool found = py::isinstance<typename Chosen::E>(estimator);
       if (found) {
-        const auto& given = estimator.cast<const typename Bank::E&>();
-        chosen = Bank{given.settings(), std::vector(streams, given.numbers())};
+        const auto& given = estimator.cast<const typename Chosen::E&>();
+        chosen = Chosen{given.settings(), std::vector(streams, given.numbers())};
       }
       return found;
     };

@@ -7,66 +7,56 @@
 
 #include "settings.hpp"
 
-/// The settings of an estimator of type Core, with the defaults of its Parts, structs of the core for double.
-template <class Core, class... Parts>
-Settings defaults_of() {
-  Settings settings;
-  (settings.add_fields<Parts>(false), ...);
-  settings.add("initial_ratio", Core().ratio());
-  settings.add("initial_covariance", Core::default_covariance);
-  (settings.add_fields<Parts>(true), ...);
-  return settings;
-}
-
-template <class Real>
-struct FixedKind {
-  using Core = palpate::FixedRls<Real>;
+/// An estimator with the settings of its Parts, structs of the core, and those of its first ratio.
+template <class Real, template <class> class Estimator, template <class> class... Parts>
+struct KindOf {
+  using Core = Estimator<Real>;
 
   static Settings defaults() {
-    return defaults_of<palpate::FixedRls<double>, palpate::FixedForgetting<double>,
-                       palpate::BoundedCovariance<double>>();
+    Settings settings;
+    (settings.add_fields<Parts<double>>(false), ...);
+    settings.add("initial_ratio", Estimator<double>().ratio());
+    settings.add("initial_covariance", Estimator<double>::default_covariance);
+    (settings.add_fields<Parts<double>>(true), ...);
+    return settings;
   }
   static void check(const Settings& s) {
-    s.check<palpate::FixedForgetting<double>>();
+    (s.check<Parts<double>>(), ...);
     check_prior<Real>(s);
   }
-  static Core core(const Settings& s) {
-    return Core(s.values<palpate::FixedForgetting<Real>>(), {}, s.values<palpate::BoundedCovariance<Real>>(),
-                static_cast<Real>(s["initial_ratio"]), static_cast<Real>(s["initial_covariance"]));
+
+ protected:
+  /// With what comes before the first ratio and its covariance.
+  template <class... First>
+  static Core made(const Settings& s, const First&... first) {
+    return Core(first..., static_cast<Real>(s["initial_ratio"]), static_cast<Real>(s["initial_covariance"]));
   }
 };
 
 template <class Real>
-struct AdaptiveKind {
-  using Core = palpate::AdaptiveRls<Real>;
-
-  static Settings defaults() {
-    return defaults_of<palpate::AdaptiveRls<double>, palpate::SwitchedForgetting<double>,
-                       palpate::CusumSettings<double>, palpate::BoundedCovariance<double>>();
-  }
-  static void check(const Settings& s) {
-    s.check<palpate::SwitchedForgetting<double>>();
-    s.check<palpate::CusumSettings<double>>();
-    check_prior<Real>(s);
-  }
-  static Core core(const Settings& s) {
-    return Core(s.values<palpate::SwitchedForgetting<Real>>(), {{s.values<palpate::CusumSettings<Real>>()}},
-                s.values<palpate::BoundedCovariance<Real>>(), static_cast<Real>(s["initial_ratio"]),
-                static_cast<Real>(s["initial_covariance"]));
+struct FixedKind : KindOf<Real, palpate::FixedRls, palpate::FixedForgetting, palpate::BoundedCovariance> {
+  static auto core(const Settings& s) {
+    return FixedKind::made(s, s.values<palpate::FixedForgetting<Real>>(), palpate::NoDetector<Real>(),
+                           s.values<palpate::BoundedCovariance<Real>>());
   }
 };
 
 template <class Real>
-struct HandoverKind {
-  using Core = palpate::Handover<Real>;
-
-  static Settings defaults() { return defaults_of<palpate::Handover<double>, palpate::HandoverSettings<double>>(); }
-  static void check(const Settings& s) {
-    s.check<palpate::HandoverSettings<double>>();
-    check_prior<Real>(s);
+struct AdaptiveKind : KindOf<Real, palpate::AdaptiveRls, palpate::SwitchedForgetting, palpate::CusumSettings,
+                             palpate::BoundedCovariance> {
+  static auto core(const Settings& s) {
+    return AdaptiveKind::made(s, s.values<palpate::SwitchedForgetting<Real>>(),
+                              palpate::Cusum<Real>{{s.values<palpate::CusumSettings<Real>>()}},
+                              s.values<palpate::BoundedCovariance<Real>>());
   }
-  static Core core(const Settings& s) {
-    return Core({s.values<palpate::HandoverSettings<Real>>()}, static_cast<Real>(s["initial_ratio"]),
-                static_cast<Real>(s["initial_covariance"]));
+};
+
+template <class Real>
+using DefaultHandover = palpate::Handover<Real>;
+template <class Real>
+struct HandoverKind : KindOf<Real, DefaultHandover, palpate::HandoverSettings> {
+  static auto core(const Settings& s) {
+    return HandoverKind::made(
+        s, palpate::Kept<palpate::HandoverSettings<Real>>{s.values<palpate::HandoverSettings<Real>>()});
   }
 };
