@@ -1,6 +1,6 @@
 """Young's modulus of rubber from its Shore A hardness: what the materials of the bumps say about a probe."""
 
-from math import sqrt
+from math import nan, sqrt
 from statistics import NormalDist
 
 RELATIONS = ("gent", "ruess", "error_function")
@@ -52,3 +52,24 @@ def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
         return float(10 ** (0.0235 * hardness - 0.6403))
     inverse = NormalDist().inv_cdf((1 + hardness / 100) / 2) / sqrt(2)  # erf(z) = 2 Phi(sqrt(2) z) - 1
     return (inverse / 3.186e-4) ** 2 / 1e6
+
+
+def shore_a_of_modulus(modulus: float) -> float:
+    """Return the Shore A hardness of a rubber with this modulus: the inverse of `modulus_of_shore_a` by Gent's relation.
+
+    Parameters
+    ----------
+    modulus : float, MPa
+
+    Returns
+    -------
+    float
+        1 to 95; nan outside, where the scale is not read.
+
+    Examples
+    --------
+    >>> round(shore_a_of_modulus(1.54), 1), shore_a_of_modulus(100.0)
+    (37.6, nan)
+    """
+    hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (7.62336 * 0.0981 + 2.54 * 0.137505 * modulus)
+    return hardness if 1 <= hardness <= 95 else nan

@@ -14,7 +14,9 @@ from bs4 import BeautifulSoup
 from command_lines import document, run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
+from palpate.materials import shore_a_of_modulus
 from palpate.report.writing import _render
+from palpate.samples import Status
 from project import FOUR, copied, made_once
 from report_session import HOSTILE, change, recorded, specimens, with_session
 
@@ -67,16 +69,16 @@ def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
     replayed = document("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
     value, _, interval = replayed["modulus_of_mean"]["text"].partition(" (")
     row = ten.row("Results", "gel")
-    assert row[:3] == ["gel", "4", NONE]
-    assert row[6:8] == [value.removesuffix(" MPa"), interval.rstrip(")")]
+    assert row[:3] == ["gel", value.removesuffix(" MPa"), interval.rstrip(")")]
+    assert row[8:] == ["4", NONE]
     assert f"gel: {value} (95 %: {interval}" in ten.text[""]
-    assert row[3] == palpate.digits.number(replayed["agreement"]["ratio"], replayed["agreement"]["standard_error"])
+    assert row[5] == palpate.digits.number(replayed["agreement"]["ratio"], replayed["agreement"]["standard_error"])
 
 
 def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     rows = ten.rows["Results"][1:]
-    assert [row[9] for row in rows] == ["yes"] * 10 + [""]
-    assert ten.row("Results", "30 OO")[8] == "0.143"
+    assert [row[4] for row in rows] == ["yes"] * 10 + [""]
+    assert ten.row("Results", "30 OO")[3] == "0.143"
     assert "10 of 10 known moduli are in the 95 % interval." in ten.text[""]
     assert re.search(r"3\d of these touches are data of the calibration itself", ten.text[""])
     numbers = [row[0] for row in ten.rows["Every touch"] if row and row[0].isdigit()]
@@ -146,16 +148,16 @@ def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
     assert "gel series" in page.text[""]
     assert "operator 2" in page.text[""]
     assert "fingerprint 66 cc 5c 90" in page.text[""]
-    assert page.row("Results", "30 OO")[1:3] == ["1", "1"]
-    assert page.row("Results", "30 OO")[8] == "0.143"
+    assert page.row("Results", "30 OO")[8:] == ["1", "1"]
+    assert page.row("Results", "30 OO")[3] == "0.143"
     reasons = [row[1] for row in page.rows["Every touch"] if len(row) == 2 and row[1].startswith(LEFT_OUT)]
     assert reasons[0] == f"{LEFT_OUT} left out. discarded"
     assert page.row("Every touch", "2")[-1] == "slipped"
     happened = {(row[2], row[3]) for row in page.rows["Recordings"] if len(row) == 4}
     assert {("mark", "slipped"), ("tare", "tare"), ("gap", "unplugged for 2 s"), ("note", "bench 2"), ("note", "bumps wiped")} <= happened  # fmt: skip
     assert "1 touch without a specimen" in page.text["Results"]
-    assert "threshold = 10.0" in page.text["Device and settings"]
-    assert "25.00 to 25.00 °C" in page.text["Device and settings"]
+    settings = page.rows["Device and settings"]
+    assert [["threshold", "10.0"] in settings, ["temperature_C", "25.00 to 25.00"] in settings] == [True, True]
 
 
 def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
@@ -169,6 +171,37 @@ def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
     assert f"2025-11-21 14:02:{int(11 + first_s)} UTC" in page.rows["Recordings"][1]
 
 
+def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
+    """A report in kPa has the digits of one in MPa; the begin is in the zone that the recording says."""
+    path = copied(tmp_path / "gel.csv", folder / "gel" / "gel.csv")
+    zero = 1_763_733_731_000_000_000 - round(float(palpate.read(path).t_hard_s[0]) * 1e9)
+    change(path, {"clock": {"zero_utc_ns": zero, "zero_monotonic_ns": 0}, "started": "2025-11-21T16:02:11+02:00"})
+    given: list[str | Path] = [path, "--calibration", folder / "probe.toml"]
+    more = ["--unit", "kPa", "--shore", "--probe", "P3", "--site", "Lab 2"]
+    for words, name in (([], "a.html"), (more, "b.html")):
+        assert run("report", *given, *words, "-o", tmp_path / name).exit_code == 0
+    mega, kilo = Page(tmp_path / "a.html"), Page(tmp_path / "b.html")
+    assert "2025-11-21 16:02:11 UTC+02:00" in mega.rows["Recordings"][1]
+    value = float(mega.row("Results", "gel")[1])
+    row = kilo.row("Results", "gel")
+    assert float(row[1]) == pytest.approx(1000 * value, rel=1e-12)
+    assert row[2] == f"{shore_a_of_modulus(value):.0f}"
+    assert kilo.rows["Every touch"][0][2:4] == ["kPa", "Shore A"]
+    assert ["Probe", "P3"] in kilo.rows[""]
+    assert "palpate report gel.csv --calibration probe.toml --probe P3 --site 'Lab 2' --unit kPa --shore" in kilo.text["Sources, and how to do it again"]  # fmt: skip
+
+
+def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
+    path = copied(tmp_path / "run.csv", FOUR)
+    lines = path.read_text().splitlines()
+    lines[100:120] = [line[:-1] + str(int(Status.EXCITATION)) for line in lines[100:120]]
+    path.write_text("\n".join(lines) + "\n")
+    report.write(tmp_path / "r.html", [path])
+    page = Page(tmp_path / "r.html")
+    assert re.search(r"Of [\d,]+ rows 20 are without a value\.", page.text[""])
+    assert page.row("", "Rows")[1].endswith(" 0 missing, 20 without a value")
+
+
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     name = "gel<img src=x onerror=alert(1)>&'-1.csv" if sys.platform != "win32" else "gel&'-1.csv"
     path = with_session(tmp_path / name, odd=HOSTILE)
@@ -176,7 +209,7 @@ def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     page = Page(tmp_path / "r.html")
     assert page.tags <= {
         "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "i", "sub", "div", "dl", "dt", "dd", "table",
-        "thead", "tbody", "tr", "th", "td", "span", "svg", "line", "path", "polygon", "circle", "text", "code", "pre",
+        "thead", "tbody", "tr", "th", "td", "span", "svg", "line", "path", "polygon", "circle", "text", "code", "pre", "details", "summary",
     }  # fmt: skip
     assert page.refers == []
     text = (tmp_path / "r.html").read_text(encoding="utf-8")
@@ -225,8 +258,8 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
     report.write(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text
-    assert page.rows["Results"][0] == ["Specimen", "Kept", "Left out", "Ratio", "±", "CV, %"]
-    assert page.row("Results", "gel")[1] == "8"
+    assert page.rows["Results"][0] == ["Specimen", "Ratio", "±", "CV, %", "Kept", "Left out"]
+    assert page.row("Results", "gel")[4] == "8"
     assert all(path.as_posix() in page.text["Recordings"] for path in paths)
     assert "No calibration was given" in page.text[""]
     assert "% a touch, by the repeated touches of this session:" in page.text["Uncertainty, in words"]
@@ -235,6 +268,6 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
 def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:
     report.write(tmp_path / "r.html", [FOUR], folder / "probe.toml")
     page = Page(tmp_path / "r.html")
-    cells = page.row("Results", "four-specimens")[3:8]
-    assert (cells[:2], cells[3:]) == ([NONE, NONE], [NONE, NONE])
+    cells = page.row("Results", "four-specimens")[1:6]
+    assert cells[:4] == [NONE] * 4
     assert "four-specimens: the 4 touches differ" in page.text["Results"]

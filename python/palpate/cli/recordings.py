@@ -215,6 +215,10 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
 @click.option("-o", "output", type=OUTPUT, help="The report to write, HTML.  [default: NAME-report.html]")
 @click.option("--title", default="", help="Title of the report.  [default: the session's title]")
 @click.option("--operator", default="", help="Who measured.  [default: from the session]")
+@click.option("--probe", default="", help="Which probe, for the head of the report.")
+@click.option("--site", default="", help="Where it was measured, for the head of the report.")
+@click.option("--unit", type=click.Choice(["MPa", "kPa"]), default="MPa", show_default=True, help="Unit of the moduli.")
+@click.option("--shore", is_flag=True, help="Shore A beside the moduli, by Gent's relation.")
 @click.option("--note", "notes", multiple=True, help="A note for the head of the report; may be repeated.")
 @force_option
 @json_option
@@ -223,10 +227,9 @@ def report(
     calibration: Path | None,
     moduli: Path | None,
     output: Path | None,
-    title: str,
-    operator: str,
     notes: tuple[str, ...],
     force: bool,
+    **head: Any,
 ) -> None:
     """Write a report of recordings as one HTML file, which prints on A4.
 
@@ -247,7 +250,7 @@ def report(
     path = output or recordings[0].with_name(f"{recordings[0].stem}-report.html")
     require_free([path], [*recordings, *filter(None, (calibration, moduli))], force=force)
     try:
-        made = write(path, recordings, calibration, moduli=moduli, title=title, operator=operator, notes=notes)
+        made = write(path, recordings, calibration, moduli=moduli, notes=notes, **head)
     except (ValueError, TypeError) as error:
         said = str(error).splitlines()[0]
         convert = ": use palpate convert, and report what it writes" if "--map" in said else ""

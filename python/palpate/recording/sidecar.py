@@ -8,7 +8,7 @@ import math
 import platform
 import time
 import zlib
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +49,7 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
     return {
         "schema": SCHEMA,
         "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "started": datetime.now().astimezone().isoformat(timespec="seconds"),
         "clock": {"started_utc_ns": time.time_ns()},
         "device": device,
         "settings": settings,

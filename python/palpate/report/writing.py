@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from typing import Any
 from palpate import digits
 from palpate._core import __version__
 from palpate.calibration import plot, verdict
-from palpate.calibration.calibration import Calibration
+from palpate.calibration.calibration import Calibration, Modulus
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.specimen_files import read_moduli
@@ -22,6 +23,7 @@ from palpate.display.text import counted, lasting
 from palpate.errors import shortened
 from palpate.extras import need
 from palpate.files import write as write_file
+from palpate.materials import shore_a_of_modulus
 from palpate.recording import sidecar
 from palpate.report.findings import Findings, Result, Run, findings, run_again, run_of
 from palpate.sentences import doubts_of_origin
@@ -63,6 +65,10 @@ def write(
     moduli: _PathLike | None = None,
     title: str = "",
     operator: str = "",
+    probe: str = "",
+    site: str = "",
+    unit: str = "MPa",
+    shore: bool = False,
     notes: Sequence[str] = (),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Written:
@@ -82,6 +88,12 @@ def write(
         Table of known moduli as for `palpate calibrate`: for recordings whose sidecar names no specimens.
     title, operator : str
         Default: those of the sessions in the sidecars.
+    probe, site : str
+        For the head of the report.
+    unit : str
+        Of the moduli of specimens and touches: "MPa" or "kPa".
+    shore : bool
+        Whether Shore A stands beside the moduli, by `shore_a_of_modulus`.
     notes : sequence of str
         For the head of the report.
     tell : callable
@@ -109,15 +121,16 @@ def write(
     """
     for module in ("scipy", "jinja2"):
         need(module, "report")  # before the recordings are read
-    probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
+    curve, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
-    fitted = Calibration.load(probe) if probe else None
+    fitted = Calibration.load(curve) if curve else None
     runs = [run_of(each, name, tell=tell) for name, each in _recordings(recordings, table).items()]
     runs = [run_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
     found = findings(runs, fitted, known)
-    files = [("calibration", probe), ("moduli", table)]
-    options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
-    options += [("note", note) for note in notes]
+    files = [("calibration", curve), ("moduli", table)]
+    head = {"title": title, "operator": operator, "probe": probe, "site": site, "unit": "" if unit == "MPa" else unit}
+    options: list[tuple[str, Any]] = [*((name, file and file.name) for name, file in files), *head.items()]
+    options += [("shore", shore), *(("note", note) for note in notes)]
     shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file], tell)
     write_file(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
     results = {
@@ -174,14 +187,25 @@ def _columns(rows: list[_Row]) -> list[tuple[str, str]]:
     return [(name, "w" if name in _WORDS else "") for name in cells[0] if any(row[name] != "" for row in cells)]
 
 
+def _in(unit: str, text: str) -> str:
+    """Return a text with moduli in MPa in a unit: with the same digits."""
+    if unit == "MPa":
+        return text
+    digit = re.compile(r"\d+(\.\d+)?(e-?\d+)?")
+    return digit.sub(lambda one: f"{1000 * float(one[0]):.{max(0, len((one[1] or '.')[1:]) - 3)}f}", text).replace(
+        "MPa", unit
+    )
+
+
 def _shown(
-    found: Findings, options: list[tuple[str, str]], files: list[Path], tell: Callable[[str], None]
+    found: Findings, options: list[tuple[str, Any]], files: list[Path], tell: Callable[[str], None]
 ) -> dict[str, Any]:
     """Return all that the template shows, from findings, the options of the command, and the files that these name."""
     asked, runs = dict(options), found.runs
-    given, names = [f" --{name} {shlex.quote(text)}" for name, text in options], shlex.join(run.name for run in runs)
+    given = [f" --{name}" + ("" if text is True else f" {shlex.quote(text)}") for name, text in options]
+    unit, shore, names = asked.get("unit", "MPa"), "shore" in asked, shlex.join(run.name for run in runs)
     each = counted(len(runs), "recording") if len(runs) > 1 else runs[0].name
-    rows, lost = (sum(getattr(run.recording.survey, name) for run in runs) for name in ("rows", "lost"))
+    counts = [sum(getattr(run.recording.survey, name) for run in runs) for name in ("rows", "lost", "refused")]
     begins = sorted(filter(None, map(_begin, runs)))
     sources = [*(source for run in runs for source in _files(run)), *((file.name, file) for file in files)]
     kept = [one for one in found.touches if not one.left_out]
@@ -190,16 +214,18 @@ def _shown(
         "title": asked.get("title") or _listed(run.plan.title for run in runs) or f"Report of {each}",
         "simulated": _simulated(runs),
         "doubts": _doubts(found),
-        "named": _named(found.results),
-        "verdict": " ".join(_sentences(found, len(kept))),
+        "named": _named(found.results, unit),
+        "verdict": " ".join(_sentences(found, len(kept), *counts)),
         "head": [
             ("Operator", asked.get("operator") or _listed(run.plan.operator for run in runs)),
             ("Begin", _listed([*begins[:1], *begins[-1:]], " to ") or "unknown"),
             *((name.capitalize(), text) for name, text in options if name == "note"),
-            ("Probe", f"calibration {asked['calibration']}" if "calibration" in asked else "not calibrated"),
+            ("Probe", asked.get("probe")),
+            ("Site", asked.get("site")),
+            ("Calibration", asked.get("calibration", "none")),
             ("Board", _listed(map(_board, runs))),
             ("Recordings", each),
-            ("Rows", f"{rows:,}, {lost or 'none'} missing"),
+            ("Rows", "{:,}, {:,} missing, {:,} without a value".format(*counts)),
             ("Check", _listed(run.checked.verdict for run in runs)),
         ],
         "found": found,
@@ -210,7 +236,8 @@ def _shown(
         "specimens": [],
         "version": __version__,
         **(_fitted(found.calibration, found.results) if found.calibration else {}),
-        "results": [_result(one, found.calibration) for one in found.results],
+        "unit": unit,
+        "results": [_result(one, found.calibration, unit, shore=shore) for one in found.results],
         "parts": [
             {
                 "Specimen": one.name,
@@ -220,14 +247,14 @@ def _shown(
             for one in found.results
             if one.budget
         ],
-        "touches": list(_touches(found, happened, tell)),
+        "touches": list(_touches(found, happened, tell, unit, shore=shore)),
         "recordings": [_recording(run) for run in runs],
         "happened": [
             {"Recording": run.name, "Time": _clock(t_s - run.first_s), "What": kind, "Text": text}
             for run in runs
             for t_s, kind, text in happened[run.name]
         ],
-        "settings": [*_settings(runs), ("Reported by", f"palpate {__version__}")],
+        "settings": [*_settings(runs), ("Reported by", [("palpate", __version__)])],
         "sums": [(name, element("code", f"sha256 {_checksum(file)}")) for name, file in sources],
         "commands": [
             f"palpate check {names}",
@@ -279,28 +306,37 @@ def _percent(share: float) -> str:
     return digits.error(100 * share) if isfinite(share) else NONE
 
 
-def _result(one: Result, calibration: Calibration | None) -> dict[str, object]:
-    """Return the row of a specimen; without a value of the modulus the interval says why."""
-    mean, value, interval = one.mean, NONE, NONE
-    if one.modulus:
-        value, _, interval = str(one.modulus).rstrip(")").partition(" (")
-        value, interval = (value.removesuffix(" MPa"), interval) if interval else (NONE, value)
-        interval += ", beyond the specimens" if one.modulus.extrapolated else ""
+def _cells(modulus: Modulus | None, unit: str, *, shore: bool, none: str) -> dict[str, object]:
+    """Return the cells of a modulus; without a value the interval says why. `none`: without a modulus."""
+    if not modulus:
+        return dict.fromkeys([unit, *["Shore A"] * shore, "95 % interval"], none)
+    value, _, interval = _in(unit, str(modulus)).rstrip(")").partition(" (")
+    value, interval = (value.removesuffix(f" {unit}"), interval) if interval else (NONE, value)
+    interval += ", beyond the specimens" if modulus.extrapolated else ""
+    hardness = shore_a_of_modulus(modulus.value)
+    beside = {"Shore A": f"{hardness:.0f}" if isfinite(hardness) else NONE} if shore else {}
+    return {unit: value, **beside, "95 % interval": interval}
+
+
+def _result(one: Result, calibration: Calibration | None, unit: str, *, shore: bool) -> dict[str, object]:
+    """Return the row of a specimen."""
+    mean = one.mean
     return {
         "Specimen": one.name,
-        "Kept": len(one.kept),
-        "Left out": len(one.touches) - len(one.kept) or NONE,
+        **_cells(one.modulus, unit, shore=shore, none=NONE if calibration else ""),
+        "Known": _in(unit, f"{one.known:g}") if one.known else "",
+        "Inside": {True: "yes", False: "no", None: ""}[one.inside],
         "Ratio": digits.number(mean.ratio, mean.standard_error) if mean else NONE,
         "±": digits.error(mean.standard_error) if mean else NONE,
         "CV, %": _percent(one.variation),
-        "MPa": value if calibration else "",
-        "95 % interval": interval if calibration else "",
-        "Known": f"{one.known:g}" if one.known else "",
-        "Inside": {True: "yes", False: "no", None: ""}[one.inside],
+        "Kept": len(one.kept),
+        "Left out": len(one.touches) - len(one.kept) or NONE,
     }
 
 
-def _touches(found: Findings, happened: Mapping[str, list[_Event]], tell: Callable[[str], None]) -> Iterator[_Row]:
+def _touches(
+    found: Findings, happened: Mapping[str, list[_Event]], tell: Callable[[str], None], unit: str, *, shore: bool
+) -> Iterator[_Row]:
     """Yield a row for each touch, and the sentences about it; of several recordings their names, too."""
     means = {one.name: one.mean.ratio for one in found.results if one.mean}
     name = found.runs[0].name if len(found.runs) == 1 else ""
@@ -311,22 +347,20 @@ def _touches(found: Findings, happened: Mapping[str, list[_Event]], tell: Callab
             yield element("b", name)
         touch = one.touch
         known = one.uncertainty(found.scatter)
-        modulus = NONE if found.calibration else ""
-        if found.calibration and not one.left_out:
-            modulus = str(found.calibration.modulus_of(touch)).partition(" (")[0].removesuffix(" MPa")
+        modulus = found.calibration.modulus_of(touch) if found.calibration and not one.left_out else None
         from_mean = known.ratio / means.get(one.specimen, nan) - 1
         end_s = touch.start_s + touch.samples * one.run.period_s
         marks = [text for t_s, kind, text in happened[name] if kind == "mark" and touch.start_s <= t_s <= end_s]
         yield {
             "Touch": one.number,
             "Specimen": one.specimen or NONE,
+            **_cells(modulus, unit, shore=shore, none=NONE if found.calibration else ""),
             "Start": _clock(touch.start_s - one.run.first_s),
             "Samples": touch.samples,
             "Ratio": digits.number(known.ratio, known.uncertainty),
             "±": digits.error(known.uncertainty) if isfinite(known.uncertainty) else NONE,
             "Noise, %": _percent(known.noise / abs(known.ratio) if known.ratio else nan),
             "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS) if isfinite(from_mean) else NONE,
-            "MPa": modulus,
             "Alarm, %": f"{100 * touch.alarm_share:.0f}",
             "Mark": "; ".join(marks),
         }
@@ -372,15 +406,18 @@ def _doubts(found: Findings) -> list[str]:
     return list(dict.fromkeys(doubts)) if found.touches else [*doubts, "no touch was found"]
 
 
-def _named(results: list[Result]) -> list[str]:
+def _named(results: list[Result], unit: str) -> list[str]:
     """Return the moduli that were not known before, a sentence each."""
     unknown = [result for result in results if result.known is None and result.modulus]
-    named = [f"{one.name}: {str(one.modulus).replace('(', '(95 %: ')}." for one in unknown[:_MOST_NAMED]]
+    named = [f"{one.name}: {_in(unit, str(one.modulus)).replace('(', '(95 %: ')}." for one in unknown[:_MOST_NAMED]]
     more = len(unknown) - _MOST_NAMED
     return [*named, f"{counted(more, 'more specimen')} below."] if more > 0 else named
 
 
-def _sentences(found: Findings, kept: int) -> Iterator[str]:
+def _sentences(found: Findings, kept: int, rows: int, lost: int, refused: int) -> Iterator[str]:
+    bad = {"missing": lost, "without a value": refused}
+    if any(bad.values()):
+        yield f"Of {rows + lost:,} rows {' and '.join(f'{n:,} {_is(n)} {what}' for what, n in bad.items() if n)}."
     if not found.touches:
         yield "No touch was found."
         return
@@ -401,12 +438,18 @@ def _is(count: int) -> str:
 
 
 def _begin(run: Run) -> str:
-    """Return when a recording began, UTC; "": unknown. By the epoch of its clock, else by the start of the program."""
-    zero_ns, started = run.recording.zero_utc_ns, run.recording.document.get("started")
+    """Return when a recording began, in the zone of the computer that made it; "": unknown.
+
+    By the epoch of its clock, else by the start of the program, which says the zone; UTC without it.
+    """
+    zero_ns = run.recording.zero_utc_ns
+    try:
+        at = datetime.fromisoformat(str(run.recording.document.get("started")))
+    except ValueError:
+        at = None
     if zero_ns is not None and isfinite(run.first_s):
-        at = datetime.fromtimestamp(zero_ns / 1e9 + run.first_s, UTC)
-        return f"{at:%Y-%m-%d %H:%M:%S} UTC"
-    return f"{shortened(started).replace('T', ' ').removesuffix('+00:00')} UTC" if isinstance(started, str) else ""
+        at = datetime.fromtimestamp(zero_ns / 1e9 + run.first_s, (at and at.tzinfo) or UTC)
+    return f"{at:%Y-%m-%d %H:%M:%S %Z}".strip() if at else ""
 
 
 def _board(run: Run) -> str:
@@ -428,37 +471,38 @@ def _happened(run: Run) -> list[_Event]:
     return sorted(found, key=lambda one: -inf if isnan(one[0]) else one[0])
 
 
-def _settings(runs: list[Run]) -> list[tuple[str, str]]:
+def _settings(runs: list[Run]) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return devices and settings, each with its title; equal ones once, with the names of their recordings."""
-    named: dict[tuple[str, str], list[str]] = {}
+    named: dict[tuple[str, tuple[tuple[str, str], ...]], list[str]] = {}
     for run in runs:
         of = run.recording.document.get
-        texts = {"Device": _flat(of("device")), "Chip": _conditions(of("conditions", []))}
-        texts |= {"Estimator": _flat(run.tracking), "Recorded by": _flat(of("versions"))}
-        for title, text in texts.items():
-            named.setdefault((title, text), []).append(run.name)
+        parts = {"Device": of("device"), "Chip": _conditions(of("conditions", []))}
+        parts |= {"Estimator": run.tracking, "Recorded by": of("versions")}
+        for title, values in parts.items():
+            named.setdefault((title, tuple(_flat(values))), []).append(run.name)
     return [
-        (title, text if len(names) == len(runs) else f"{', '.join(names)}: {text}")
-        for (title, text), names in named.items()
-        if text
+        (title if len(names) == len(runs) else f"{title} of {', '.join(names)}", list(values))
+        for (title, values), names in named.items()
+        if values
     ]
 
 
-def _flat(values: Any, name: str = "") -> str:
-    """Return names and values as one line; a value in a table has both names."""
+def _flat(values: Any, name: str = "") -> Iterator[tuple[str, str]]:
+    """Yield names and values; a value in a table has both names."""
     if isinstance(values, Mapping):
-        inner = (_flat(value, f"{name}.{key}" if name else str(key)) for key, value in values.items())
-        return ", ".join(filter(None, inner))
-    return f"{name} = {shortened(str(values), _LONGEST)}" if values is not None else ""
+        for key, value in values.items():
+            yield from _flat(value, f"{name}.{key}" if name else str(key))
+    elif values is not None:
+        yield name, shortened(str(values), _LONGEST)
 
 
-def _conditions(known: list[Any]) -> str:
+def _conditions(known: list[Any]) -> dict[str, str]:
     """Return the range of temperature and supply of the chip, as the recording has them."""
-    ranges = []
-    for name, unit in {"temperature_C": "°C", "supply_V": "V"}.items():
+    ranges = dict[str, str]()
+    for name in ("temperature_C", "supply_V"):
         values = [one[name] for one in known if isinstance(one, dict) and isinstance(one.get(name), int | float)]
-        ranges += [f"{min(values):.2f} to {max(values):.2f} {unit}"] if values else []
-    return ", ".join(ranges)
+        ranges |= {name: f"{min(values):.2f} to {max(values):.2f}"} if values else {}
+    return ranges
 
 
 def _files(run: Run) -> list[tuple[str, Path]]:
