@@ -28,6 +28,12 @@ def spans(path: Path) -> list[str]:
     return re.findall(r"(?<!`)`([^`\n]+)`(?!`)", _ANY.sub("", path.read_text(encoding="utf-8")))
 
 
+def test_no_picture_is_large() -> None:
+    """Of tests/tools/pictures.py, which makes them, and of the benches."""
+    pictures = [*(ROOT / "docs" / "images").iterdir(), *(ROOT / "bench" / "results").glob("*.png")]
+    assert [path.name for path in pictures if path.stat().st_size > 100_000] == []
+
+
 @each
 def test_blocks_of_commands_are_parsed(path: Path) -> None:
     """The shell reads each block, and palpate the commands in it; nothing is run."""
