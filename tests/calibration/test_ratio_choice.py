@@ -197,7 +197,7 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     assert run("convert", tmp_path / "table.csv", "-o", path, "--map", "time=1,hard=2,soft=3").exit_code == 0
     touches = iter(enumerate(palpate.touches(palpate.read(path)), 1))
-    known = [KnownSpecimen(f"{E}", E, 4, tuple((*next(touches), True) for _ in range(4))) for E in specimens]
+    known = [KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens]
     used, folder = list[Calibration](), RunFiles(folder=tmp_path)
     recorders: Any = iter([SimpleNamespace(path=path), None])
     for _ in range(2):

@@ -12,7 +12,7 @@ from palpate.live.hub import Page
 from palpate.live.measurement import LiveMeasurement, opener
 
 VALUES = {"rows": 20, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "id": 0, "touch": 0,
-          "touches": [1, 2]}  # fmt: skip
+          "touches": [1, 2], "unit": "kPa", "shore": True}  # fmt: skip
 
 
 def test_each_command_is_parsed_and_obeyed_by_a_method_with_its_values() -> None:

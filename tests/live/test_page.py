@@ -8,11 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import palpate
-from effort import random_of
+import pytest
+from command_lines import run
+from effort import ALL, random_of
 from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
 from palpate import digits
+from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.app import page_files
 from selenium.webdriver.common.keys import Keys
 
@@ -54,6 +57,34 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     asked = {url for url in page.requests() if not url.startswith(("about:", "blob:"))}
     assert len(asked) > 5
     assert all(url.replace("ws:", "http:").startswith(live.origin) for url in asked), asked
+
+
+@pytest.mark.skipif(not ALL, reason="two minutes")
+def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path) -> None:
+    """Calibrated, saved and reported in 8 actions; all moduli are in their intervals; no text of an error is shown."""
+    ten = tmp_path / "ten.csv"
+    assert run("record", "sim:ten-specimens?seed=3", "-o", ten, "--touches", "40").exit_code == 0
+    live = serve("--folder", str(tmp_path), source=f"{ten}?speed=20")
+    page.driver.get(live.address)
+    page.until(lambda: page.text("word") == "Stop" and page["again"].is_displayed())
+    page.press("p")
+    lines = [f"{name}; {modulus}".replace(".", ",") for name, modulus in SORBOTHANE_MPA.items()]
+    page["list"].send_keys("\n".join(lines))
+    page.until(lambda: page.text("listread").splitlines()[-1:] == ["8.68 MPa"])
+    page.all("#plan button.strong")[0].click()
+    page["again"].click()
+    page.until(lambda: page["record"].is_enabled())
+    page.press("r", "k")
+    page.until(lambda: page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says"))
+    assert page.text("says").startswith("✓ 40 of 40 done.")
+    assert (page.text("number2"), page.text("range2")) == ("10 of 10", "fitted to them: no test")
+    assert 2 < float(page.text("number").split()[1]) < 4
+    assert "got " not in page.all("body")[0].text
+    page["openreport"].click()
+    page.press("n")
+    page.until(lambda: page.text("word") != "Done")
+    assert {path.suffix for path in tmp_path.glob("p*")} == {".toml", ".html", ".csv", ".json"}
+    live.end()
 
 
 def _tared(page: Browser) -> bool:

@@ -18,13 +18,21 @@ Shown = Callable[..., Canned]
 SEEN = list(SIZES) if ALL else ["desk", "phone"]
 THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged", "flagged"]
 """The states that axe looks at, in light and dark colours, which takes a second each."""
-OVER = {"plan": "openplan", "files": "openfiles", "set": "openset", "keys": "help", "menu": "more", "marking": "mark"}
+OVER = {
+    "plan": "openplan",
+    "files": "openfiles",
+    "settings": "opensettings",
+    "set": "openset",
+    "keys": "help",
+    "menu": "more",
+    "marking": "mark",
+}
 """What opens over the page, and the button that opens it."""
 
 
 def wrong_in(page: Browser, size: str) -> dict[str, Any]:
     """Return what is wrong with the looks of the page."""
-    checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size in ("phone", "lying") else {})
+    checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size in ("phone", "lying", "small") else {})
     return {what: found for what, script in checks.items() if (found := page.run(script))}
 
 
@@ -60,6 +68,32 @@ def test_what_opens_over_the_page(page: Browser, shown: Shown, size: str) -> Non
         assert wrong_in(page, size) == {}, name
         if size == "phone" or ALL:
             assert page_looks.audit(page.driver) == [], name
+
+
+@pytest.mark.parametrize("size", [size for size in SIZES if size != "tablet"])
+def test_nothing_is_cut_or_hard_to_read_at_the_six_sizes(page: Browser, shown: Shown, size: str) -> None:
+    """In light and dark, with the largest numbers: a ratio with its uncertainty, a modulus with its unit, the end of a plan."""
+    for name, unit in (("bare", "MPa"), ("contact", "kPa"), ("done", "MPa")):
+        server = shown(name, size)
+        page.choose("unit", unit)
+        page.choose("shore", "on")
+        if name == "bare":
+            told = server.state.told
+            told["hello"]["calibrated"] = False
+            ratio = {
+                "state": "contact",
+                "ratio": 10.138,
+                "standard_error": 0.01,
+                "uncertainty": 0.304,
+                "uncertainty_from": "assumed",
+            }
+            server.tell("state", **told["state"] | ratio)
+            page.until(lambda: page.text("pm") == "± 0.30")
+        for theme in ("light", "dark"):
+            page.theme(theme)
+            assert (name, theme, wrong_in(page, size)) == (name, theme, {})
+            if theme == "dark" or ALL:
+                assert page_looks.audit(page.driver) == []
 
 
 def test_the_checks_find_what_is_wrong(page: Browser, shown: Shown) -> None:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from palpate import Calibration, RecordingError, Touch
 from palpate.live.commands import COMMANDS
 from palpate.live.feed import RefusedCommand
+from palpate.live.files import RunFiles
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
 from palpate.recording import session as stored
 from palpate.recording import sidecar
@@ -51,6 +52,7 @@ class Bench:
         self.recorder: Recorder | None = Recorder()
         self.newest_recorder: Recorder | None = self.recorder
         self.say = self.said.append
+        self.files = RunFiles()
         measurement: Any = self
         self.plan = TouchPlan(measurement, calibration)
         self.do("plan", text=THREE, wanted=wanted, title="gels", operator="A. B.")
@@ -101,6 +103,38 @@ class Bench:
         return [row["specimen"] for row in self.plan.rows]
 
 
+def test_the_end_of_a_plan() -> None:
+    """From the last wanted touch until another object is touched, or is to be."""
+    bench = Bench(wanted=1)
+    for what in ("touch", "short", "touch"):
+        bench.take(what)
+        assert (bench.plan.finished(), bench.told["done"]) == (None, None)
+    bench.take("touch")
+    bench.files.made(Path("probe.toml"), "calibration")
+    line = ("3 of 3 done.", "Calibration saved. The recording goes on until you end it.", "3 specimens; 1 left out")
+    assert bench.plan.finished() == line
+    assert bench.told["done"] == {"scatter": 0.03, "source": "assumed", "inside": 0, "of": 0, "left_out": 1}
+    bench.do("specimen", name="")
+    assert bench.plan.finished() is None
+    bench.take("touch")
+    assert (bench.specimens[-1], bench.told["done"]) == (None, None)
+    ratios = [GOOD.ratio * level * off for level in (1.0, 2.5, 5.0) for off in (0.98, 1.0, 1.02)]
+    found = Bench(wanted=1, calibration=Calibration.fit(ratios, [0.143] * 3 + [1.0] * 3 + [8.68] * 3))
+    for _ in range(3):
+        found.take("touch")
+    assert (found.told["done"]["source"], found.told["done"]["of"]) == ("calibration", 2)
+    assert found.told["done"]["inside"] <= 1  # of two moduli, the same ratio
+
+
+def test_how_a_list_is_read() -> None:
+    text = "name; MPa\n\na; 0,25\nb; 0,2.5\nc\nd; 250 kPa\na; 1"
+    wrong = {"wrong": "got 'b; 0,2.5', allowed: moduli above 0, as 30 OO; 0.143"}
+    twice = {"wrong": "got 'a' again, allowed: each name once"}
+    quarter = {"modulus": 0.25}
+    assert TouchPlan.read(text)["lines"] == [None, None, quarter, wrong, {"modulus": None}, quarter, twice]
+    assert TouchPlan.read("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, {"modulus": 2.0}]
+
+
 @pytest.mark.parametrize(
     ("line", "value"),
     [("; 0.143", 0.143), (";0,143", 0.143), ('\t"0.143"', 0.143), (", 0,143 MPa", 0.143), ("; 1.1e-2", 0.011), (";", None)],
@@ -111,7 +145,7 @@ def test_a_line_of_the_list(line: str, value: float | None) -> None:
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("a\nb; much", "line 2: got 'b; much', allowed: moduli above 0, MPa"), ("a; -1", "line 1: got 'a; -1'"),
+    ("a\nb; much", "line 2: got 'b; much', allowed: moduli above 0, as"), ("a; -1", "line 1: got 'a; -1'"),
     ("a; 0", "line 1"), ("a; nan", "line 1"), ("a; 1; 2", "line 1"), ("gel, soft", "line 1"),
     ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 200 characters"), ("a; x\nb\n; 1", "0.143\nline 3: "),
     ("x" * 201, "line 1"),

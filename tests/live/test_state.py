@@ -22,7 +22,8 @@ from palpate.live.state_rules import ENDLESS_S, LONG_S, Facts, LastTouch, Now, P
 from palpate.sources import Gap
 from palpate.stream import Stream
 
-WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File"}
+WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done"}
+DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=("offset",))
 NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
@@ -70,6 +71,9 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts("baseline", result=GOOD), "after", "Wait", "quiet", "revised"),
     (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Noise 0.03 fF."),
     (facts("ended"), "ended", "Stop", "note", "no more samples"),
+    (facts("no contact", finished=DONE), "finished", "Done", "note", "Calibration saved."),
+    (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
+    (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts(retaken_s=1.0), "baseline", "Touch", "caution", ""),
     (facts("contact", pace=SLOW), "slow", "Hold", "caution", ""),
     (facts(pace=PairRate(38.0, 38.4, 380, 1, 5)), "slow", "Touch", "caution", "5 were not estimated"),

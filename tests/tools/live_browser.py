@@ -13,7 +13,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 PATIENCE_S = 90  # long, since a busy machine is slow
-SIZES = {"desk": (1280, 800), "phone": (390, 844), "wall": (2560, 1440), "lying": (844, 390), "tablet": (768, 1024)}
+SIZES = {"desk": (1280, 800), "phone": (390, 844), "wall": (2560, 1440), "lying": (844, 390), "small": (640, 400), "screen": (1920, 1080), "tablet": (768, 1024)}  # fmt: skip
 
 
 class Browser:
@@ -43,9 +43,9 @@ class Browser:
         """Click an element, also one that something lies over."""
         self.run("document.getElementById(arguments[0]).click()", name)
 
-    def until(self, holds: Any) -> None:
+    def until(self, holds: Any, patience_s: float = PATIENCE_S) -> None:
         """Wait for a condition; an element that the page replaces meanwhile is looked for again."""
-        wait = WebDriverWait(self.driver, PATIENCE_S, 0.1, ignored_exceptions=[StaleElementReferenceException])
+        wait = WebDriverWait(self.driver, patience_s, 0.1, ignored_exceptions=[StaleElementReferenceException])
         wait.until(lambda _: holds())
 
     def size(self, name: str) -> None:
@@ -56,8 +56,11 @@ class Browser:
 
     def theme(self, name: str) -> None:
         """Select light or dark colours."""
-        while self["theme"].get_attribute("aria-label") != f"Colours: {name}":
-            self.click("theme")
+        self.choose("theme", name)
+
+    def choose(self, setting: str, value: str) -> None:
+        """Choose a setting in its dialog."""
+        self.run(f"document.querySelector('[name={setting}][value={value}]').click()")
 
     def drawn(self) -> None:
         """Wait for two frames."""

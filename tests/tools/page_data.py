@@ -168,6 +168,7 @@ def session_of(case: "Case", progress: Progress) -> Document:
         "count": progress.count(),
         "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}] if case.listed else [],
         "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
+        "done": DONE if case.now.word == "Done" else None,
     }
 
 
@@ -184,7 +185,7 @@ def calibration_of(touches: list[Press]) -> Document:
     half = {"name": "half_modulus", "value": "2.06 MPa", "interval": "1.88 to 2.25"}
     lines = {"ratio": curve, "low": curve * 0.944, "high": curve * 1.056, "modulus": grid}
     said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend."}
-    todo = {"next": "Next: 50 OO.", "missing": ["Begun: 50 OO (3 more)."], "saved": None}
+    todo = {"next": "Next: 50 OO.", "saved": None}
     return {"on": True, "sound": False} | said | todo | {
         "parameters": [rigid, half],
         "curve": {name: values.tolist() for name, values in lines.items()},
@@ -237,6 +238,7 @@ class Case:
     facts: Document = field(default_factory=dict)
 
 
+DONE = {"scatter": 0.0271, "source": "session", "inside": 5, "of": 5, "left_out": 2}
 HELD, PART = RUNNING.until(LIVE), replace(RUNNING.until(LIVE - 0.95), flag="gap")
 OFFSET = press(20, "30 OO", RUNNING.start, "offset")
 TOUCH = Now("Touch", "30 OO, touch 2 of 4: press, and hold")
@@ -259,6 +261,7 @@ CASES = {
     "calibrate": Case(TOUCHES[15].start - 1.3, Now("Touch", "50 OO, touch 2 of 4: press, and hold"),
                       StatusLine("ready", "quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun."), calibrating=True),
     "file": Case(RUNNING.end + 1.2, Now("File", "run-11.csv, 21 Nov 2026, 14:02"), StatusLine("file", "quiet", "", FILE), recording=False, file=True, state="ended"),
+    "done": Case(RUNNING.end + 2.4, Now("Done", "6 specimens; 2 left out", "good"), StatusLine("finished", "note", "24 of 24 done.", "Calibration saved, report ready. The recording goes on until you end it."), touches=TOUCHES),
     "bare": Case(3.9, Now("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False),
 }  # fmt: skip
 CASES["review"] = CASES["contact"]
@@ -290,7 +293,7 @@ def hello_of(case: Case) -> Document:
     """Return what does not change during a measurement."""
     named = {"source": "run-11.csv" if case.file else "usb:", "device": "AD7746 kit, USB 1/4", "scene": "handheld"}
     length = {"samples": LENGTH, "seconds": LENGTH / RATE, "threshold": THRESHOLD, "origin_s": ORIGIN_S}
-    known = {"calibrated": case.listed, "scatter": SCATTER if case.listed else None}
+    known = {"calibrated": case.listed, "scatter": SCATTER if case.listed else None, "assumed": 0.03}
     file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "amendable": True}
     kind = {"measurement": 1, "kind": "file" if case.file else "live", "file": file if case.file else None}
     return {**named, **length, **known, **kind}

@@ -47,13 +47,18 @@ return [...document.querySelectorAll("button, a, input, select, textarea")].filt
 )
 """What can be pressed and is smaller than 44 px."""
 
-CHECKS = {"sideways": SIDEWAYS, "cut": CUT}  # what holds at every size
+OVER = """
+const boxes = [...document.querySelectorAll("#now *")].filter((e) => e.checkVisibility({ visibilityProperty: true }) && e.clientWidth);
+return boxes.filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => `${e.id}: ${e.scrollWidth} in ${e.clientWidth}`);"""
+"""Parts of the main panel that are wider than their boxes."""
+
+CHECKS = {"sideways": SIDEWAYS, "cut": CUT, "over": OVER}  # what holds at every size
 NEWEST = """return [...document.querySelectorAll("#touches tr")].filter((e) => !e.hidden).slice(0, 4)
   .map((e) => e.getBoundingClientRect().bottom);"""
 """Lower edges of the head of the table and of the three newest touches, px."""
 PLACES = """
 const wide = innerWidth >= 1100, always = ["touchplot", "overview", "detail", "touches"], at = ({ left, top, width, height }, id) => [left, top + scrollY, width, id === "touches" && !wide ? 0 : height].map(Math.round);
-return Object.fromEntries([...always, ...(wide ? ["session", "device"] : [])].map((id) => [id, at(document.getElementById(id).getBoundingClientRect(), id)]));"""
+return Object.fromEntries(always.map((id) => [id, at(document.getElementById(id).getBoundingClientRect(), id)]));"""
 """Left, top, width and height of the charts and tables, px. In one column the table grows, and what is below it moves."""
 
 

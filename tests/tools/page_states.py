@@ -11,6 +11,7 @@ from palpate.live.access import HEADERS
 from palpate.live.app import page_files
 from palpate.live.feed import Kind, Rows, pack
 from palpate.live.levels import Levels
+from palpate.live.plan import TouchPlan
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -102,8 +103,9 @@ class Canned:
             return
         if command["do"] == "noise" and command["on"]:
             page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
-        more = {"id": 9} if command["do"] == "mark" else {}
-        done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}.", **more}
+        more: dict[str, Any] = {"id": 9} if command["do"] == "mark" else {}
+        more = TouchPlan.read(command["text"], command["unit"]) if command["do"] == "read list" else more
+        done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}."} | more
         page.send(json.dumps(self.answers.get(command["do"], done)))
 
 

@@ -1,4 +1,4 @@
-"""Guided calibration: the fit after each touch, what is still missing, and the file at the end."""
+"""Guided calibration: the fit after each touch, and the file at the end."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,7 +15,7 @@ from palpate.calibration.calibration import band
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.fit_tables import parameter_rows
 from palpate.calibration.ratio_choice import Choice, Track, choose
-from palpate.errors import CalibrationError, MissingExtra, PalpateError, listed
+from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.files import RunFiles
@@ -36,7 +36,6 @@ class KnownSpecimen:
 
     name: str
     modulus: float  # MPa
-    wanted: int  # touches that shall be kept
     touches: tuple[tuple[int, Touch, bool], ...] = ()
     ratio_of: RatioOf = hold
 
@@ -50,18 +49,14 @@ class KnownSpecimen:
         """The kept touches that a fit can use."""
         return [touch for touch in self.kept if not objections(touch, (), self.ratio_of)]
 
-    @property
-    def lacks(self) -> int:
-        """Number of touches that it still needs."""
-        return max(self.wanted - len(self.usable), 0)
-
 
 class GuidedCalibration:
     """Fits a calibration to the touches so far, in a thread of its own.
 
     `known` returns the specimens of known modulus with their touches; `use` takes a saved calibration and its path: the
     measurement goes on with it. `recorded` returns the newest recorder, and scene and settings: if its recording has all
-    touches, ratio, exponent and age are chosen by it. `following` returns the name of the specimen to touch next.
+    touches, ratio, exponent and age are chosen by it. `following` returns the name of the specimen to touch next. `finish`
+    saves all, when nothing is lacking any more and the fit is sound.
     """
 
     def __init__(
@@ -71,10 +66,11 @@ class GuidedCalibration:
         use: Callable[[Calibration, Path], None],
         recorded: Callable[[], tuple[Recorder | None, dict[str, Any]]] = lambda: (None, {}),
         following: Callable[[], str | None] = lambda: None,
+        finish: Callable[[], object] = lambda: None,
     ) -> None:
-        self._following = following
+        self._following, self._finish = following, finish
         self._known, self._files, self._use, self._recorded = known, files, use, recorded
-        self._on, self._saved = False, ""
+        self._on, self._saved, self._lacked = False, "", True
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
         self._seen: Any = None
         self._running: Future[Document] | None = None
@@ -91,6 +87,9 @@ class GuidedCalibration:
             self._seen = known
             self._running = self._worker.submit(self._grown, known)
         following = self._following()
+        if self._lacked and not following and self._running is None and self._shown.get("sound"):
+            self._lacked, self._running = False, self._worker.submit(self._finished)
+        self._lacked |= bool(following)
         return {
             "on": True,
             "saved": self._saved or None,
@@ -109,7 +108,7 @@ class GuidedCalibration:
                 f"Calibrating needs {FEWEST} specimens at least, of different known moduli; {FEWEST - len(known)} to go. "
                 "Give their moduli in the list of specimens."
             )
-        self._on, self._seen = True, None
+        self._on, self._seen, self._lacked = True, None, True
         return f"Calibrating with {len(known)} specimens of known modulus."
 
     def save(self, name: str | None = None) -> Document:
@@ -142,17 +141,28 @@ class GuidedCalibration:
         specimens = [Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable]
         return list(known), specimens, calibrate(specimens, about={"scene": how.get("scene", "handheld"), **about})
 
+    def _finished(self) -> Document:
+        shown = self._shown
+        try:
+            self._finish()
+        except (OSError, ValueError, PalpateError) as failure:
+            return {**shown, "verdict": f"Not saved: {getattr(failure, 'strerror', None) or failure}."}
+        return shown
+
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
         found, verdict = None, too_few(known)
         try:
             if not verdict:
                 known, _, found = self._fit(known)
                 verdict = found.verdict
+        except CalibrationError:
+            verdict = (
+                "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and stiffer specimens."
+            )
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
-            verdict = f"Not enough yet: {failure}" if isinstance(failure, CalibrationError) else str(failure)
+            verdict = str(failure)
         return {
             "touches": sum(len(each.usable) for each in known),
-            "missing": missing(known),
             "points": _points(known, found),
             "verdict": verdict,
             "sound": bool(found and found.sound),
@@ -180,25 +190,6 @@ def _measured_again(known: Sequence[KnownSpecimen], track: Track, chosen: Choice
         replace(each, ratio_of=chosen.ratio_of, touches=tuple((n, again(one), kept) for n, one, kept in each.touches))
         for each in known
     ]
-
-
-def missing(known: Sequence[KnownSpecimen]) -> list[str]:
-    """Return what is still missing, as sentences; empty if the plan is fulfilled.
-
-    Examples
-    --------
-    >>> missing([KnownSpecimen("30 OO", 0.143, 4), KnownSpecimen("70 A", 8.68, 4)])[-1]
-    'Not touched yet: 30 OO, 70 A.'
-    """
-    found = []
-    begun = [each for each in known if each.usable]
-    if begun and not any(len(each.usable) > 1 for each in begun):
-        found.append("No specimen has two touches: the scatter from touch to touch is not known.")
-    if lacking := [f"{each.name} ({each.lacks} more)" for each in begun if each.lacks]:
-        found.append(f"Begun: {listed(lacking)}.")
-    if untouched := [each.name for each in known if not each.usable]:
-        found.append(f"Not touched yet: {listed(untouched)}.")
-    return found
 
 
 def too_few(known: Sequence[KnownSpecimen]) -> str:

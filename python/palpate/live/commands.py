@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
@@ -21,7 +21,7 @@ from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER
-from palpate.sources.options import Check, number, yes_no
+from palpate.sources.options import Check, choice, number, yes_no
 
 LONGEST = 32768  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark, a name, a note
@@ -86,6 +86,7 @@ class Workbench:
     ) -> None:
         self.measurement: LiveMeasurement | RecordedMeasurement = measurement
         self._calibration_file = calibration_file
+        self._head: Document = {}  # of reports
         plan = self._plan = TouchPlan(measurement, calibration)
         table = self._table = TouchTable(measurement, plan, scatter)
         events = Events(measurement)
@@ -110,6 +111,7 @@ class Workbench:
             self._use,
             lambda: (measurement.newest_recorder, measurement.how),
             lambda: plan.progress.next,
+            self._finish,
         )
         self.documents |= {"device": device.document, "calibration": guided.document}
         self._parts |= {"measurement": measurement, "events": events, "plan": plan, "device": device}
@@ -132,9 +134,19 @@ class Workbench:
             answer = getattr(self._parts[part], name)(**given)
         return answer if isinstance(answer, dict) else {"message": answer}
 
+    def settle(self, **head: Any) -> str:
+        """Take the settings of later reports: arguments of `palpate.report.write`."""
+        self._head = head
+        return ""
+
     def report(self) -> Document:
         """Write a report of the newest recording."""
-        return self.measurement.files.report(self._calibration_file)
+        return self.measurement.files.report(self._calibration_file, self._head)
+
+    def _finish(self) -> None:
+        self.do("save calibration")
+        with suppress(RefusedCommand):  # nothing is recorded
+            self.report()
 
     def stop_report(self) -> str:
         """Stop the report that is written; return the message."""
@@ -168,7 +180,7 @@ def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
         known = isinstance(text, str) and least <= len(text.strip()) <= most
         if not known or not all(part.isprintable() for part in parts):
             _refuse(name, text, f"{least} to {most} {'characters in lines' if lines else 'printable characters'}")
-        return str(text).strip()
+        return str(text) if lines else str(text).strip()
 
     return check
 
@@ -187,7 +199,9 @@ _whole = partial(number, whole=True)
 _ID, _SECONDS = _whole(0, 2**32 - 1), number(-LARGEST_S, LARGEST_S)
 _NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
 _LIST = _text(LONGEST_PLAN, 0, lines=True)
-_PLAN = {"text": _LIST, "wanted": _whole(1, 99), "title?": _MAYBE, "operator?": _MAYBE}
+_UNIT = choice("MPa", "kPa")
+_PLAN = {"text": _LIST, "wanted": _whole(1, 99), "unit?": _UNIT, "title?": _MAYBE, "operator?": _MAYBE}
+_HEAD = {"unit?": _UNIT, "shore?": yes_no, "probe?": _MAYBE, "site?": _MAYBE, "operator?": _MAYBE}
 _VIEW = {"id": _ID, "from_s": _SECONDS, "to_s": _SECONDS, "rows": _whole(FEWEST_ROWS, ROWS)}
 
 COMMANDS: dict[str, Order] = {
@@ -202,6 +216,7 @@ COMMANDS: dict[str, Order] = {
     "centre": Order("device.centre"),
     "device": Order("device.set", {"capf?": _whole(0, 7), "excitation?": _NAME}),
     "plan": Order("plan.set_list", _PLAN),
+    "read list": Order("plan.read", {"text": _LIST, "unit?": _UNIT}),
     "specimen": Order("plan.choose", {"name": _MAYBE}),
     "assign": Order("plan.assign", {"touch": _ID, "name": _MAYBE}),
     "discard": Order("plan.discard", {"touch": _ID}),
@@ -213,6 +228,7 @@ COMMANDS: dict[str, Order] = {
     "report": Order("bench.report"),
     "stop report": Order("bench.stop_report"),
     "compare": Order("bench.compare"),
+    "settings": Order("bench.settle", _HEAD),
     "cut": Order("bench.cut", {"from_s": _SECONDS, "to_s": _SECONDS}),
     "noise": Order("page.listen", {"on": yes_no}),
     "view": Order("page.look", _VIEW),

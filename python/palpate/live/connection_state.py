@@ -102,6 +102,7 @@ class ConnectionState(Listener):
             error=measurement.error,
             result=self._result(),
             next=self._plan.document["next"],
+            finished=self._plan.finished(),
         )
 
     def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:

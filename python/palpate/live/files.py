@@ -103,7 +103,7 @@ class RunFiles:
         """Return the path of a file of this run; None for any other name."""
         return {path.name: path for path in self._made.copy()}.get(name)
 
-    def report(self, calibration: Path | None) -> dict[str, str]:
+    def report(self, calibration: Path | None, head: dict[str, Any]) -> dict[str, str]:
         """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
         if not (recordings := self._recordings()):
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
@@ -114,7 +114,7 @@ class RunFiles:
             path = self.free(f"{newest.stem}-report.html")
             self._stopped.clear()
             self._tell(newest.name)
-            write(path, [newest], calibration, tell=self._tell)
+            write(path, [newest], calibration, tell=self._tell, **head)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:

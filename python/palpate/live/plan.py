@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from math import inf, isfinite
@@ -23,9 +23,10 @@ from palpate.sentences import advice, reasons
 from palpate.several import KINDS, RatioOf, objections
 from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
+from palpate.uncertainty import Scatter
 
 DISCARDED = "discarded"
-_NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, MPa, as 30 OO; 0.143"
+_NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, as 30 OO; 0.143"
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -61,6 +62,7 @@ class TouchPlan(Listener):
         self._stored: tuple[Recorder | None, stored.Plan] = None, stored.Plan()  # a recorder, and what it has
         self._recorded: stored.Plan | None = None
         self._unmatched: list[stored.Entry] = []  # of a recording: of touches that are not found with these settings
+        self._files = 0
         if isinstance(measurement, RecordedMeasurement):
             self._recorded = plan = stored.plan_of(measurement.document)
             wanted = max((one.wanted for one in plan.specimens), default=0)
@@ -103,20 +105,31 @@ class TouchPlan(Listener):
             self._changed()
 
     @_order
-    def set_list(self, text: str, wanted: int, **head: str) -> str:
+    def set_list(self, text: str, wanted: int, unit: str = "MPa", **head: str) -> str:
         """Take another list of specimens; return the message."""
-        specimens = specimens_of(text, wanted)
+        specimens = specimens_of(text, wanted, unit)
+        self._files = len(self._measurement.files.named)  # made for earlier lists
         self._head |= {"wanted": wanted, **head}
         self.progress.replace(specimens)
         touches = "1 touch" if wanted == 1 else f"{wanted} touches"
         found = "1 specimen" if len(specimens) == 1 else f"{len(specimens)} specimens"
         return f"{found}, {touches} of each." if specimens else "No specimens."
 
+    @staticmethod
+    def read(text: str, unit: str = "MPa") -> Document:
+        """Return how each line of a list is read: its modulus, MPa, or what is wrong."""
+        read = (
+            one and ({"wrong": one} if isinstance(one, str) else {"modulus": one.modulus_MPa})
+            for one in read_lines(text, 1, unit)
+        )
+        return {"message": "", "lines": list(read)}
+
     @_order
     def choose(self, name: str) -> str:
         """Choose the specimen of the next touch, "": the list decides; return the message."""
         self.progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
-        return self._following() or "Next: nothing is lacking."
+        self.progress.over = not name
+        return self._following() or "All specimens are done: the next touches are of other objects."
 
     @_order
     def assign(self, touch: int, name: str) -> str:
@@ -185,6 +198,7 @@ class TouchPlan(Listener):
             "count": count,
             "notes": [{"t_s": note.t_s, "text": note.text} for note in self._notes],
             "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
+            "done": None if self._recorded else progress.result(),
         }
         if recorder := self._measurement.recorder:
             self._store(recorder)
@@ -212,6 +226,18 @@ class TouchPlan(Listener):
                 self._stored = recorder, plan
             except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
                 self._measurement.say(str(error))
+
+    def finished(self) -> tuple[str, str, str] | None:
+        """Return title and text of the line, and what was done, from the last wanted touch to the next one; else None."""
+        if not (done := self.document["done"]):
+            return None
+        made = {file["kind"] for file in self._measurement.files.named[self._files :]}
+        words = {"calibration": "calibration saved", "report": "report ready"}
+        said = ", ".join(word for kind, word in words.items() if kind in made).capitalize()
+        text = "The recording goes on until you end it." if self._measurement.recorder else "Nothing is recorded now."
+        text = f"{said}. {text}" if said else text
+        kept, all_of = self.document["count"]["kept"], len(self.progress.specimens)
+        return f"{kept} of {kept} done.", text, f"{all_of} specimens; {done['left_out'] or 'none'} left out"
 
     def _within(self, first_s: float) -> stored.Plan:
         progress = self.progress
@@ -281,6 +307,7 @@ class Progress:
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
         self.means: dict[str, float] = {}  # of these, by specimen
         self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
+        self.over = False  # the user goes on with other objects
 
     @property
     def ratio_of(self) -> RatioOf:
@@ -330,7 +357,7 @@ class Progress:
 
     def replace(self, specimens: list[Specimen]) -> None:
         """Take another list; a touch stays with its specimen."""
-        self.specimens = specimens
+        self.specimens, self.over = specimens, False
         if self.chosen and not self.named(self.chosen[1]):
             self.chosen = None
 
@@ -371,6 +398,24 @@ class Progress:
         kept = sum(min(len(self._kept[one.name]), one.wanted) for one in self.specimens)
         return {"kept": kept, "of": sum(one.wanted for one in self.specimens)}
 
+    def result(self) -> Document | None:
+        """Return scatter, and how many known moduli are in their intervals, when all is done, until another object is touched."""
+        newest = next(reversed((*self._earlier, *self.present)), None)
+        if self.over or self.next or not newest or not self.named(newest.specimen):
+            return None
+        used, inside = self.calibration, list[bool]()
+        kept = {one: [done.touch for done in self._on[one.name] if not done.why] for one in self.specimens}
+        pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
+        scatter = used.touch_scatter if used else Scatter.of_session(pairs, self.ratio_of)
+        for one, touches in kept.items():
+            if used and one.modulus_MPa:
+                found = used.agreement(touches)
+                modulus = used.modulus(found.ratio, found.own_error, touches=found.effective)
+                inside.append(modulus.low <= one.modulus_MPa <= modulus.high)
+        left_out = sum(bool(done.why) for of in self._on.values() for done in of)
+        counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}
+        return {"scatter": scatter.share, "source": scatter.source, **counts}
+
     def specimen_row(self, one: Specimen) -> Document:
         """Return a specimen with its touches, for the page."""
         mean = self.means.get(one.name)
@@ -395,7 +440,7 @@ class Progress:
         for one in self.specimens:
             touches = tuple((done.number, done.touch, not done.why) for done in self._on[one.name])
             if one.modulus_MPa is not None:
-                found.append(KnownSpecimen(one.name, one.modulus_MPa, one.wanted, touches))
+                found.append(KnownSpecimen(one.name, one.modulus_MPa, touches))
         return found
 
     @property
@@ -405,11 +450,8 @@ class Progress:
         return next((name for name in newest_first if self.named(name)), None)
 
 
-def specimens_of(text: str, wanted: int) -> list[Specimen]:
-    r"""Return the specimens of a list: one in each line, "name" or "name; modulus in MPa"; also with a tab or a comma.
-
-    The decimal point may be a comma. A first line with the names of the columns is left out, and so are empty lines. Of
-    each specimen `wanted` touches are wanted. `RefusedCommand` has a line for each that is not of this form.
+def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
+    r"""Return the specimens of a list, as `read_lines` does; `RefusedCommand` has a line for each that is wrong.
 
     Examples
     --------
@@ -419,24 +461,33 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
     Traceback (most recent call last):
     palpate.live.feed.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
     """
-    found, wrong = dict[str, Specimen](), list[str]()
-    for number, line in enumerate(text.splitlines(), 1):
+    read = list(read_lines(text, wanted, unit))
+    if wrong := [f"line {number}: {one}" for number, one in enumerate(read, 1) if isinstance(one, str)]:
+        raise RefusedCommand("\n".join(wrong))
+    return [one for one in read if isinstance(one, Specimen)]
+
+
+def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:
+    """Yield the specimen of each line, what is wrong with it, or None: it is empty, or the names of columns.
+
+    A line is "name" or "name; modulus", also with a tab or a comma between; a modulus without its unit is in `unit`. The
+    decimal point may be a comma. Of each specimen `wanted` touches are wanted.
+    """
+    names = set[str]()
+    for line in text.splitlines():
         # Of a line without a tab and a semicolon the first comma is between name and modulus.
         between = next((mark for mark in "\t;" if mark in line), ",")
         name, modulus = (part.strip('" \t;') for part in line.partition(between)[::2])
-        heading = re.search("modul|mpa", modulus, re.IGNORECASE) and not re.search(r"\d", modulus)
-        if not (name or modulus) or (heading and not found):
+        heading = re.search("modul|[mk]pa", modulus, re.IGNORECASE) and not re.search(r"\d", modulus)
+        if not (name or modulus) or (heading and not names):
+            yield None
             continue
         try:
-            value = to_number(re.sub(r"\s*mpa$", "", modulus, flags=re.IGNORECASE)) if modulus else None
-            specimen = Specimen(name, value, wanted)
+            bare, named = re.fullmatch(r"(.*?)\s*([mk]pa)?", modulus, re.IGNORECASE).groups()  # type: ignore[union-attr]
+            kilo = (named or unit).lower() == "kpa"
+            specimen = Specimen(name, to_number(bare) / (1000 if kilo else 1) if modulus else None, wanted)
         except ValueError:
-            allowed = _MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME
-            wrong.append(f"line {number}: got {quoted(line)}, allowed: {allowed}")
+            yield f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"
             continue
-        if name in found:
-            wrong.append(f"line {number}: got {quoted(name)} again, allowed: each name once")
-        found[name] = specimen
-    if wrong:
-        raise RefusedCommand("\n".join(wrong))
-    return list(found.values())
+        yield f"got {quoted(name)} again, allowed: each name once" if name in names else specimen
+        names.add(name)

@@ -108,6 +108,7 @@ class Facts:
     error: str = ""  # that ended the measurement
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
+    finished: tuple[str, str, str] | None = None  # all specimens are done: title and text of the line, what was done
 
     @property
     def pressed(self) -> bool:
@@ -136,7 +137,8 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
 
 def urgent(facts: Facts) -> Iterator[View]:
     """Return what is wrong, the most urgent first."""
-    return chain(_device_faults(facts), _signal_faults(facts), _touch_doubts(facts))
+    faults = _device_faults(facts)
+    return faults if facts.state == "ended" else chain(faults, _signal_faults(facts), _touch_doubts(facts))
 
 
 def file_state(file: Mapping[str, Any]) -> Document:
@@ -152,7 +154,7 @@ def file_state(file: Mapping[str, Any]) -> Document:
 def _device_faults(facts: Facts) -> Iterator[View]:
     """Yield what is wrong with the measurement, the device and the recording, the most urgent first."""
     missing = f" {_count(facts.unrecorded, 'pair')} not recorded." if facts.unrecorded else ""
-    if facts.state == "ended":
+    if facts.state == "ended" and (facts.error or not facts.finished):
         again = "Measure again begins a new measurement."
         level, title, text = "note", "Ended.", f"The source has no more samples. {again}"
         if facts.error:
@@ -272,6 +274,9 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
         about = f" {_sentence(following)}" if facts.next else ""
         return Now("Hold", sub, "busy", seen.share), StatusLine("contact", "quiet", "", f"Measuring.{about}")
     if facts.state != "baseline":
+        if facts.finished:
+            title, text, sub = facts.finished
+            return Now("Done", sub, "good"), StatusLine("finished", "note", title, text)
         noise = max(one.noise_pF for one in seen.channels)
         told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
         text = " ".join(part for part in ("Ready.", kept, told) if part)

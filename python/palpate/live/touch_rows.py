@@ -33,6 +33,7 @@ class TouchTable:
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
         self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}  # by touch: what it is made of, and the row
         self._shown: tuple[tuple[object, ...], Document] | None = None
+        self._assumed = None if plan.progress.calibration else scatter
 
     @property
     def calibration(self) -> Calibration | None:
@@ -56,6 +57,7 @@ class TouchTable:
             "threshold": tracker.settings.get("threshold"),
             "calibrated": self.calibration is not None,
             "scatter": self.calibration.touch_spread if self.calibration else None,
+            "assumed": self._assumed,
         }
 
     def now(self) -> Document:

@@ -1,6 +1,7 @@
-// Guided calibration in words: the verdict, what is next, what is missing, eq. (2) so far. The plot is a chart.
+// Guided calibration in words: the verdict, what is next, eq. (2) so far. The plot is a chart.
 
 import { $, make } from "./dom.js";
+import { inUnit } from "./formatting.js";
 
 const WORDS = { rigid_ratio: "rigid object", half_modulus: "half-way at", soft_ratio: "soft object" };
 
@@ -20,22 +21,19 @@ export class Calibrating {
     if (this.on) $("fitwords").replaceChildren(...this.words(calibration));
   }
 
-  words({ verdict, next, missing, parameters, points, saved, sound }) {
-    const say = (text, className = "") => make("p", { textContent: text, className });
+  words({ verdict, next, parameters, points, saved, sound }) {
     const out = (points ?? []).filter(({ kept }) => !kept);
     return [
-      ...strong(verdict), ...strong(next), ...(missing ?? []).map((text) => say(text)),
-      this.buttons(saved, sound),
+      ...strong(verdict), ...strong(next), this.saving(saved, sound),
       ...(parameters?.length ? [table(parameters)] : []),
-      ...(out.length ? [say(`× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}`, "bad")] : []),
+      ...(out.length ? [make("p", { className: "bad", textContent: `× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}` })] : []),
     ];
   }
 
-  buttons(saved, sound) {
-    const button = (textContent, strong, onclick) => make("button", { type: "button", textContent, className: strong ? "strong" : "", onclick });
-    const save = button(saved ? "Save again" : "Save the calibration", sound && !saved, () => this.say({ do: "save calibration" }));
-    const use = button("Measure with it", sound, () => this.say({ do: "calibrating", on: false }));
-    return saved ? make("div", {}, make("p", { textContent: `Saved as ${saved}; it is used from now on.` }), make("p", { className: "row" }, use, save)) : make("p", { className: "row" }, save);
+  // At the end of the session it is saved without an order.
+  saving(saved, sound) {
+    const save = make("button", { type: "button", textContent: "Save the calibration", className: sound ? "strong" : "", onclick: () => this.say({ do: "save calibration" }) });
+    return saved ? make("p", { textContent: `✓ Saved as ${saved}; it is used from now on.` }) : make("p", { className: "row" }, save);
   }
 }
 
@@ -48,6 +46,6 @@ function strong(text) {
 
 function table(parameters) {
   const head = make("tr", {}, ...["Curve", "value", "95 % interval"].map((text, i) => make("th", { textContent: text, className: i ? "" : "name" })));
-  const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[WORDS[name] ?? name, value, interval].map((text) => make("td", { textContent: text, title: `${name} in eq. (2) of the paper` }))));
+  const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[WORDS[name] ?? name, ...(/MPa/.test(value) ? [value, interval].map(inUnit) : [value, interval])].map((text) => make("td", { textContent: text, title: `${name} in eq. (2) of the paper` }))));
   return make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows));
 }

@@ -9,11 +9,14 @@ export class Device {
     $("centre").onclick = () => say({ do: "centre" });
   }
 
+  // One line while all is well; it opens at a warning.
   tell(type, { device, hello }) {
     if (type !== "device" && type !== "hello") return;
     this.options = Object.entries(device.options ?? {});
     const facts = device.facts ?? [];
-    put("deviceword", hello.kind === "file" ? "of the recording" : "");
+    const wrong = facts.some(({ warn }) => warn), pace = facts.find(({ name }) => name === "Pairs a second");
+    put("deviceword", hello.kind === "file" ? "of the recording" : !wrong && pace ? `all well · ${pace.value.split(" ")[0]} pairs a second` : "");
+    if (wrong !== this.wrong) $("device").open = this.wrong = wrong;
     $("device").hidden = !facts.length && !this.options.length;
     $("openset").hidden = !this.options.length;
     $("centre").hidden = !device.can_centre;

@@ -3,7 +3,7 @@
 import { $, put } from "./dom.js";
 import { clock } from "./formatting.js";
 
-const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "" };
+const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "", finished: "✓ " };
 const ANSWER_MS = 8000;
 const LOUD = ["fault", "caution"];
 
@@ -19,12 +19,12 @@ export class Line {
   }
 
   show(known) {
-    const { level, title, text, since_s: since, glyph } = this.pick(known);
+    const { level, what, title, text, since_s: since, glyph } = this.pick(known);
     if ($("line").dataset.level !== level) $("line").dataset.level = level;
-    put($("says").children[0], title ? (glyph ?? GLYPHS[level]) + title : "");
+    put($("says").children[0], title ? (glyph ?? GLYPHS[what] ?? GLYPHS[level]) + title : "");
     put($("says").children[1], text);
     $("says").title = text;
-    put("since", since ? `for ${clock(since)}` : "");
+    put("since", since && what !== "finished" ? `for ${clock(since)}` : "");
     put("alarm", level === "fault" ? `${title} ${text}` : "");
     const word = this.down ? "No connection" : known.state.now?.word;
     document.title = [level === "fault" ? `${GLYPHS.fault}${title.replace(/\.$/, "")}` : word, "palpate"].filter(Boolean).join(" · ");

@@ -14,7 +14,7 @@ export class Marks {
       say({ do: "mark" });
     };
     $("unmark").onclick = () => this.close();
-    $("marking").onsubmit = (event) => this.send(event);
+    $("marking").onsubmit = (event) => this.close(event.preventDefault());
     $("marktext").oninput = () => this.stop();
     $("noting").onsubmit = (event) => this.note(event);
     $("marks").addEventListener("click", (event) => {
@@ -25,6 +25,7 @@ export class Marks {
 
   tell(type, known) {
     this.known = known;
+    this.move();
     if (["events", "session", "hello"].includes(type)) this.show(known);
   }
 
@@ -38,6 +39,15 @@ export class Marks {
     }));
   }
 
+  // The field is in the line's row; a fault or a caution has that row, and the field goes on in the list of marks.
+  move() {
+    const form = $("marking"), place = ["fault", "caution"].includes($("line").dataset.level) ? $("markplace") : $("line");
+    if (form.parentElement === place) return;
+    const typing = document.activeElement === $("marktext");
+    place.append(form);
+    if (typing) $("marktext").focus();
+  }
+
   // A mark was stamped.
   made({ id }) {
     if (id !== undefined) this.open(id, "", this.typing);
@@ -45,10 +55,11 @@ export class Marks {
 
   open(id, text, focus) {
     this.stop();
-    this.id = id;
     const at = this.known?.events.marks.find((mark) => mark.id === id)?.t_s;
     put(document.querySelector("#marking label"), at === undefined ? "Mark is stamped." : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`);
-    $("marktext").value = text ?? "";
+    if (!$("marking").hidden) this.close();
+    this.id = id;
+    $("marktext").value = this.before = text ?? "";
     $("marking").hidden = false;
     if (focus) $("marktext").focus();
     if (!text) this.timers = [setTimeout(() => $("marktext").blur(), LET_GO_MS), setTimeout(() => this.close(), OPEN_MS)];
@@ -58,16 +69,13 @@ export class Marks {
     this.timers.forEach(clearTimeout);
   }
 
+  // What was typed is sent: nothing of it is lost, and it can be changed later.
   close() {
+    const text = $("marktext").value.trim();
+    if (!$("marking").hidden && text !== this.before && !this.say({ do: "mark text", id: this.id, text })) return;
     this.stop();
     $("marktext").blur();
     $("marking").hidden = true;
-  }
-
-  send(event) {
-    event.preventDefault();
-    this.say({ do: "mark text", id: this.id, text: $("marktext").value.trim() });
-    this.close();
   }
 
   note(event) {

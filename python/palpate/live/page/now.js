@@ -1,12 +1,13 @@
 // Now: the word, how far the touch is, the number, and what is touched next.
 
 import { $, fill, make, put } from "./dom.js";
-import { clock, grouped, modulusOf, plusMinus, signed } from "./formatting.js";
+import { clock, grouped, inUnit, modulusOf, plusMinus, signed, units } from "./formatting.js";
+import { outcome } from "./session.js";
 
 const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
 const SLOTS = 8; // more touches of a specimen are only counted
-const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
+const NO_TOUCH = { number: "–", unit: "", pm: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
 
 export class Now {
   tell(type, known) {
@@ -30,10 +31,13 @@ export class Now {
     const one = subject(known), { hello, calibration } = known, byModulus = hello.calibrated && !calibration.on;
     const fit = calibration.on ? pointOf(calibration, one) : null, name = byModulus ? "Modulus" : "Ratio";
     for (const id of ["main", "second"]) $(id).className = one?.kind ?? "void";
-    $("second").hidden = !byModulus && !fit;
     put("mainname", one ? `${name}, ${one.title}` : name);
-    const texts = one ? numbersOf(one, hello, byModulus, fit) : NO_TOUCH;
+    const done = known.state.now?.word === "Done" && known.session.done && outcome(known);
+    if (done) $("main").className = $("second").className = "";
+    const texts = done || (one ? numbersOf(one, hello, byModulus, fit) : NO_TOUCH);
+    $("second").hidden = done ? !done.number2 : !byModulus && !fit;
     for (const [id, text] of Object.entries(texts)) put(id, text);
+    $("main").style.setProperty("--em", width(texts).toFixed(2));
   }
 
   showNext({ hello, state, touches, session, offline }) {
@@ -41,7 +45,7 @@ export class Now {
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     put("nexthead", file ? "Recorded" : "Next");
     const small = next
-      ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${next.modulus} MPa` : ""].filter(Boolean).join(" · ")
+      ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${inUnit(next.modulus)} ${units.modulus}` : ""].filter(Boolean).join(" · ")
       : file ? `${all - kept} of them left out` : "specimens are not named";
     const large = next?.name ?? (file ? `${all} ${all === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
@@ -79,13 +83,19 @@ export function running(state) {
 function numbersOf(one, { scatter, scene }, byModulus, fit) {
   const unsure = WITH_ERRORS.includes(scene) && !(one.standard_error !== null && one.standard_error < Math.abs(one.ratio) / 10);
   const [ratio, sure] = unsure ? ["–", ""] : plusMinus(one.ratio, one.uncertainty);
-  const error = sure ? `${sure} (${one.uncertainty_from})` : "uncertainty not known yet";
+  const from = sure ? `one standard deviation, ${one.uncertainty_from}` : "uncertainty not known yet";
   if (byModulus) {
-    const { value, interval, unit, more = "" } = modulusOf(one.modulus);
-    return { number: value, unit, range: (unit ? `${interval}, 95 %` : interval) + more, secondname: "Ratio", number2: ratio, range2: error };
+    const { value, interval, unit, more = "", shore } = modulusOf(one.modulus);
+    const range = [(unit ? `${interval}, 95 %` : interval) + more, shore && `Shore ${shore.split(" ").reverse().join(" ")}`].filter(Boolean).join(" · ");
+    return { number: value, unit, pm: "", range, secondname: "Ratio", number2: ratio, range2: sure ? `${sure} (${one.uncertainty_from})` : from };
   }
   const distance = fit && { secondname: "From the curve", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
-  return { number: ratio, unit: "", range: error, ...distance };
+  return { number: ratio, unit: "", pm: sure, range: from, ...distance };
+}
+
+// How wide the large number is with what stands behind it, in em of it: it shrinks to its box, and is never cut.
+function width({ number, unit, pm }) {
+  return number.length * 0.67 + (unit ? 0.1 + 0.31 * unit.length : 0) + (pm ? 0.3 + 0.28 * pm.length : 0);
 }
 
 function pointOf(calibration, one) {

@@ -17,7 +17,7 @@ import { Store } from "./store.js";
 import { merged } from "./table.js";
 
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["view", "noise", "cut", "compare"]; // asked for by the charts, not by a person
+const SILENT = ["view", "noise", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
@@ -29,7 +29,7 @@ const connection = new Connection({
   },
   text: hear,
 });
-const marks = new Marks(say), session = new Session(say), plan = new Plan(say, (text, bad) => line.answer(text, bad));
+const marks = new Marks(say), session = new Session(say), plan = new Plan(say);
 const screen = new Screen(store, {
   say: (message) => connection.say(message),
   change: say,
@@ -48,6 +48,7 @@ const ANSWERS = {
     if (message.do === "cut") screen.charts.cursors.tell(message.message);
     if (message.do === "compare") compare.show(message);
     if (message.do === "plan") plan.answered(message.message, true);
+    if (message.do === "read list" && message.lines) plan.read(message.lines);
   },
   refused: (message) => {
     if (!plan.answered(message.message)) answer(message.message, true);
@@ -125,6 +126,7 @@ function menu(open) {
   $("more").ariaExpanded = String(open);
 }
 
+for (const button of document.querySelectorAll("[data-press]")) button.onclick = () => $(button.dataset.press).click();
 $("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
 $("stopreport").onclick = () => say({ do: "stop report" });
 $("again").onclick = () => say({ do: "again" });

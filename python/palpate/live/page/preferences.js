@@ -1,6 +1,7 @@
-// What this browser remembers: the colours, and whether the end of a touch gives a tone and a flash.
+// What this browser remembers: the settings, and what was typed and is not sent yet.
 
-import { $ } from "./dom.js";
+import { $, ask, put } from "./dom.js";
+import { units } from "./formatting.js";
 
 // In a frame, a browser may forbid storage: then it holds until the page is closed.
 export function storage() {
@@ -11,64 +12,50 @@ export function storage() {
   }
 }
 
-// Colours: as the system has them, light, or dark.
-const THEMES = ["system", "light", "dark"];
+export const settings = {}; // name in the dialog -> value
 
-export class Theme {
-  // memory: where the choice is kept, if it is
-  constructor(dressed, memory = storage()) {
-    Object.assign(this, { dressed, memory });
+export class Settings {
+  // changed(): shows the page again; memory: where the settings are kept, if they are
+  constructor(changed, memory = storage()) {
+    this.changed = changed;
+    this.form = $("settings").firstElementChild;
+    for (const { name } of this.form.elements) if (name in memory) this.form.elements[name].value = memory[name];
     this.system = matchMedia("(prefers-color-scheme: dark)");
-    this.name = THEMES.includes(memory.theme) ? memory.theme : "system";
-    $("theme").onclick = () => this.next();
-    this.system.onchange = () => this.dress();
-    this.dress();
+    this.system.onchange = () => this.apply();
+    this.form.oninput = ({ target: { name, value } }) => {
+      memory[name] = value;
+      this.apply();
+    };
+    $("opensettings").onclick = () => ask($("settings"));
+    this.apply();
   }
 
-  next() {
-    this.name = this.memory.theme = THEMES[(THEMES.indexOf(this.name) + 1) % THEMES.length];
-    this.dress();
-  }
-
-  dress() {
-    const dark = this.name === "system" ? this.system.matches : this.name === "dark";
+  apply() {
+    Object.assign(settings, Object.fromEntries(new FormData(this.form)));
+    Object.assign(units, { modulus: settings.unit, shore: settings.shore === "on" });
+    const dark = settings.theme === "system" ? this.system.matches : settings.theme === "dark";
     document.documentElement.dataset.theme = dark ? "dark" : "light";
-    $("theme").title = $("theme").ariaLabel = `Colours: ${this.name}`;
-    this.dressed();
+    document.body.classList.toggle("keyless", settings.keys === "off");
+    for (const place of document.querySelectorAll(".unit")) put(place, settings.unit);
+    this.changed();
   }
 }
 
-// A tone and a flash at the end of a touch, for eyes that are on the specimen. Off or on.
+// A tone and a flash at the end of a touch, for eyes that are on the specimen.
 const TONES = { good: [880, 1320], caution: [440, 330], fault: [220, 220, 220] }; // Hz, one after another
 const LENGTH_S = 0.12, LOUD = 0.15;
 
 export class Signals {
   constructor() {
-    this.memory = storage();
-    this.on = this.memory.signals !== "off";
-    $("sound").onclick = () => this.switch();
     for (const event of ["pointerdown", "keydown"]) document.addEventListener(event, () => this.wake());
-    this.show();
+    for (const input of document.querySelectorAll("[name=signals]")) input.onchange = () => settings.signals === "on" && this.give("good");
   }
 
   // A browser lets a page sound only after the user has touched it.
   wake() {
-    if (!this.on) return;
+    if (settings.signals === "off") return;
     this.audio ??= new AudioContext();
     if (this.audio.state === "suspended") this.audio.resume();
-  }
-
-  switch() {
-    this.on = !this.on;
-    this.memory.signals = this.on ? "on" : "off";
-    this.wake();
-    this.show();
-    if (this.on) this.give("good");
-  }
-
-  show() {
-    $("sound").ariaPressed = String(this.on);
-    $("sound").title = `Tone and flash at the end of a touch: ${this.on ? "on" : "off"}`;
   }
 
   tell(type, { state }) {
@@ -76,7 +63,7 @@ export class Signals {
     if (type !== "state" || tone === this.tone) return;
     const first = this.tone === undefined;
     this.tone = tone;
-    if (this.on && !first && TONES[tone]) this.give(tone);
+    if (settings.signals === "on" && !first && TONES[tone]) this.give(tone);
   }
 
   give(tone) {

@@ -2,6 +2,7 @@
 
 import { $, ask, fill, make, put } from "./dom.js";
 import { clock, grouped } from "./formatting.js";
+import { settings } from "./preferences.js";
 import { asText, save } from "./table.js";
 
 const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
@@ -13,22 +14,32 @@ export class Record {
     $("openfiles").onclick = () => ask($("files"));
     $("proposed").oninput = () => (this.typed = $("proposed").value.trim());
     $("report").onclick = () => say({ do: "report" });
+    $("settings").addEventListener("close", () => this.settle());
     $("copy").onclick = () => this.copy();
     $("csv").onclick = () => save(this.known.touches.rows, "touches.csv");
   }
 
   tell(type, known) {
     this.known = known;
+    if (type === "hello") this.settle();
     if (type === "state" || type === "hello") this.show(known);
   }
 
+  // A report has the settings of the page that changed them last.
+  settle() {
+    const { unit, shore, probe, site, operator } = settings;
+    this.say({ do: "settings", unit, shore: shore === "on", probe, site, operator });
+  }
+
   show({ hello, state, offline }) {
-    const { recording } = state, [word, more, end] = $("record").children, file = hello.kind === "file";
+    const { recording } = state, [word, more, rows, end] = $("record").children, file = hello.kind === "file";
     $("record").classList.toggle("on", Boolean(recording));
     put(word, recording ? `Recording${offline ? "?" : ""}` : "Record");
-    put(more, offline ? "· not known now" : recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is recorded");
+    put(more, offline ? "· not known now" : recording ? clock(recording.seconds ?? 0) : file ? "· needs a board" : "· nothing is recorded");
+    put(rows, recording && !offline ? ` · ${grouped(recording.rows)} rows` : "");
     put(end, recording && !offline ? "End" : "");
     $("record").title = recording ? recording.name : state.proposed ?? "";
+    if (recording?.name === this.typed) this.typed = "";
     if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";
     $("proposed").disabled = file;
     const files = (state.files ?? []).toReversed();
@@ -37,7 +48,7 @@ export class Record {
 
   toggle() {
     if (this.known.state.recording) this.say({ do: "stop" });
-    else if (this.say(this.typed ? { do: "record", name: this.typed } : { do: "record" })) this.typed = "";
+    else this.say(this.typed ? { do: "record", name: this.typed } : { do: "record" });
   }
 
   async copy() {

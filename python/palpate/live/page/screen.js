@@ -1,10 +1,10 @@
 // What the live page and docs/try have in common: state, line, table and charts, of one `known`, with their keys.
 
 import { Charts } from "./charts/charts.js";
-import { $, ask, make, put } from "./dom.js";
+import { $, ask, make } from "./dom.js";
 import { Line } from "./line.js";
 import { Now } from "./now.js";
-import { Theme, storage } from "./preferences.js";
+import { Settings, settings } from "./preferences.js";
 import { Table } from "./table.js";
 
 const NOTHING = {
@@ -13,7 +13,7 @@ const NOTHING = {
 
 export class Screen {
   // store: Store; say(message): to the server; change: the same for the table, null if nothing can be changed; others: further
-  // charts, name -> class; acts, more: of Keys; memory: of both
+  // charts, name -> class; acts, more: of Keys; memory: of Settings
   constructor(store, { say, change = null, others = {}, acts = {}, more = [], memory }) {
     this.known = { hello: {}, state: {}, looking: null, ...NOTHING };
     this.store = store;
@@ -21,8 +21,8 @@ export class Screen {
     this.charts = new Charts(store, this.known, say, others);
     this.parts = [this.line, new Now(), new Table(change, (touch) => this.charts.choose(touch))];
     const key = (name) => this.charts.key(name), pause = () => $("pause").hidden || key(this.known.looking ? "live" : "pause");
-    new Theme(() => this.charts.dress(), memory);
-    new Keys({ pause, close: () => this.close(), ...acts }, key, more, memory);
+    new Settings(() => this.dress(), memory);
+    new Keys({ pause, close: () => this.close(), ...acts }, key, more);
     $("pause").onclick = pause;
     for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => key(button.dataset.key);
     addEventListener("resize", () => this.charts.dress());
@@ -41,6 +41,12 @@ export class Screen {
     this.known[kind] = message;
     this.tell(kind);
     this.charts.tell(kind, message);
+  }
+
+  // Shows all again, after a change of the settings.
+  dress() {
+    for (const kind of ["hello", "touches", "session", "calibration"]) if (this.known.hello.kind) this.hear(kind, { ...this.known[kind] });
+    this.charts.dress();
   }
 
   tell(kind) {
@@ -71,8 +77,7 @@ const HELD = ["arrowleft", "arrowright", "+", "=", "-"]; // a key that is held d
 class Keys {
   // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts; more: keys of
   // this page alone. A key without an action, or whose button the page lacks, is none.
-  constructor(acts, chart, more = [], memory = storage()) {
-    this.memory = memory;
+  constructor(acts, chart, more = []) {
     const press = (id) => $(id) && (() => $(id).hidden || ($(id).disabled ? acts.refuse?.($(id)) : $(id).click()));
     const give = (name) => () => chart(name);
     this.keys = [
@@ -85,31 +90,22 @@ class Keys {
       ["← →", "arrowleft", "Move the window", give("left")], [null, "arrowright", null, give("right")],
       ["+ −", "+", "Zoom in and out", give("in")], [null, "=", null, give("in")], [null, "-", null, give("out")],
       ["0", "0", "The whole measurement", give("all")], ["A B", "a", "Cursors", give("cursor a")], [null, "b", null, give("cursor b")],
-      ["S", "s", "Noise and its spectrum", press("opennoise")], ["?", "?", "These keys", press("help")],
+      ["S", "s", "Noise and its spectrum", press("opennoise")], [",", ",", "Settings: units, these keys, tone, colours, report", press("opensettings")],
+      ["?", "?", "These keys", press("help")],
       ["Esc", "escape", "Close what is open; no cursors", acts.close],
       ...more.map(([shown, words, id]) => [shown, shown.toLowerCase(), words, press(id)]),
     ].filter(([, , , act]) => act);
     $("help").onclick = () => ask($("keys"));
-    this.switch = make("button", { type: "button", title: "Off: only Esc acts, and the keys in a list that has the focus", onclick: () => this.set(this.memory.keys === "off") });
-    $("keylist").before(this.switch);
-    this.set(memory.keys !== "off");
     $("keylist").append(...this.keys.filter(([shown]) => shown).flatMap(([shown, , words]) => [make("dt", {}, ...shown.split(" ").map((key) => make("kbd", { textContent: key }))), make("dd", { textContent: words })]));
     document.addEventListener("keydown", (event) => this.hear(event));
     document.addEventListener("click", letGo);
   }
 
   // Keys without Ctrl or Alt can be switched off, for speech input and for hands that hit them (WCAG 2.1.4).
-  set(on) {
-    this.memory.keys = on ? "on" : "off";
-    this.switch.ariaPressed = String(on);
-    put(this.switch, `Single keys: ${on ? "on" : "off"}`);
-    document.body.classList.toggle("keyless", !on);
-  }
-
   hear(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const typing = event.target.closest("input, select, textarea"), key = `${event.shiftKey && /^[a-z]$/i.test(event.key) ? "shift " : ""}${event.key.toLowerCase()}`;
-    if ((typing || this.memory.keys === "off") && key !== "escape") return;
+    if ((typing || settings.keys === "off") && key !== "escape") return;
     if (key === " " && event.target.closest("button, a")) return;
     const found = this.keys.find(([, name]) => name === key);
     if (!found || (event.repeat && !HELD.includes(key))) return;

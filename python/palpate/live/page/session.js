@@ -1,7 +1,8 @@
 // The session: how far each specimen is, the next one, and the last touch: left out or kept.
 
 import { $, aligned, ask, drawn, make, put } from "./dom.js";
-import { places } from "./formatting.js";
+import { inUnit, places } from "./formatting.js";
+import { settings, storage } from "./preferences.js";
 
 const REACH = 0.08; // of the mean, at the edge of the small plot
 const WIDE = 124, HIGH = 18;
@@ -11,6 +12,7 @@ export class Session {
     Object.assign(this, { say, known: null });
     $("discard").onclick = () => this.discard();
     $("onemore").onclick = () => say({ do: "more" });
+    $("unknown").onclick = () => this.next();
     $("specimens").addEventListener("click", (event) => {
       const name = event.target.closest("button")?.textContent;
       if (name !== undefined) say({ do: "specimen", name });
@@ -20,20 +22,37 @@ export class Session {
   tell(type, known) {
     this.known = known;
     if (type === "session" || type === "hello") this.show(known);
+    if (type === "session" || type === "state") this.showEnd(known);
+  }
+
+  // What can be done when all specimens are.
+  showEnd({ session, state }) {
+    const on = Boolean(session.done) && state.now?.word === "Done";
+    document.body.classList.toggle("finished", on);
+    $("ending").hidden = !on;
+    $("endfile").disabled = !state.recording;
+    const made = state.files?.findLast(({ kind }) => kind === "report");
+    put("openreport", made ? "Open report" : "Make report");
+    $("openreport").onclick = () => (made ? open(`recording/${encodeURIComponent(made.name)}`) : $("report").click());
   }
 
   show({ session, hello }) {
     const { title, specimens, count, last } = session, file = hello.kind === "file";
     put("sessiontitle", title ?? "");
     put("sessioncount", count?.of ? `${count.kept} of ${count.of} touches` : "");
-    const longest = Math.max(0, ...specimens.map(({ modulus }) => places(modulus ?? "")));
+    const longest = Math.max(0, ...specimens.map(({ modulus }) => places(inUnit(modulus ?? ""))));
     const scatter = hello.scatter ?? null;
     $("specimens").replaceChildren(...specimens.map((one) => row(one, session.next?.name, longest, scatter, file)));
-    $("specimens").parentElement.hidden = !specimens.length;
+    const list = $("specimens").closest(".list"), here = $("specimens").querySelector(".here") ?? $("specimens").lastElementChild;
+    list.hidden = !specimens.length;
+    if (session.next?.name !== this.here) list.scrollTop = (here?.offsetTop ?? 0) - list.clientHeight / 2;
+    this.here = session.next?.name;
     $("discard").disabled = !last;
     $("onemore").hidden = file;
-    $("onemore").disabled = !session.next;
+    $("onemore").disabled = !specimens.length;
     put("discard", !last ? "Discard" : !last.kept ? `Keep ${last.touch} after all` : file || !session.next ? `Leave ${last.touch} out` : `Discard ${last.touch}, repeat it`);
+    put("leave", !last ? "Leave out" : last.kept ? `Leave ${last.touch} out` : `Keep ${last.touch}`);
+    $("leave").disabled = !last;
   }
 
   discard() {
@@ -41,10 +60,14 @@ export class Session {
     if (last) this.say({ do: last.kept ? "discard" : "keep", touch: last.touch });
   }
 
-  // The specimen behind the next one; behind the last one the first.
+  // The specimen behind the next one; behind the last one the first. When all are done: none, for other objects.
   next() {
-    const { specimens, next } = this.known.session;
+    const { specimens, next, done } = this.known.session;
     if (!specimens.length) return;
+    if (done) {
+      if (this.known.calibration.on) this.say({ do: "calibrating", on: false });
+      return void this.say({ do: "specimen", name: "" });
+    }
     const at = specimens.findIndex(({ name }) => name === next?.name);
     this.say({ do: "specimen", name: specimens[(at + 1) % specimens.length].name });
   }
@@ -54,7 +77,7 @@ function row({ name, modulus, kept, of, deviations }, here, longest, scatter, fi
   const plot = drawn("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": described(name, deviations) }, ...dots(deviations, scatter));
   const button = make("button", { type: "button", className: "plain", textContent: name, disabled: file, ariaCurrent: name === here ? "true" : null });
   return make("tr", { className: name === here ? "here" : "" },
-    make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(modulus, longest) : "?"),
+    make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(inUnit(modulus), longest) : "?"),
     make("td", { className: "name" }, plot), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
 }
 
@@ -74,16 +97,28 @@ function described(name, deviations) {
   return known.length ? `${name}: ${known.map(({ touch, deviation, kept }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${kept ? "" : ", left out"}`).join("; ")}` : `${name}: no touch`;
 }
 
-// The dialog for the list of specimens: typed, pasted, or from a file.
-const LONGEST = 4000; // characters
+// What a session gave, as the large numbers show it.
+export function outcome({ session: { done }, calibration, hello }) {
+  const share = `± ${(100 * done.scatter).toFixed(1)} %`, before = hello.assumed ? `was ${Number((100 * hello.assumed).toPrecision(2))} %, assumed` : "by the calibration";
+  const inside = { secondname: "Inside their intervals", number2: `${done.inside} of ${done.of}`, range2: calibration.saved ? "fitted to them: no test" : "" };
+  return { mainname: "This probe and this hand, from touch to touch", number: share, unit: "", pm: "", range: done.source === "assumed" ? "assumed: too few touches were repeated" : before, ...(done.of ? inside : {}) };
+}
+
+// The dialog for the list of specimens: typed, pasted, or from a file. What is typed stays until it is used, also when the
+// page is loaded again.
+const TYPED = ["title", "wanted", "list"];
+const READ_MS = 200;
 
 export class Plan {
-  constructor(say, answer) {
+  constructor(say) {
     this.say = say;
+    this.memory = storage();
     $("openplan").onclick = () => this.open();
-    $("listfile").onchange = () => this.load(answer);
-    $("list").oninput = () => this.judge();
+    $("listfile").onchange = () => this.load();
+    $("list").onscroll = () => ($("listread").scrollTop = $("list").scrollTop);
+    $("plan").firstElementChild.oninput = () => this.keep();
     $("plan").firstElementChild.onsubmit = (event) => this.send(event);
+    $("undraft").onclick = () => this.fill(delete this.memory.draft);
   }
 
   tell(type, known) {
@@ -91,54 +126,64 @@ export class Plan {
   }
 
   open() {
-    const { title, operator, wanted, specimens } = this.session;
-    $("title").value = title ?? "";
-    $("operator").value = operator ?? "";
-    $("wanted").value = wanted || 4;
-    $("list").value = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${modulus}` : name)).join("\n");
-    $("listfile").value = "";
-    this.judge();
     ask($("plan"));
+    this.fill();
   }
 
-  async load(answer) {
-    const [file] = $("listfile").files;
-    if (!file) return;
-    if (file.size > LONGEST) answer(`${file.name}: ${file.size} bytes, allowed: ${LONGEST}; one specimen a line`, true);
-    else $("list").value = await file.text();
+  fill() {
+    const { title, wanted, specimens } = this.session, lines = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${inUnit(modulus)} ${settings.unit}` : name));
+    const { draft } = this.memory, values = draft ? JSON.parse(draft) : [title ?? "", wanted || 4, lines.join("\n")];
+    TYPED.forEach((name, i) => ($(name).value = values[i]));
+    $("listfile").value = "";
+    $("undraft").hidden = !draft;
+    this.judge(draft ? "Typed before, and not in use yet." : "");
+  }
+
+  keep() {
+    this.memory.draft = JSON.stringify(TYPED.map((name) => $(name).value));
+    $("undraft").hidden = false;
     this.judge();
   }
 
-  // A list that is too long is not cut without a word: the browser says what is wrong, and keeps the dialog open.
-  judge() {
-    this.show("");
-    const { length } = $("list").value;
-    $("list").setCustomValidity(length > LONGEST ? `${length} characters, allowed: ${LONGEST}. Shorten the names, or use two sessions.` : "");
+  async load() {
+    $("list").value = await $("listfile").files[0].text();
+    this.keep();
+  }
+
+  // Asks the server how it reads each line.
+  judge(said = "") {
+    put("listwrong", said);
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.say({ do: "read list", text: $("list").value, unit: settings.unit }), READ_MS);
+  }
+
+  read(lines) {
+    put("listread", lines.map((one) => (!one ? "" : one.wrong ? "not understood" : one.modulus === null ? "not known" : `${inUnit(one.modulus)} ${settings.unit}`)).join("\n"));
+    put(document.querySelector("#plan button.strong"), `Use these ${lines.filter(Boolean).length || ""}`);
+    const wrong = lines.flatMap((one, i) => (one?.wrong ? [i] : []));
+    $("list").ariaInvalid = String(wrong.length > 0);
+    $("list").style.backgroundImage = wrong.map(() => "linear-gradient(var(--wrong) 0 0)").join();
+    $("list").style.backgroundPosition = wrong.map((line) => `0 calc(0.27rem + ${line}lh)`).join();
   }
 
   // The server's answer: it has the list, or each line that is wrong, with its reason.
   answered(message, taken = false) {
-    if (taken) $("plan").close();
-    else if ($("plan").open) this.show(message);
+    if (taken) $("plan").close(delete this.memory.draft);
+    else if ($("plan").open) this.refuse(message);
     return $("plan").open;
   }
 
-  show(reasons) {
-    const lines = [...reasons.matchAll(/^line (\d+)/gm)].map(([, number]) => Number(number) - 1), { value } = $("list");
-    put("listwrong", reasons && `▲ ${reasons}\nNothing is lost: correct it, and press again.`);
-    $("list").ariaInvalid = String(lines.length > 0);
-    $("list").style.backgroundImage = lines.map(() => "linear-gradient(var(--wrong) 0 0)").join();
-    $("list").style.backgroundPosition = lines.map((line) => `0 calc(0.27rem + ${line}lh)`).join();
-    if (!lines.length) return;
+  refuse(reasons) {
+    const first = reasons.match(/^line (\d+)/)?.[1];
+    put("listwrong", `▲ ${reasons}\nNothing is lost: correct it, and press again.`);
     $("list").focus();
-    $("list").selectionStart = $("list").selectionEnd = value.split("\n").slice(0, lines[0]).join("\n").length + (lines[0] > 0);
+    if (first) $("list").selectionStart = $("list").selectionEnd = `\n${$("list").value}`.split("\n", first).join("\n").length;
   }
 
   send(event) {
     if (!event.submitter?.value) return;
     event.preventDefault();
-    $("list").value = $("list").value.trim(); // as the server counts the lines
-    const sent = this.say({ do: "plan", text: $("list").value, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: $("operator").value });
-    if (!sent) this.show("Not connected: the list was not sent.");
+    const sent = this.say({ do: "plan", text: $("list").value, unit: settings.unit, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: settings.operator });
+    if (!sent) this.refuse("Not connected: the list was not sent.");
   }
 }

@@ -2,7 +2,7 @@
 // thousands of rows only those in sight are in the document.
 
 import { $, aligned, arrange, make, put } from "./dom.js";
-import { clock, modulusOf, places, plusMinus, signed } from "./formatting.js";
+import { clock, inUnit, modulusOf, places, plusMinus, shoreA, signed, units } from "./formatting.js";
 import { running } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
@@ -88,7 +88,7 @@ export class Table {
   // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
   same(one, chosen) {
     const { session, touches } = this.known, names = chosen && session.specimens.map(({ name }) => name);
-    const of = JSON.stringify([one, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
+    const of = JSON.stringify([one, units, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
     return made?.of === of ? made : Object.assign(this.row(one, chosen), { of });
   }
 
@@ -102,15 +102,15 @@ export class Table {
   }
 
   cells(one, specimen, remark, more = []) {
-    const { value, interval } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
+    const { value, interval, shore } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
     const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
     return make("tr", {},
       make("td", {}, nth), make("td", { className: "begin", textContent: this.known.found ? clock(one.start_s - (this.known.hello.origin_s ?? 0)) : "" }), make("td", { className: "name" }, specimen),
       make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
       make("td", {}, aligned(away, deviation)),
-      make("td", { className: "num" }, aligned(value, modulus)),
-      make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
+      make("td", { className: "num" }, aligned(value, modulus), ...(shore ? [make("span", { className: "opt", textContent: ` · ${shore}` })] : [])),
+      make("td", { className: "opt", textContent: interval.replace(/ [kM]Pa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
   }
 
   remark(one) {
@@ -190,19 +190,21 @@ function widest(rows) {
   };
 }
 
-// The table of touches as text: with all digits, for a spreadsheet.
-const COLUMNS = [
+// The table of touches as text: with all digits, for a spreadsheet; moduli in the unit that is set.
+const columns = () => [
   ["touch", (one) => one.number], ["specimen", (one) => one.specimen ?? ""], ["start_s", (one) => one.start_s], ["end_s", (one) => one.end_s],
   ["samples", (one) => one.samples], ["ratio", (one) => one.ratio], ["standard_error", (one) => one.standard_error],
   ["uncertainty", (one) => one.uncertainty], ["uncertainty_from", (one) => one.uncertainty_from], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
-  ["modulus_MPa", (one) => one.modulus?.value_MPa], ["low_MPa", (one) => one.modulus?.low_MPa], ["high_MPa", (one) => one.modulus?.high_MPa],
+  ...["modulus", "low", "high"].map((name) => [`${name}_${units.modulus}`, ({ modulus }) => inUnit(modulus?.[name === "modulus" ? "value_MPa" : `${name}_MPa`] ?? "")]),
+  ...(units.shore ? [["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)]] : []),
   ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
   ["remark", (one) => one.why || one.advice.join(". ")],
 ];
 
 export function asText(rows, separator) {
   const cell = (value) => quoted(String(value ?? ""), separator);
-  return [COLUMNS.map(([name]) => name), ...rows.map((one) => COLUMNS.map(([, of]) => of(one)))]
+  const all = columns();
+  return [all.map(([name]) => name), ...rows.map((one) => all.map(([, of]) => of(one)))]
     .map((line) => line.map(cell).join(separator) + "\r\n").join("");
 }
 

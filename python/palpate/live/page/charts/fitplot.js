@@ -1,6 +1,6 @@
 // Calibration: ratio against modulus with eq. (2), and below it the distance of each touch from it, on one logarithmic axis.
 
-import { number, signed } from "../formatting.js";
+import { inUnit, number, signed, units } from "../formatting.js";
 import { decades, placed, stepOf, ticks } from "./axes.js";
 import { unit } from "./sheet.js";
 import { SvgChart, area, clipped, escaped, label, line, measure, ruler } from "./svg.js";
@@ -32,11 +32,11 @@ export class FitPlot extends SvgChart {
   }
 
   axes({ k, left, right, split, foot, top, low, from, to, lowest, highest, reach, x, y, z }) {
-    const parts = decades(from, to, [1, 3]).map((modulus) => ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, Number(modulus.toPrecision(1)), "", "middle"));
+    const parts = decades(from, to, [1, 3]).map((modulus) => ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, inUnit(Number(modulus.toPrecision(1))), "", "middle"));
     for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
     const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
     for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
-    const both = "above: ratio · below: distance from the curve, %", axis = "modulus, MPa", room = measure(both, k) + measure(axis, k) + 10 < right - left;
+    const both = "above: ratio · below: distance from the curve, %", axis = `modulus, ${units.modulus}`, room = measure(both, k) + measure(axis, k) + 10 < right - left;
     parts.push(label(right, foot + 31 * k, axis, "", "end") + label(left, foot + 31 * k, room ? both : "below: distance, %"));
     return parts.join("");
   }
@@ -75,6 +75,6 @@ export class FitPlot extends SvgChart {
     const found = this.dots.map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
     if (!found || found.far > NEAR) return null;
     const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from the curve`;
-    return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, `${number(modulus)} MPa`, `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };
+    return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, inUnit(`${number(modulus)} MPa`), `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };
   }
 }
