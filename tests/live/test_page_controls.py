@@ -110,7 +110,7 @@ def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, tmp
     page.click("openplan")  # what was typed is there still
     assert page.text("listwrong") == "Typed before, and not in use yet."
     page["wanted"].send_keys(Keys.ENTER)
-    heard(page, idle, do="plan", text="soft,0.1\nunknown", unit="MPa", wanted=3, title="gel series 3", operator="")
+    heard(page, idle, do="plan", text="soft,0.1\nunknown", unit="MPa", wanted=3, title="gel series 3")
     page.until(lambda: not page["plan"].is_displayed())
 
 

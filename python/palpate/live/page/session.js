@@ -183,7 +183,7 @@ export class Plan {
   send(event) {
     if (!event.submitter?.value) return;
     event.preventDefault();
-    const sent = this.say({ do: "plan", text: $("list").value, unit: settings.unit, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: settings.operator });
+    const sent = this.say({ do: "plan", text: $("list").value, unit: settings.unit, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, ...(settings.operator && { operator: settings.operator }) });
     if (!sent) this.refuse("Not connected: the list was not sent.");
   }
 }
