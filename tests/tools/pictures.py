@@ -30,7 +30,6 @@ COMMANDS = (
     ),
     "record sim:ten-specimens?seed=3 -o ten-specimens.csv --touches 40",  # played, it is never late, on a busy machine either
 )
-TOUCHES = "return document.querySelectorAll('#rows tr[data-touch]').length"
 HALF = """const text = (id) => document.getElementById(id).textContent, share = parseFloat(document.querySelector("#bar b").style.width);
 return text("word") === "Hold" && Number(text("mainname").split(" ").at(-1)) >= arguments[0] && share > 50 && share < 85
   && document.getElementById("line").dataset.level === "quiet";"""
@@ -79,7 +78,7 @@ def recorded(page: Browser, folder: Path) -> None:
     """Open the recording, with both cursors."""
     with Live("--calibration", "probe.toml", source="run.csv") as live:
         page.driver.get(live.address)
-        page.until(lambda: page.text("word") == "File" and page.run(TOUCHES) == 40)
+        page.until(lambda: page.text("word") == "40")
         page.theme("light")
         page.press("0", "+", "+", "+", "a", Keys.ARROW_LEFT, "b")
         page.until(lambda: page["readout"].is_displayed())
