@@ -49,6 +49,7 @@ Settings settings_of(const Core& core = Core()) {
   }
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
+    settings.add("period", 0);
     settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
     settings.add("confirmed", core.settings.confirmed);
     const bool levels = std::is_same_v<Core, HandheldScene>;
@@ -71,14 +72,17 @@ AnyRun run_of(const Settings& s) {
     require(palpate::valid(core.gate.settings), "release", s["release"], "0 < release < 1");
   }
   bool host_stamps = false;
+  double period = 0;
   if constexpr (is_aligned<Core>) {
     host_stamps = s["host_stamps"] != 0;
+    period = s["period"];
+    require(period >= 0 && period <= 1e9, "period", period, "0 <= period <= 1e9, s");
     s.check<palpate::MatchedPairSettings<double, std::int64_t>>();
     core.align.settings = s.values<palpate::MatchedPairSettings<double, std::int64_t>>();
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }
-  return Run<Core>(core, host_stamps);
+  return Run<Core>(core, host_stamps, period);
 }
 
 struct Scene {

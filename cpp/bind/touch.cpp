@@ -53,8 +53,8 @@ channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the 
 
 constexpr auto flags_doc =
     R"(Warnings about the result; `palpate.advice` says what to do. "short" (shorter than `seconds` or `samples`),
-"saturated", "refused" (more than three quarters of the readings gave no sample), "unsettled" (no standard error yet, in a
-scene that has one), "unexcited" (the samples hardly moved the initial ratio), "one-sided" (one channel did not change, or
+"saturated", "refused" (more than three quarters of the readings gave no sample), "late" (a fifth of the pairs or more did
+not come in time: the computer was too slow), "unsettled" (no standard error yet, in a scene that has one), "unexcited" (the samples hardly moved the initial ratio), "one-sided" (one channel did not change, or
 fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "offset" (bumps not level), "drift" (of
 a baseline or of the object), "lag" (of a channel, or wrong times), "curve" (a gauge or bump that is not linear); "tilt"
 (the ratio differs from the level ratio); "changed" (the ratio changed during the touch: `ratio` is the one after it; or
@@ -132,7 +132,7 @@ void visit_numbers(Result& r, Visit&& visit) {
   const auto all = [&](auto&... numbers) { (visit(numbers), ...); };
   all(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error, r.first_ratio,
       r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance, r.knows_error,
-      r.contact_exponent, r.age, r.gap);
+      r.contact_exponent, r.age, r.gap, r.late, r.held);
   auto& f = r.fitted;
   all(f.offset, f.drift, f.lag, f.curve, f.tilt, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
   for (auto* const level : {&r.level, &r.before, &r.after}) {
@@ -172,6 +172,7 @@ void bind_touch(py::module_& module) {
   methods::define_display(type, "touch");
   type.def("as_dict", &as_dict, "as_dict(self, /)\n--\n\nAll fields as a dict of plain numbers; nan becomes None.")
       .def("_untimed", &untimed, "_untimed(self, /)\n--\n\n")
+      .def_property_readonly("_held", [](const R& touch) { return touch.held; })
       .def("__eq__", &equal, py::is_operator(), "__eq__(self, other, /)\n--\n\n")
       .def(py::pickle(&pickled, &restored));
   for (const Field& field : fields) {

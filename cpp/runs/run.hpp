@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <palpate/scenes.hpp>
@@ -22,6 +23,7 @@ struct Result : Touch<double> {
   bool knows_error;
   double contact_exponent, age;  // of the level ratio; 0: none
   bool gap;                      // it ended at a gap, or its baseline was measured after one, perhaps in contact
+  bool late, held;  // a fifth of its pairs did not come in time; it had nearly the length of the scene all the same
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
@@ -40,6 +42,7 @@ struct Result : Touch<double> {
     if (has_length && !full) visit("short");
     if (saturated > 0) visit("saturated");
     if (refused > 0.75 * readings) visit("refused");
+    if (late) visit("late");
     if (knows_error && standard_error != standard_error) visit("unsettled");
     if (!(covariance <= 0.1 * initial_covariance)) visit("unexcited");
     if (one_sided()) visit("one-sided");
@@ -67,7 +70,8 @@ template <class Core_>
 struct Run {
   using Core = Core_;
 
-  explicit Run(const Core& made, bool host_stamps) : core(made), smooths(host_stamps) {}
+  explicit Run(const Core& made, bool host_stamps, double period = 0)
+      : core(made), smooths(host_stamps), nominal_s(period) {}
 
   /// Each touch that it ends goes to `all.end`, and one that it revises to `all.revise`.
   template <class Touches>
@@ -87,7 +91,15 @@ struct Run {
       const std::uint64_t oldest = core.readings() > times.size() ? core.readings() - times.size() : 0;
       const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
       start_s = static_cast<double>(times[first % times.size()]) * 1e-9;
+      opened = last_whole;
+      came = 0;
     }
+    const bool whole = std::isfinite(hard) && std::isfinite(soft);
+    if (core.open() || was_open) {
+      came += whole;
+      passed_s = static_cast<double>(t_hard - opened) * 1e-9;
+    }
+    last_whole = whole ? t_hard : last_whole;
     was_open = core.open();
     based = based || core.ready();
     if (report.finished) {
@@ -143,7 +155,9 @@ struct Run {
             knows_its_error<decltype(core.estimator)>,
             level_settings().contact_exponent,
             level_settings().age,
-            unproven};
+            unproven,
+            nominal_s > 0 && came <= 0.8 * passed_s / nominal_s,
+            passed_s >= 0.8 * static_cast<double>(core.settings.seconds)};
   }
 
   LevelRatioSettings<double> level_settings() const {
@@ -180,7 +194,12 @@ struct Run {
 
   Core core;
   SteadyStamps<double, std::int64_t> hard_stamps, soft_stamps;
-  bool smooths;  // the times are a computer's
+  bool smooths;      // the times are a computer's
+  double nominal_s;  // from pair to pair of the device; 0: not known
+  std::int64_t last_whole = 0,
+               opened = 0;  // times of pairs with both values: the last one, and the one before the touch
+  std::uint32_t came = 0;   // such pairs in the touch
+  double passed_s = 0;      // since `opened`
   std::array<std::int64_t, 256> times{};
   double start_s = 0;
   bool was_open = false;

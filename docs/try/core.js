@@ -199,6 +199,7 @@ export const ADVICE = {
   short: "the touch ended before its full length: hold the probe longer",
   saturated: "readings are outside the range of the converter and left out: press less deep",
   refused: "readings gave no sample: check the cable and the connection of the board",
+  late: "samples did not come in time, as the computer was too slow: close other programs",
   unsettled: "too few samples for a standard error: hold the probe longer",
   unexcited: "the change of the capacitances was too small to move the ratio from its initial value: press deeper",
   "one-sided": "the press did not raise both channels by amounts that can be compared: check that both gauges are wired, and to the right inputs; or press deeper",
@@ -223,7 +224,7 @@ function adviceOn(touch) {
 
 // Why a touch does not count, as palpate.several says; "": it does.
 function whyOf({ flags, samples, standard_error: error, revised, age_s: age }) {
-  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, tilt: true, changed: true };
+  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);
   return found ? `${found}: ${ADVICE[found]}` : "";
 }

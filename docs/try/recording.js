@@ -3,7 +3,7 @@
 import { Measurement, require } from "./core.js";
 import { GIVEN } from "./given.js";
 
-const FREE = ["scene", "seconds", "samples", "release", "full_scale", "host_stamps", "confirmed", "contact_exponent", "age"]; // settings that may differ from those of the scene
+const FREE = ["scene", "seconds", "samples", "release", "full_scale", "host_stamps", "period", "confirmed", "contact_exponent", "age"]; // settings that may differ from those of the scene
 const HOLE_S = 0.25; // a hole without a mark is shown from here on; all are counted
 const WORDS = 7; // of eight bytes, in a sample
 const LINE_END = 10;

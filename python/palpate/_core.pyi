@@ -48,6 +48,7 @@ class _PaperSettings(_Gated, total=False):
 
 class _HandheldSettings(_Gated, total=False):
     host_stamps: bool
+    period: float
     hard_side: float
     soft_side: float
     slow_hard_side: float
@@ -186,6 +187,7 @@ class Touch(_State):
     def __init__(self) -> None: ...
     def as_dict(self) -> dict[str, Any]: ...
     def _untimed(self) -> Touch: ...
+    _held: Final[bool]
     start: Final[int]
     start_s: Final[float]
     samples: Final[int]

@@ -157,6 +157,7 @@ def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, An
     settings: dict[str, Any] = {"full_scale": float(instrument.get("full_scale_pF", math.inf))}
     if "host_stamps" in Tracker(scene).settings:
         settings["host_stamps"] = instrument.get("stamps") == "host"
+        settings["period"] = float(instrument.get("period_s", 0.0))
     return settings
 
 

@@ -199,12 +199,16 @@ def _changed(touch: Touch) -> str:
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "short": lambda touch: (
         f"the touch ended after {touch.samples} samples, before its "
-        f"{f'age of {touch.age_s:g} s' if touch.age_s else 'full length'}: hold the probe longer"
+        f"{f'age of {touch.age_s:g} s' if touch.age_s else 'full length'}{_longer(touch)}"
     ),
     "saturated": _saturated,
     "refused": _refused,
+    "late": lambda touch: (
+        f"only {touch.samples} samples came in time, as the computer was too slow (or the board did not answer): close "
+        "other programs" + "; the probe was held long enough" * touch._held
+    ),
     "unsettled": lambda touch: (
-        f"{touch.samples} samples are too few for a standard error" + ": hold the probe longer" * bool(touch.samples)
+        f"{touch.samples} samples are too few for a standard error" + _longer(touch) * bool(touch.samples)
     ),
     "unexcited": _unexcited,
     "one-sided": _one_sided,
@@ -226,6 +230,11 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
 }
 FLAGS = tuple(_SENTENCES)
 """The flags that a touch can have."""
+
+
+def _longer(touch: Touch) -> str:
+    """Return what to do against too few samples: nothing where the computer lost them."""
+    return "" if touch._held and "late" in touch.flags else ": hold the probe longer"
 
 
 def _cause(touch: Touch, *flags: str) -> str:

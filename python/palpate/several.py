@@ -26,6 +26,7 @@ USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
     "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST and not touch.age_s,
     "drift": lambda touch: touch.age_s > 0 or (isfinite(touch.standard_error) and bool(touch.revised)),
     "creep": lambda touch: touch.age_s > 0,
+    "late": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
     "tilt": lambda _: True,
     "changed": lambda _: True,
 }

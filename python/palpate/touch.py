@@ -237,7 +237,8 @@ def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySet
             "a live source has to be recorded first"
         )
     stamps = "host" if getattr(recording, "host_stamps", False) else "converter"
-    given: dict[str, Any] = settings_for(scene, {"full_scale_pF": recording.full_scale_pF, "stamps": stamps})
+    of_device = {"full_scale_pF": recording.full_scale_pF, "stamps": stamps}
+    given: dict[str, Any] = settings_for(scene, of_device | {"period_s": getattr(recording, "period_s", 0.0)})
     given |= settings
     require_scale(scene, getattr(recording, "unit", "pF"), settings)
     if not timed(recording):

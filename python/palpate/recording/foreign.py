@@ -60,6 +60,7 @@ class Foreign:
         self.full_scale_pF: float = recording.full_scale_pF
         self.unit: str = recording.unit
         self.host_stamps: bool = recording.host_stamps
+        self.period_s: float = recording.period_s
         self.zero_utc_ns: int | None = recording.zero_utc_ns
         self.understood: str = recording.understood
         self.gap_marks: list[tuple[int, str]] = [(row - 1, _GAP) for row in recording.gap_rows]
@@ -76,6 +77,7 @@ class Foreign:
         """Return what is known of the instrument: the file name and full scale."""
         known = {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
         known |= {"unit": self.unit} if self.unit != "pF" else {}
+        known |= {"period_s": self.period_s} if self.period_s else {}
         return known | ({"stamps": "host"} if self.host_stamps else {})
 
     def blocks(self, _damage: object = None) -> Iterator[Block]:

@@ -110,6 +110,8 @@ class Recorded:
         Scene and settings of the live measurement; empty if unknown.
     host_stamps : bool
         Whether the computer stamped the samples when they arrived, from the sidecar.
+    period_s : float
+        From pair to pair, as the live measurement knew it, else the device, s; 0: unknown.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown.
     tares : frozenset of int
@@ -155,6 +157,7 @@ class Recorded:
         self.unit: str = str(self.describe().get("unit", "pF"))
         self.settings: dict[str, Any] = sidecar.settings_of(self.document)
         self.host_stamps: bool = self.describe().get("stamps") == "host"
+        self.period_s: float = float(self.settings.get("period", self.describe().get("period_s", 0.0)))
         self.zero_utc_ns: int | None = sidecar.zero_of(self.document)[0]
         tares = sidecar.tares_of(self.document)
         self.tares: frozenset[int] = frozenset(seq for seq, _, _ in tares)
@@ -248,6 +251,7 @@ class Recorded:
             unit=self.unit,
             full_scale_pF=self.full_scale_pF,
             host_stamps=self.host_stamps,
+            period_s=self.period_s,
             doubts=self.doubts,
             gap_rows=tuple((last + 1).tolist()),
             zero_utc_ns=self.zero_utc_ns,

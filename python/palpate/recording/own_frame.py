@@ -19,7 +19,7 @@ from palpate.tables.remarks import pace, rate_of, remarks
 from palpate.tables.table import Table
 
 _ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
-_UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF"}
+_UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF", "period_s": "s"}
 _TIMES = (("t_hard_s", "t_soft_s"), ("t_hard_ns", "t_soft_ns"))
 ROWS_ONLY = (
     "rows of a recording of palpate without its sidecar: they are not verified; its range, gaps and tares are not known"
@@ -31,7 +31,7 @@ def to_arrow(recording: Recording) -> Any:
     """Return a recording as a pyarrow.Table.
 
     Its columns are t_hard_s, t_soft_s (if it has times), hard_pF, soft_pF; and, where they say something: utc; gap, True in a row from which
-    on the earlier baseline is not valid; full_scale_pF and host_stamps, the same in all rows.
+    on the earlier baseline is not valid; full_scale_pF, host_stamps and period_s, the same in all rows.
     """
     arrow = need("pyarrow", "tables")
     rows = len(recording.hard)
@@ -46,6 +46,8 @@ def to_arrow(recording: Recording) -> Any:
         columns["full_scale_pF"] = arrow.array(np.full(rows, recording.full_scale_pF))
     if recording.host_stamps:
         columns["host_stamps"] = arrow.array(np.ones(rows, bool))
+    if recording.period_s:
+        columns["period_s"] = arrow.array(np.full(rows, recording.period_s))
     units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
     fields = [arrow.field(name, columns[name].type, metadata=unit) for name, unit in zip(columns, units, strict=True)]
     return arrow.table(list(columns.values()), schema=arrow.schema(fields))
@@ -77,6 +79,7 @@ def own_frame(table: Table) -> Recording | None:
         notes=tuple(dict.fromkeys(notes)),
         full_scale_pF=full_scale,
         host_stamps="host_stamps" in names and bool(_only(_flags(table, "host_stamps"))),
+        period_s=float(_only(table.column("period_s").numbers())) if "period_s" in names else 0.0,
         gap_rows=tuple(row for row in gaps if row),
         zero_utc_ns=None if date_ns is None else date_ns - round(float(t_hard[0]) * 1e9),
         understood=f"a recording of palpate as a data frame; {pace(rate_of(t_hard))}; {len(table)} rows",

@@ -55,6 +55,8 @@ class Recording(Framed):
         Readings of this magnitude are saturated: the range of the AD7746 in palpate's own files, else inf.
     host_stamps : bool
         Whether the computer stamped the samples when they arrived; False if it is not known.
+    period_s : float
+        From pair to pair, as the device has it, s; 0: not known.
     doubts : tuple of str
         Those of the notes that say that the file is not as it was written: results may be wrong.
     gap_rows : tuple of int
@@ -92,6 +94,7 @@ class Recording(Framed):
     notes: tuple[str, ...] = ()
     full_scale_pF: float = math.inf
     host_stamps: bool = False
+    period_s: float = 0.0
     doubts: tuple[str, ...] = ()
     gap_rows: tuple[int, ...] = ()
     zero_utc_ns: int | None = None

@@ -10,7 +10,7 @@ from palpate.simulation.bumps import Gauge, Substrate
 from palpate.simulation.press import Press
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
-from palpate.simulation.scenarios import PROBE
+from palpate.simulation.scenarios import DEMO, PROBE
 
 FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
 SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
@@ -154,4 +154,4 @@ def ten_specimens() -> Scenario:
 
 
 # Beside `palpate.simulation.SCENARIOS`: for a rehearsal of a whole session, not for comparisons of estimators.
-SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens()}
+SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens(), "demo": DEMO}

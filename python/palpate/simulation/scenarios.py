@@ -93,10 +93,14 @@ def _one(*ratios: tuple[float, float], depth_pF: float = 0.25, creep: float = 0.
     return Scenario(presses=[Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)], duration_s=10.5)
 
 
-def _four() -> Scenario:
-    names = ("30 OO", "70 OO", "40 A", "70 A")
+def _specimens(times: int, oblique: float) -> Scenario:
+    names = times * ("30 OO", "70 OO", "40 A", "70 A")
     presses = [Press(2.0 + 9.0 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[n]))]) for i, n in enumerate(names)]
-    return Scenario(presses=presses, duration_s=37.5, tilt=Tilt(oblique=0.01), gauges=_GAUGES)
+    return Scenario(presses=presses, duration_s=1.5 + 9.0 * len(names), tilt=Tilt(oblique=oblique), gauges=_GAUGES)
+
+
+DEMO = _specimens(2, 0.03)
+"""What `palpate live` shows without a board; `palpate.several.TOUCH_SCATTER` is what the hand scatters."""
 
 
 def _sliding() -> Scenario:
@@ -143,8 +147,8 @@ FOLLOWING: dict[str, Scenario] = {
     "light-touch": _one((0.0, _MIDDLE), depth_pF=5 * _NOISE),
     "spikes": replace(_one((0.0, _MIDDLE)), faults=Faults(spikes_per_s=0.5, spike_pF=100 * _NOISE)),
     "dropouts": replace(_one((0.0, _MIDDLE)), faults=Faults(lost=0.05)),
-    "saturating": _one((0.0, _STIFF), depth_pF=0.45),
-    "four-specimens": _four(),
+    "saturating": _one((0.0, _STIFF), depth_pF=0.52),
+    "four-specimens": _specimens(1, 0.01),
     "sliding": _sliding(),
     "all": _all(),
 }

@@ -32,7 +32,7 @@ class FileSource(Stoppable):
         # For `palpate.touches`, as of a recording.
         self.blocks, self.timed, self.tares = recording.blocks, recording.timed, recording.tares
         self.full_scale_pF, self.host_stamps, self.unit = recording.full_scale_pF, recording.host_stamps, recording.unit
-        self.gap_marks = recording.gap_marks
+        self.gap_marks, self.period_s = recording.gap_marks, recording.period_s
         self.live: bool = speed is not None
         self.real_time: bool = False
         self._speed = speed
