@@ -58,10 +58,9 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
 
 def test_a_source_without_settings(tmp_path: Path) -> None:
     bench = begun(lambda: Fed(noisy), tmp_path)
-    soon(lambda: bench.measurement.last)
+    soon(lambda: values(device(bench))["Soft"].endswith(" pF"))
     document = device(bench)
     assert (document["board"], document["options"], document["can_centre"]) == ("fed", {}, False)
-    assert values(document)["Soft"].endswith(" pF")
     with pytest.raises(RefusedCommand, match="centre: this source has no range"):
         bench.obey("centre")
     with pytest.raises(RefusedCommand, match="device: this source has no settings"):
@@ -70,7 +69,7 @@ def test_a_source_without_settings(tmp_path: Path) -> None:
 
 
 def test_nothing_is_set_in_contact_and_temperature_since_the_baseline() -> None:
-    played = Played(f"{SOURCE}&capf=7").play(until_s=25)
+    played = Played(f"{SOURCE}&capf=7&idle=10").play(until_s=25)
     told = values(Device(played, played.page_state, "sim:").document())
     assert told["Temperature"] == "25.0 °C, +0.0 since the baseline"
     played = Played(SOURCE).play(until_s=4)

@@ -19,6 +19,7 @@ from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.live.state_rules import ENDLESS_S, LONG_S, Facts, LastTouch, Now, PairRate, StatusLine, file_state, view_of
+from palpate.simulation import Press, Scenario, hand
 from palpate.sources import Gap
 from palpate.stream import Stream
 
@@ -26,8 +27,9 @@ WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Don
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=("offset",))
+ON = [(0.0, 5.7)]
 NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
-SLOW = PairRate(22.0, 40.0, 220, 31, 0)
+SLOW = PairRate(22.0, 40.0, 220, 0)
 
 
 def facts(state: str = "no contact", **given: Any) -> Facts:
@@ -60,7 +62,11 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
      "The board was unplugged for 12.0 s: 456 pairs are lost. Touch 20 is cut: repeat it. The baseline"),
     (facts("baseline", retaken_s=0.1), "baseline", "Wait", "caution", "far below"),
     (facts("done", seen=SignalSeen(done_s=ENDLESS_S + 1), result=GOOD), "endless", "Lift", "caution", "press Tare anyway"),
-    (facts(pace=SLOW), "slow", "Touch", "caution", "22 of 40 pairs a second; 31 of the last 220 pairs came late."),
+    (facts(seen=SignalSeen(touching="hard +0.72 pF")), "touched", "Lift", "caution", "Something touches: hard +0.72 pF. No baseline"),
+    (facts(pace=SLOW), "slow", "Touch", "note", "22 of 40 pairs a second arrive. What it costs is known after a touch."),
+    (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.01))), "slow", "Touch", "note", "costs nothing here: ± 0.25 stays ± 0.25."),
+    (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.2))), "slow", "Touch", "note", "± 0.29 becomes ± 0.32."),
+    (facts(pace=SLOW, slow_told=True), "ready", "Touch", "quiet", ""),
     (facts(result=replace(GOOD, swapped="exchange the wires")), "swapped", "Stop", "caution", "Exchange the wires."),
     (facts("done", result=OFFSET, next=NEXT), "left out", "Repeat", "caution", "Offset: the soft bump is reached first"),
     (facts(troubles={"hint": "remove R1 and R2"}), "hint", "Touch", "note", "Remove R1 and R2."),
@@ -75,8 +81,8 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts(retaken_s=1.0), "baseline", "Touch", "caution", ""),
-    (facts("contact", pace=SLOW), "slow", "Hold", "caution", ""),
-    (facts(pace=PairRate(38.0, 38.4, 380, 1, 5)), "slow", "Touch", "caution", "5 were not estimated"),
+    (facts("contact", pace=SLOW), "slow", "Hold", "note", ""),
+    (facts(pace=PairRate(38.0, 38.4, 380, 5)), "slow", "Touch", "note", "5 pairs were not estimated; a recording has them."),
     (facts("adapting"), "contact", "Hold", "quiet", ""),
     (facts("contact", result=OFFSET), "contact", "Hold", "quiet", ""),
     (facts("no contact", result=OFFSET), "left out", "Repeat", "caution", ""),
@@ -110,10 +116,10 @@ def test_when_a_state_begins() -> None:
     for what, limit, made in limits:
         assert view_of(made(limit * 0.99))[1].what != what
         assert view_of(made(limit * 1.01))[1].what == what
-    assert (state_rules.SLOW_SHARE, state_rules.LATE_SHARE, state_rules.FEWEST) == (0.9, 0.05, 50)
-    for calm in (PairRate(36.5, 40.0, 380, 18, 0), PairRate(1.0, 40.0, 49, 49, 0)):
+    assert (state_rules.SLOW_SHARE, state_rules.FEWEST) == (0.9, 50)
+    for calm in (PairRate(36.5, 40.0, 380, 0), PairRate(1.0, 40.0, 49, 0)):
         assert view_of(facts(pace=calm))[1].level == "quiet"
-    for slow in (PairRate(35.5, 40.0, 380, 0, 0), PairRate(40.0, 40.0, 380, 20, 0), PairRate(40.0, 40.0, 9, 0, 1)):
+    for slow in (PairRate(35.5, 40.0, 380, 0), PairRate(40.0, 40.0, 9, 1)):
         assert view_of(facts(pace=slow))[1].what == "slow"
     assert view_of(facts(silent_s=5.0, period_s=1.0))[1].level == "quiet"
     assert view_of(facts(troubles={"hint": "remove R1"}, result=GOOD))[1].level == "quiet"
@@ -125,10 +131,10 @@ def test_the_more_urgent_state_comes_first() -> None:
     now = facts(troubles=troubles, silent_s=1.2, period_s=0.026, recording_error="run.csv: disk full", outside=("soft",),
                 seen=signal, gap_s=0.1, gap="it was gone", retaken_s=0.1, pace=SLOW)  # fmt: skip
     device = ["unplugged", "wiring", "silent", "recording"]
-    order = [*device, "constant", "range", "baseline", "gap", "baseline", "slow", "hint"]
+    order = [*device, "constant", "range", "baseline", "gap", "baseline", "hint", "slow"]
     assert [line.what for line, _ in state_rules.urgent(now)] == order
     doubtful = replace(now, result=replace(OFFSET, swapped="exchange the wires"))
-    assert [line.what for line, _ in state_rules.urgent(doubtful)] == [*order[:-1], "swapped", "left out"]
+    assert [line.what for line, _ in state_rules.urgent(doubtful)] == [*order[:-2], "swapped", "left out", "slow"]
     assert view_of(replace(now, state="ended", error="disk full"))[1].what == "ended"
 
 
@@ -151,7 +157,7 @@ def test_a_recording_is_not_measured() -> None:
         assert f"{verdict}, 7612 rows, 3 missing, 2 without a value. Nothing is being measured." in line["text"]
 
 
-BAD, CALM = StatusLine("slow", "caution", "Slow.", "Slow."), StatusLine("ready", "quiet", "", "Ready.", "Ready.")
+BAD, CALM = StatusLine("wiring", "caution", "Wires.", "A wire."), StatusLine("ready", "quiet", "", "Ready.", "Ready.")
 WORSE = StatusLine("unplugged", "fault", "Unplugged.", "Gone.")
 TOUCH, STOP = Now("Touch", ""), Now("Stop", "")
 
@@ -170,7 +176,7 @@ def test_a_more_urgent_line_comes_at_once_and_says_how_long_it_lasts() -> None:
     steady = SteadyLine()
     lines = [(0.0, BAD), (0.1, WORSE), (0.2, CALM), (2.0, WORSE), (14.0, WORSE._replace(text="Still gone."))]
     shown = [steady.show(TOUCH, line, None, at_s)["line"] for at_s, line in lines]
-    assert [line["what"] for line in shown] == ["slow", "unplugged", "ready", "unplugged", "unplugged"]
+    assert [line["what"] for line in shown] == ["wiring", "unplugged", "ready", "unplugged", "unplugged"]
     assert [line["since_s"] for line in shown] == [0, 0, None, 0, 12]
 
 
@@ -238,6 +244,25 @@ def test_causes(source: str, until_s: float, what: str, word: str, level: str, t
     assert what != "wiring" or played.course[-1][1] != "wiring"
 
 
+@pytest.mark.parametrize(("tremor", "fault", "held", "shown"), [
+    (0.01, "", Press(-2.0, ON), "moves by 3.5 fF, 86 times its noise"),
+    (0.0, "&fault=unplug:2@3", Press(4.0, ON, hold_s=4.0), "hard +1.42 pF, soft +0.25 pF above the baseline before"),
+])  # fmt: skip
+def test_contact_while_the_baseline_is_measured(
+    monkeypatch: pytest.MonkeyPatch, tremor: float, fault: str, held: Press, shown: str
+) -> None:
+    """From the begin, by its tremor; after a replug, by its level even without one. Nothing is measured of it."""
+    scenario = Scenario(presses=[held, Press(11.0, ON)], duration_s=19.0, tremor=tremor)
+    monkeypatch.setitem(hand.SESSIONS, "held", scenario)
+    played = Played(f"sim:held?seed=1{fault}").play()
+    at_s, document = played.first("touched")
+    assert at_s - (played.first("gap") if fault else played.told[0])[0] < 1.0
+    assert (document["now"]["word"], document["line"]["title"]) == ("Lift", "Lift the probe.")
+    assert f"{shown}. No baseline is taken from it." in document["line"]["text"]
+    assert played.course[played.course.index(("Lift", "touched")) + 1] == ("Touch", "ready")
+    assert [(touch.flags, round(touch.ratio, 2)) for touch in played.touches] == [((), 5.7)]
+
+
 def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
     played = Played(f"{SOURCE}&idle=12&fault=overload:9@3").play(12, at={7.0: lambda stream: stream.centre()})
     found = played.first("range")[1]
@@ -271,8 +296,7 @@ def test_a_touch_is_cut_where_the_board_is_unplugged(monkeypatch: pytest.MonkeyP
 
 
 def test_a_board_is_unplugged_and_comes_back(tmp_path: Path) -> None:
-    """In real time: whether the touch has begun by then depends on the computer."""
-    bench = begun(f"{SOURCE}&fault=unplug:1@4", tmp_path)
+    bench = begun(f"{SOURCE}&idle=20&fault=unplug:1@4", tmp_path)
     gone = bench.waited("unplugged")
     assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
     assert gone["line"]["text"].endswith(" The recording goes on.")
@@ -293,11 +317,13 @@ def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
     }
     benches = {what: begun(source, tmp_path / what, record=False) for what, source in made.items()}
     found = {what: bench.waited(what) for what, bench in benches.items()}
+    benches["slow"].obey("understood")
+    assert benches["slow"].state()["line"]["what"] == "ready"
     for bench in benches.values():
         bench.measurement.close()
     assert found["unwired"]["now"]["word"] == "Stop"
     assert "The hard channel reads the same value all the time, 0.620 pF" in found["constant"]["line"]["text"]
-    assert "came late" in found["slow"]["line"]["text"]
+    assert "of 100 pairs a second arrive" in found["slow"]["line"]["text"]
     assert (found["baseline"]["now"]["word"], found["baseline"]["line"]["level"]) == ("Tare", "fault")
     assert re.match(r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"]["line"]["text"])
 

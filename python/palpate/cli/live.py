@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from palpate.calibration import Calibration
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 
-SIMULATED = "sim:four-specimens"
+DEMO = "sim:demo"
 
 
 @click.command()
@@ -70,7 +70,7 @@ def live(
     """Watch a measurement in the browser.
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
-    connected board, or a simulated one. By default only this machine can open the page, with the token in the printed
+    connected board, or a demo: a simulated hand touches four specimens until you stop it. By default only this machine can open the page, with the token in the printed
     address; it needs no network. Files are written only with --record, and by the buttons
     Record, Report and Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
     Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an extra is missing.
@@ -95,7 +95,8 @@ def live(
 
     context = click.get_current_context()
     token = _token(host, no_token=no_token)
-    source, *others = sources or (_plugged_in(),)
+    plugged_in, *others = sources or (_plugged_in(),)
+    source = plugged_in or DEMO
     if others and not (
         len(sources) <= len(LETTERS) and len(set(sources)) == len(sources) and all(map(is_file, sources))
     ):
@@ -113,7 +114,9 @@ def live(
             measurement = open_file(source, asked, how, _say_line)
             measurement.files.others = [Path(other) for other in others]
         else:
-            measurement = LiveMeasurement(opener(source, asked), RunFiles(file, folder), how, _say_line, lsl)
+            asked |= {} if plugged_in else {"paced": True}
+            open_source, demo = opener(source, asked), not plugged_in
+            measurement = LiveMeasurement(open_source, RunFiles(file, folder), how, _say_line, lsl, demo=demo)
         bench = Workbench(measurement, source, calibrated, scatter, calibration)
         listening = unless_started.enter_context(listen(host, port))
         measurement.start()
@@ -135,7 +138,7 @@ def _say_line(message: str) -> None:
 
 
 def _plugged_in() -> str:
-    """Return the connected board, or a simulated one, and print which."""
+    """Return the connected board, "" without one, and print which."""
     from palpate.sources.devices import boards, chips, look_for
 
     found, notes = look_for(boards, chips)
@@ -143,8 +146,8 @@ def _plugged_in() -> str:
         click.echo(f"{found[0].uri}: {found[0].what}", err=True)
         return found[0].uri
     show_notes("not searched", notes)
-    click.echo(f"no board found; using a simulated one: {SIMULATED}", err=True)
-    return SIMULATED
+    click.echo("no board found: this is a demo, a simulated hand; with your board: palpate doctor", err=True)
+    return ""
 
 
 def _calibration(path: Path, scene: str) -> "Calibration":

@@ -102,7 +102,7 @@ class Workbench:
             self.is_news: Callable[[], bool] = lambda: False
             self._parts["plan"] = plan
             return
-        state = ConnectionState(measurement, plan, table.result)
+        state = ConnectionState(measurement, plan, table.result, known=table.known)
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
         guided = GuidedCalibration(
@@ -114,7 +114,7 @@ class Workbench:
             self._finish,
         )
         self.documents |= {"device": device.document, "calibration": guided.document}
-        self._parts |= {"measurement": measurement, "events": events, "plan": plan, "device": device}
+        self._parts |= {"measurement": measurement, "state": state, "events": events, "plan": plan, "device": device}
         self._parts["calibration"] = guided
 
     def state(self) -> Document:
@@ -210,6 +210,7 @@ COMMANDS: dict[str, Order] = {
     "record": Order("measurement.record", {"name?": _NAME}),
     "stop": Order("measurement.stop"),
     "again": Order("measurement.again"),
+    "understood": Order("state.understood"),
     "mark": Order("events.mark"),
     "mark text": Order("events.mark_text", {"id": _ID, "text": _MAYBE}),
     "note": Order("plan.note", {"text": _NAME}),

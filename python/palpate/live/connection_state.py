@@ -11,7 +11,7 @@ from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
-from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, view_of
+from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, slow, view_of
 from palpate.sentences import advice
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
@@ -23,7 +23,7 @@ HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
 SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1
 _SETTLED_S = {"done": 0.0, "left out": 0.0, "after": 3.0}
-_COMES_AND_GOES = {"slow", "silent", "wiring", "constant", "unwired", "range"}
+_COMES_AND_GOES = {"silent", "wiring", "constant", "unwired", "range"}
 
 
 class ConnectionState(Listener):
@@ -35,9 +35,12 @@ class ConnectionState(Listener):
         plan: TouchPlan,
         result: Callable[[Touch], str] = lambda touch: f"ratio {Uncertainty.of(touch)}",
         clock: Callable[[], float] = time.monotonic,
+        known: Callable[[Touch], Uncertainty] = Uncertainty.of,
     ) -> None:
         self._measurement, self._plan, self._result_of, self._clock = measurement, plan, result, clock
-        self._signal = SignalFollower(clock)
+        self._known_of = known
+        self._slow_s = math.inf  # when the computer was found to be slow; -inf: that was understood, or is over
+        self._signal = SignalFollower(measurement, clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self]
 
@@ -53,7 +56,16 @@ class ConnectionState(Listener):
 
     def _look(self) -> Document:
         facts = self.facts()
+        if not facts.slow_told and slow(facts):
+            self._slow_s = self._clock()
+        elif self._clock() - self._slow_s > HOLD_S:  # it is said once
+            self.understood()
         return self._steady.show(*view_of(facts), facts.result, self._clock())
+
+    def understood(self) -> str:
+        """Say no more that the computer is slow; return the message."""
+        self._slow_s = -math.inf
+        return ""
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
@@ -103,7 +115,16 @@ class ConnectionState(Listener):
             result=self._result(),
             next=self._plan.document["next"],
             finished=self._plan.finished(),
+            slow_told=self._slow_s == -math.inf,
+            hand=self._hand() if measurement.demo else None,
         )
+
+    def _hand(self) -> tuple[str, str]:
+        """Return what the simulated hand presses on, or pressed last, and what comes next."""
+        at_s, truths = self._measurement.last_s, self._measurement.truths
+        begun = sum(truth.start_s <= at_s for truth in truths)
+        names = ["", *(truth.name for truth in truths), ""]
+        return names[begun], names[begun + 1]
 
     def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:
         """Note wrong baselines and what is lost at a gap, and forget those that are over."""
@@ -131,8 +152,11 @@ class ConnectionState(Listener):
         since_s, before = self._reads[0]
         read, long_s = counters.read - before.read, at_s - since_s
         per_s = read / long_s if long_s >= RATE_S else math.nan
-        late, dropped = counters.late - before.late, counters.dropped - before.dropped
-        return PairRate(per_s, 1 / self._period_s, read, late, dropped)
+        lost = max(
+            counters.refused - before.refused - (counters.errors - before.errors), 0
+        )  # not by an error of the board
+        share = 1 - lost / max(read, 1)
+        return PairRate(per_s * share, 1 / self._period_s, read, counters.dropped - before.dropped)
 
     def _result(self) -> LastTouch | None:
         """Return the last touch that ended; made anew only if it, or what is thought of it, has changed."""
@@ -145,8 +169,12 @@ class ConnectionState(Listener):
         if self._known is None or self._known[0] != key:
             swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
             flags = self._plan.progress.objections(touch)
+            seconds = self._measurement.tracker.settings.get("seconds")
+            of = f" of {seconds / self._period_s:.0f}" if seconds and self._period_s > 0 else ""
+            late = f"late: {touch.samples}{of} pairs" if "late" in touch.flags else ""
+            swapped, known = swapped.removeprefix("swapped: "), self._known_of(touch)
             text = self._result_of(touch)
-            self._known = key, LastTouch(number, text, why, flags, swapped.removeprefix("swapped: "), touch.revised)
+            self._known = key, LastTouch(number, text, why, flags, swapped, touch.revised, late, known)
         return self._known[1]
 
 

@@ -66,7 +66,7 @@ class Events(Listener):
             raise RefusedCommand(
                 "tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway"
             )
-        self._asked = force
+        self._asked = measurement.forced = force
         return "Measuring the baseline: do not touch anything."
 
     def tare_anyway(self) -> str:

@@ -38,6 +38,7 @@ from palpate.touch import feed_recording, tracked, tracker_of
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
+_NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _BEHIND = 256  # pairs that wait: no pause
 _STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
 
@@ -69,6 +70,8 @@ class Measurement(Listener):
     tracker: Tracker
     file: Any = None  # what the page says of a file that is shown; None: something is measured
     last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
+    demo: bool = False  # a simulation that is explained, and begins again
+    truths: Any = ()  # what a simulated hand presses on, in order: begin, s, true ratio and name, where there is one of it
     recorder: Any = None  # of the recording that runs; None: there is none
 
     def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
@@ -122,7 +125,8 @@ class LiveMeasurement(Measurement):
 
     `open_source` opens the source; options that were changed come as keywords. `how`: scene and settings of `Stream`.
     `tell` gets each message and error, and a line for each recording that is closed. `lsl`: name of the streams of Lab
-    Streaming Layer that the measurements are sent to.
+    Streaming Layer that the measurements are sent to. `demo`: after a measurement with a simulation the next one begins,
+    with another seed.
     """
 
     kind = "live"
@@ -134,8 +138,13 @@ class LiveMeasurement(Measurement):
         how: dict[str, Any],
         tell: Callable[[str], None] = lambda _: None,
         lsl: str | None = None,
+        *,
+        demo: bool = False,
     ) -> None:
         super().__init__(files, tell)
+        self.demo = demo
+        self._goes_on = demo
+        self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
         self.records: bool = files.allowed  # whether this measurement, and so the next one, is recorded
         self.outlets: Outlets | None = None
@@ -148,7 +157,13 @@ class LiveMeasurement(Measurement):
 
         Options of the source hold for later measurements, too. Raises what `Stream` raises.
         """
-        options = {**self._options, **options}
+        stream = self._begin(options)
+        self._goes_on = self.demo
+        self._thread = Thread(target=self._run, args=[stream], name="palpate-measurement", daemon=True)
+        self._thread.start()
+
+    def _begin(self, options: dict[str, Any]) -> Stream:
+        options = {**self._options, **options, **({"seed": self.number} if self.demo else {})}
         path = self.files.next() if self.records else None
         source = self._open(**options)
         stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self.how)
@@ -162,16 +177,19 @@ class LiveMeasurement(Measurement):
         self._options = options
         if stream.recorder:
             self._begin_recording(stream.recorder)
-        self._thread = Thread(target=self._run, args=[stream], name="palpate-measurement", daemon=True)
-        self._thread.start()
+        return stream
 
     def close(self) -> None:
         """Stop the measurement and close the recording."""
         with self.commands:
-            self.stream.stop()
-            self._thread.join()
+            self._halt()
             if self.outlets:
                 self.outlets.close()
+
+    def _halt(self) -> None:
+        self._goes_on = False  # before: a round that begins now sees it
+        self.stream.stop()
+        self._thread.join()
 
     def reopen(self, options: dict[str, Any], note: str) -> None:
         """End this measurement, and begin the next one with other options of the source; both recordings get the note.
@@ -179,8 +197,7 @@ class LiveMeasurement(Measurement):
         Raises as `start`: the measurement has ended then, and the next one has the options from before.
         """
         self.stream.note(note)
-        self.stream.stop()
-        self._thread.join()
+        self._halt()
         self.start(**options)
         self.stream.note(note)
 
@@ -195,6 +212,7 @@ class LiveMeasurement(Measurement):
         """Begin with the next measurement."""
         self.stream: Stream = stream
         self.tracker = stream.tracker
+        self.truths = getattr(stream.source, "truths", ())
         self.error, self.last = "", None
         self._forget()
         self.number += 1
@@ -227,6 +245,10 @@ class LiveMeasurement(Measurement):
     def device(self) -> Document:
         """Return what the source says of itself."""
         return self.stream.source.describe()
+
+    def pressed(self, touch: Touch) -> str:
+        """Return the name of what the simulated hand presses on in a touch; "": it has none."""
+        return next((truth.name for truth in reversed(self.truths) if truth.start_s < touch.start_s + _NEAR_S), "")
 
     def require_running(self, what: str) -> None:
         """Raise `RefusedCommand` if the measurement has ended."""
@@ -291,21 +313,39 @@ class LiveMeasurement(Measurement):
             raise
 
     def _run(self, stream: Stream) -> None:
+        errors = self._errors_of(stream)
+        while self._goes_on and not errors:
+            self._tell_end(stream)
+            try:
+                stream = self._begin({})
+            except (PalpateError, ValueError) as error:
+                errors = [error]
+                break
+            if not self._goes_on:
+                stream.stop()
+            errors = self._errors_of(stream)
+        self.touches = stream.touches
+        self.error = "; ".join(dict.fromkeys(str(error) or type(error).__name__ for error in errors))
+        self.failed |= any(isinstance(error, RecordingError) for error in errors)
+        self.moment = self.moment._replace(state="ended")
+        self.on_rows()
+        self._tell_end(stream)
+        if self.error:
+            self.say(f"Error: {self.error}")
+
+    def _errors_of(self, stream: Stream) -> list[Exception]:
+        """Measure to the end of a stream, and close it; return what failed."""
         errors: list[Exception] = []
         for step in (self._measure, Stream.close):
             try:
                 step(stream)
             except Exception as error:  # noqa: BLE001  the page shows any error of a source
                 errors.append(error)
-        self.touches = stream.touches
-        self.error = "; ".join(dict.fromkeys(str(error) or type(error).__name__ for error in errors))
-        self.failed |= any(isinstance(error, RecordingError) for error in errors)
-        self.moment = self.moment._replace(state="ended")
-        self.on_rows()
+        return errors
+
+    def _tell_end(self, stream: Stream) -> None:
         if stream.recorder:
             self._tell_closed(stream.recorder)
-        if self.error:
-            self.say(f"Error: {self.error}")
 
     def _measure(self, stream: Stream) -> None:
         for _ in stream.batches():
@@ -458,7 +498,7 @@ def opener(source: str, given_beside: dict[str, Any]) -> Callable[..., Source]:
     """
     scheme, address, given = split(source)
     options = dict(given_beside)
-    if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
+    if not {"speed", "paced"} & {*given, *options} and (scheme in ("sim", "") or Path(source).exists()):
         options["speed"] = 1
 
     def opened(**changed: Any) -> Source:

@@ -69,6 +69,8 @@ class TouchPlan(Listener):
             self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
             self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
             self.progress.kind = plan.ratio
+        if isinstance(measurement, LiveMeasurement) and measurement.demo:
+            self.progress.name_of = measurement.pressed
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -302,6 +304,7 @@ class Progress:
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
         self.kind = "hold"  # of the ratio that counts without a calibration
+        self.name_of: Callable[[Touch], str] = lambda _: ""  # what a touch is on, whatever is next
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
@@ -336,7 +339,9 @@ class Progress:
         for done, touch in zip(self.present, touches, strict=False):
             done.touch = touch
         for touch in touches[len(self.present) :]:
-            name = next((name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s), None)
+            name = self.name_of(touch) or next(
+                (name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s), None
+            )
             self.present.append(Done(len(self.present) + 1, touch, name))
             if self.chosen and not self.chosen[0] > touch.start_s:
                 self.chosen = None

@@ -4,11 +4,15 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.ad7746.datasheet import NOISE_PF
+from palpate.live.measurement import LiveMeasurement
 from palpate.samples import Status
+from palpate.sources import Gap
 from palpate.stream import Batch, Listener, Stream
 
 CHANNELS = ("hard", "soft")
@@ -18,6 +22,10 @@ _MEDIAN_STEP = 0.954  # of the absolute difference of two samples, in standard d
 _ADAPTS, _MOST = 0.03, 32  # change of the noise with each sample, relative; of so many samples of a batch at most
 _BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
 _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
+# A touch while the baseline is measured: one channel moves by so many times its usual noise, and both by so many.
+_MOVES, _BOTH_MOVE = 50, 10
+_FIRST, _FEWEST = 32, 12  # values of a baseline; with fewer of them it is not judged
+_QUARTILES = 1.35  # their distance, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -44,35 +52,94 @@ class SignalSeen:
     contact_s: float = 0.0  # in contact for this time; 0: it is not
     done_s: float = 0.0  # in contact for this time since the touch was complete; 0: it is not
     baseline_s: float = math.nan  # time at which the baseline was measured
+    touching: str = ""  # what shows that something touches while the baseline is measured
 
 
 class SignalFollower(Listener):
-    """Follows the batches of a measurement; begins again with each new one. `clock`: seconds that only rise."""
+    """Follows the batches of a measurement; begins again with each new one. `clock`: seconds that only rise.
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    A baseline that was measured in contact is measured again: the first one, one after a gap, and one after a tare that
+    was not forced.
+    """
+
+    def __init__(self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic) -> None:
         self.seen = SignalSeen()
-        self._clock = clock
+        self._measurement, self._clock = measurement, clock
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
-        self._tracker = stream.tracker
+        self._stream, self._tracker = stream, stream.tracker
+        capf = (stream.source.describe().get("configuration") or {}).get("capf")
+        self._converter_pF = math.nan if capf is None else NOISE_PF[capf]
+        self._first, self._touching = np.empty((0, 2)), ""
+        self._level, self._range = np.full(2, math.nan), None  # of the last good baseline, and where its range was
+        self._guards, self._measurement.forced = True, False
         self._channels = _Channel("hard"), _Channel("soft")
         self._contact, self._done = _Lasting(), _Lasting()
         self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
         self._touch_s = self._baseline_s = math.nan
         self.seen = SignalSeen()
 
+    def gap(self, gap: Gap) -> None:
+        """Judge the baseline after a gap."""
+        self._guards, self._measurement.forced = True, False
+
     def batch(self, batch: Batch) -> None:
         """Take the next batch."""
         if not len(batch.samples):
             return
+        self._judge(batch)
         t_s, state = batch.samples["t_hard_ns"] * 1e-9, self._tracker.state
         self._follow_state(batch, t_s, state)
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
         contact_s = self._contact.follow(np.full(len(t_s), state in PRESSED), t_s)
         done_s = self._done.follow(np.full(len(t_s), state == "done"), t_s)
         progress = self._progress(float(t_s[-1]), state)
-        self.seen = SignalSeen((hard, soft), self._clock(), *progress, contact_s, done_s, self._baseline_s)
+        self.seen = SignalSeen(
+            (hard, soft), self._clock(), *progress, contact_s, done_s, self._baseline_s, self._touching
+        )
+
+    def _judge(self, batch: Batch) -> None:
+        """Look at the first values of a baseline; where something touches, measure it again."""
+        before, state = self._state, self._tracker.state
+        if state == "baseline" and before != "baseline":
+            self._first = self._first[:0]
+            self._guards |= before == "waiting"
+        if "baseline" not in (before or "baseline", state):
+            self._level = np.array([batch.rows[f"{name}_baseline"][-1] for name in CHANNELS])
+            return
+        self._first = np.concatenate([self._first, _both(batch.samples)])[-_FIRST:]
+        found = self._found() if self._guards and not self._measurement.forced else ""
+        if state == "baseline":
+            self._touching = found or self._touching
+        elif found and state == "waiting":
+            self._touching = found
+            self._stream.tare(force=True)
+        else:
+            self._guards, self._touching = False, ""
+            self._range = self._range_now()
+
+    def _range_now(self) -> list[Any]:
+        """Return what moves the level without a contact: the range of the converter, and another chip."""
+        device = self._stream.source.describe()
+        return [device.get(name) for name in ("configuration", "fingerprint")]
+
+    def _found(self) -> str:
+        """Return what shows that something touches; "": nothing."""
+        known = self._first[np.isfinite(self._first).all(axis=1)]
+        usual = np.fmax(self._converter_pF, [channel.seen.noise_pF for channel in self._channels])
+        if len(known) < _FEWEST:
+            return ""
+        spread = np.subtract(*np.quantile(known, [0.75, 0.25], axis=0)) / _QUARTILES
+        times, change = spread / usual, np.median(known, axis=0) - self._level
+        if times.max() > _MOVES and times.min() > _BOTH_MOVE:
+            most = int(times.argmax())
+            return (
+                f"the {CHANNELS[most]} channel moves by {1e3 * spread[most]:.2g} fF, {times[most]:.0f} times its noise"
+            )
+        if self._range == self._range_now() and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all():
+            return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF above the baseline before"
+        return ""
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
         """Note when the touch began, and when its baseline was measured."""
@@ -98,6 +165,10 @@ class SignalFollower(Listener):
             left = max(samples - self._count, 0)
             return round(1 - left / samples, 3), left * passed_s / max(self._count - 1, 1)
         return None, math.nan
+
+
+def _both(values: NDArray[np.void]) -> NDArray[np.float64]:
+    return np.column_stack([values[name] for name in CHANNELS])
 
 
 class _Lasting:
@@ -133,7 +204,7 @@ class _Channel:
         change = values - batch.rows[f"{name}_baseline"]
         steps = np.diff(values, prepend=self._last)
         passed_s = np.diff(t_s, prepend=t_s[0] if math.isnan(self._last_s) else self._last_s)
-        noise_pF = before.noise_pF if state in PRESSED else _adapted(before.noise_pF, steps)
+        noise_pF = _adapted(before.noise_pF, steps) if state == "waiting" else before.noise_pF
         margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
         known = values[np.isfinite(values)]
         self._last, self._last_s = float(values[-1]), float(t_s[-1])

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any, NamedTuple
 
+from palpate import digits
 from palpate.live.feed import Document
 from palpate.live.signal_state import ChannelSeen, SignalSeen
+from palpate.uncertainty import Uncertainty
 
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
@@ -15,11 +17,7 @@ LONG_S = 10.0  # the probe is left in contact after a touch for this time before
 ENDLESS_S = 60.0  # a contact after a touch that lasts longer is likely none
 SILENT_S, SILENT_PERIODS = 1.0, 10  # without a pair for this time, and for so many periods, a measurement is silent
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
-SLOW_SHARE, LATE_SHARE, FEWEST = (
-    0.9,
-    0.05,
-    50,
-)  # too slow: below this part of the rate; more late ones; of so many pairs
+SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
 HOW = {  # what to do better, in two words, by flag
     "offset": "hold upright",
     "short": "hold longer",
@@ -71,16 +69,17 @@ class LastTouch:
     flags: tuple[str, ...] = ()  # that exclude it
     swapped: str = ""  # the sentence if the inputs seem to be exchanged
     revised: bool = False
+    late: str = ""  # how many of its pairs came, where the computer lost many
+    known: Uncertainty | None = None
 
 
 @dataclass(frozen=True)
 class PairRate:
-    """How fast pairs arrive: pairs a second, now and by the period of the source; counts of the last seconds."""
+    """How fast pairs arrive that can be used, a second, now and by the period of the source; counts of the last seconds."""
 
     per_s: float = math.nan
     nominal_per_s: float = math.nan
     read: int = 0
-    late: int = 0
     dropped: int = 0
 
 
@@ -102,6 +101,7 @@ class Facts:
     lost: int = 0  # pairs at it
     cut: int = 0  # number of the touch that it cut
     pace: PairRate = field(default_factory=PairRate)
+    slow_told: bool = False  # that the computer is slow was said before
     recording: str = ""  # name of the recording that runs
     recording_error: str = ""
     unrecorded: int = 0  # pairs that the failed recording does not have
@@ -109,6 +109,7 @@ class Facts:
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
     finished: tuple[str, str, str] | None = None  # all specimens are done: title and text of the line, what was done
+    hand: tuple[str, str] | None = None  # of the demo: what is pressed, what comes next
 
     @property
     def pressed(self) -> bool:
@@ -130,8 +131,9 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
     >>> now.word, now.tone, line.level, line.title
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
-    now, line = calm(facts)
-    line, do = next(urgent(facts), (line, None))
+    now, line = demo(facts, facts.hand) if facts.hand else calm(facts)
+    found = (view for view in urgent(facts) if not facts.hand or view[0].level == "fault")  # the hand obeys no order
+    line, do = next(found, (line, None))
     return do or now, line
 
 
@@ -183,6 +185,11 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
     wait = Now("Wait", "do not touch anything", "caution") if facts.state == "baseline" else None
     if constant := [one for one in channels if one.constant_s >= CONSTANT_S]:
         yield _constant(constant)
+    if text := facts.seen.touching:
+        line = StatusLine(
+            "touched", "caution", "Lift the probe.", f"Something touches: {text}. No baseline is taken from it."
+        )
+        yield line, Now("Lift", "and hold it in the air", "caution")
     if facts.outside:
         do = "Lift the probe, then press Centre" if facts.can_centre else "Set the range of the source again"
         text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {do}."
@@ -228,8 +235,6 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
     if facts.state == "done" and facts.seen.done_s > ENDLESS_S:
         text = "Contact has lasted for a minute after the touch. If nothing is touched, the baseline jumped: press Tare anyway."
         yield StatusLine("endless", "caution", "Still in contact.", text), Now("Lift", "or Tare anyway", "caution", 1.0)
-    if line := slow(facts):
-        yield line, None
     if result and result.swapped and between:
         line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
         yield line, Now("Stop", "look at the two wires", "caution")
@@ -240,21 +245,24 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         yield line, Now("Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None)
     if not result and facts.state == "no contact" and (text := facts.troubles.get("hint", "")):
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
+    if (line := slow(facts)) and not facts.slow_told:
+        yield line, None
 
 
 def slow(facts: Facts) -> StatusLine | None:
-    """Say that pairs come too slowly, too late, or have no room."""
+    """Say that the computer is too slow for the pairs, and what that costs."""
     pace = facts.pace
     few = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
-    late = pace.read >= FEWEST and pace.late > LATE_SHARE * pace.read
-    if not (few or late or pace.dropped):
+    if not (few or pace.dropped):
         return None
-    told = [f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second"] if few else []
-    told += [f"{pace.late} of the last {pace.read} pairs came late"] if pace.late else []
-    told += [f"{pace.dropped} were not estimated, but are recorded if a recording runs"] if pace.dropped else []
-    text = f"{_sentence('; '.join(told))} Close other programs. Ratios are less sure."
-    said = "Pairs come too slowly or too late. Close other programs."
-    return StatusLine("slow", "caution", "Computer too slow.", text, said)
+    told = [f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second arrive."] if few else []
+    told += [f"{pace.dropped} pairs were not estimated; a recording has them."] if pace.dropped else []
+    cost = "What it costs is known after a touch."
+    if facts.result and (known := facts.result.known) and math.isfinite(known.uncertainty):
+        share = min(pace.per_s / pace.nominal_per_s, 1.0) if few else 1.0
+        before, now = (digits.error(one.uncertainty) for one in (replace(known, noise=known.noise * share**0.5), known))
+        cost = f"It costs nothing here: ± {now} stays ± {now}." if now == before else f"± {before} becomes ± {now}."
+    return StatusLine("slow", "note", "Slow computer.", " ".join([*told, cost]), "The computer is slow.")
 
 
 def calm(facts: Facts) -> tuple[Now, StatusLine]:
@@ -262,7 +270,10 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
     seen, kept, following = facts.seen, _kept(facts), _next(facts)
     if facts.state == "done":
         kept = kept or "The touch is complete."
-        now = Now("Lift", f"kept; then {following}" if facts.next else "the touch is complete", "good", 1.0)
+        sub = f"kept; then {following}" if facts.next else "the touch is complete"
+        if facts.result and facts.result.late:
+            sub = f"touch {facts.result.number} counts · {facts.result.late}"
+        now = Now("Lift", sub, "good", 1.0)
         if seen.done_s > LONG_S:
             text = f"{kept} The next touch needs a new contact."
             return now, StatusLine("left in contact", "note", "Lift the probe.", text)
@@ -287,6 +298,21 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
         return Now("Wait", "a second without touching"), StatusLine("after", "quiet", "", text.strip())
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
     return Now("Wait", "do not touch anything"), line
+
+
+def demo(facts: Facts, hand: tuple[str, str]) -> tuple[Now, StatusLine]:
+    """Return what the simulated hand does, in words for someone without a probe."""
+    on, then = hand
+    text = "A simulated hand touches four specimens, round after round. With your board: `palpate doctor`"
+    line = StatusLine("demo", "note", "Simulation.", text)
+    if facts.state == "done":
+        return Now("Lifting", f"the touch on {on} is complete", "good", 1.0), line
+    if facts.pressed:
+        left = f": {facts.seen.left_s:.1f} s more" if math.isfinite(facts.seen.left_s) else ""
+        return Now("Holding", f"the hand presses on {on}{left}", "busy", facts.seen.share), line
+    if facts.state == "baseline" and not facts.result:
+        return Now("Waiting", "the baseline is being measured"), line
+    return Now("Lifted", f"next, the hand touches {then}" if then else "the next round follows"), line
 
 
 def _kept(facts: Facts) -> str:

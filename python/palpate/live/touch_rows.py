@@ -52,6 +52,7 @@ class TouchTable:
             "origin_s": measurement.levels.span and measurement.levels.span[0],
             "seconds": tracker.settings.get("seconds"),
             "source": source,
+            "simulation": self._simulation("simulated" in device),
             "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
             "scene": tracker.scene,
             "threshold": tracker.settings.get("threshold"),
@@ -59,6 +60,10 @@ class TouchTable:
             "scatter": self.calibration.touch_spread if self.calibration else None,
             "assumed": self._assumed,
         }
+
+    def _simulation(self, is_one: bool) -> Document | None:
+        truths = [truth._asdict() for truth in self._measurement.truths]
+        return {"demo": self._measurement.demo, "truths": truths} if is_one else None
 
     def now(self) -> Document:
         """Return the values that change during a measurement."""
@@ -76,9 +81,12 @@ class TouchTable:
 
     def result(self, touch: Touch) -> str:
         """Return the ratio of a touch with its uncertainty, and its modulus if there is a calibration."""
-        known = self._of(touch, self._scatter_now())
         modulus = f", modulus {self.calibration.modulus_of(touch)}" if self.calibration else ""
-        return f"ratio {known}{modulus}"
+        return f"ratio {self.known(touch)}{modulus}"
+
+    def known(self, touch: Touch) -> Uncertainty:
+        """Return the uncertainty of a touch, with the scatter that holds now."""
+        return self._of(touch, self._scatter_now())
 
     def document(self) -> Document:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do.
@@ -146,7 +154,8 @@ class TouchTable:
         pairs = zip(self._plan.rows, self._measurement.touches, strict=False)
         kept = ((row["specimen"], touch) for row, touch in pairs if row["kept"])
         found = Scatter.of_session(kept, self._plan.progress.ratio_of)
-        return Scatter(self._scatter) if found.source == "assumed" else found
+        assumed = found.source == "assumed" or self._measurement.demo  # as its text says
+        return Scatter(self._scatter) if assumed else found
 
     def _agreement(self, touches: list[Touch]) -> Agreement | None:
         """Return whether the touches agree; None if none is usable."""

@@ -1,6 +1,7 @@
 """A simulated board as a source: a scenario as its input, read by the real driver."""
 
 import re
+import time
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -9,15 +10,19 @@ from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.chip import WIRINGS
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.hand import SESSIONS
-from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.scenarios import PROBE, SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
-from palpate.sources.options import Check, checked, choice, number
+from palpate.sources.options import Check, checked, choice, number, yes_no
 
 DEFAULT = "four-specimens"
+_BEHIND_S = 0.1  # a paced simulation makes up for this at most
+_NAMES = {PROBE.ratio(modulus): name for name, modulus in SORBOTHANE_MPA.items()}
+_SPEEDS = "as fast as possible", "real time, on a virtual clock"
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
@@ -28,8 +33,16 @@ class Incident(NamedTuple):
     fault: Fault
 
 
+class Truth(NamedTuple):
+    """A simulated press on an object with one ratio: its begin, s, the ratio, the name of the object or ""."""
+
+    start_s: float
+    ratio: float
+    name: str
+
+
 class SimSource(BoardSource):
-    """The pairs of a simulated scenario, until its end."""
+    """The pairs of a simulated scenario, until its end; `paced`: in real time on a virtual clock, which no computer disturbs."""
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = (SCENARIOS | SESSIONS)[name]
@@ -37,13 +50,19 @@ class SimSource(BoardSource):
         self.live: bool = speed is not None
         self.real_time: bool = speed == 1
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
+        self._paced: bool = options.get("paced", False)
         idle_s = options.get("idle", 0.0)
+        self.truths: list[Truth] = [
+            Truth(idle_s + press.start_s, press.ratios[0][1], _NAMES.get(press.ratios[0][1], ""))
+            for press in scenario.presses
+            if len({ratio for _, ratio in press.ratios}) == 1
+        ]
         bus_kHz = options.get("bus_kHz", BUS_KHZ)
         self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s)
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
         self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
-        self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
+        self._simulated = {"scenario": name, "seed": seed, "speed": speed or _SPEEDS[self._paced]}
         self._simulated |= {"wiring": wiring, **({"idle_s": idle_s} if idle_s else {})}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
@@ -52,9 +71,14 @@ class SimSource(BoardSource):
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; after each pair inject the faults that are due."""
+        begun_s = time.monotonic()
         for sample in super().__iter__():
             yield sample
             now = self.clock.now_ns()
+            if self._paced:
+                wait_s = begun_s + (now - self._begun_ns) / 1e9 - time.monotonic()
+                begun_s += max(-wait_s - _BEHIND_S, 0)
+                time.sleep(max(wait_s, 0))
             while self._incidents and now - self._begun_ns >= self._incidents[0].time_s * 1e9:
                 self.kit.faults.append(self._incidents.pop(0).fault)
             if now >= self._end_ns:
@@ -93,6 +117,7 @@ _SIMULATED: dict[str, Check] = {
     "fault": faults,
     "wiring": choice(*WIRINGS),
     "idle": number(0, 86400),
+    "paced": yes_no,
 }
 
 

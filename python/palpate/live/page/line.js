@@ -1,6 +1,6 @@
 // The line: what to know now, in words; answers to commands; what a screen reader says.
 
-import { $, put } from "./dom.js";
+import { $, fill, make, put } from "./dom.js";
 import { clock } from "./formatting.js";
 
 const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "", finished: "✓ " };
@@ -22,11 +22,13 @@ export class Line {
     const { level, what, title, text, since_s: since, glyph } = this.pick(known);
     if ($("line").dataset.level !== level) $("line").dataset.level = level;
     put($("says").children[0], title ? (glyph ?? GLYPHS[what] ?? GLYPHS[level]) + title : "");
-    put($("says").children[1], text);
+    fill($("says").children[1], text, () => text.split("`").map((part, i) => (i % 2 ? make("code", { textContent: part }) : part)));
     $("says").title = text;
-    put("since", since && what !== "finished" ? `for ${clock(since)}` : "");
+    const { hello, state } = known;
+    put("since", what === "demo" ? `round ${hello.measurement}` : since && what !== "finished" ? `for ${clock(since)}` : "");
+    $("understood").hidden = this.down || what !== "slow";
     put("alarm", level === "fault" ? `${title} ${text}` : "");
-    const word = this.down ? "No connection" : known.state.now?.word;
+    const word = this.down ? "No connection" : state.now?.word;
     document.title = [level === "fault" ? `${GLYPHS.fault}${title.replace(/\.$/, "")}` : word, "palpate"].filter(Boolean).join(" · ");
   }
 

@@ -6,6 +6,7 @@ import { outcome } from "./session.js";
 
 const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
+const NEAR_S = 0.5; // between the clocks of the simulated hand and of the samples
 const SLOTS = 8; // more touches of a specimen are only counted
 const NO_TOUCH = { number: "–", unit: "", pm: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
 
@@ -40,8 +41,10 @@ export class Now {
     $("main").style.setProperty("--em", width(texts).toFixed(2));
   }
 
-  showNext({ hello, state, touches, session, offline }) {
+  showNext(known) {
+    const { hello, state, touches, session, offline } = known, one = subject(known), truth = one && truthOf(hello, one);
     if (offline) return this.showRecorded(state);
+    if (truth && !session.next) return this.showTruth(truth, one, hello);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     put("nexthead", file ? "Recorded" : "Next");
     const small = next
@@ -51,6 +54,16 @@ export class Now {
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
     fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
     fill($("slots"), [next, again], () => slots(next, again));
+  }
+
+  // Of a simulation: the true ratio, and where the estimate is.
+  showTruth({ name, ratio }, one, hello) {
+    const off = one.ratio - ratio, side = `The estimate is ${plusMinus(Math.abs(off), one.uncertainty)[0]} ${off < 0 ? "below" : "above"}.`;
+    const inside = Math.abs(off) <= one.uncertainty ? "✓ inside ±" : "outside ±, as one touch in three";
+    const large = plusMinus(ratio, one.uncertainty)[0], small = isUnsure(one, hello) ? "" : `${inside}. ${side}`;
+    put("nexthead", ["True ratio", name].filter(Boolean).join(", "));
+    fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
+    fill($("slots"), [], () => []);
   }
 
   // Without a connection: what is known to be recorded.
@@ -79,17 +92,25 @@ export function running(state) {
   return ["contact", "adapting"].includes(state.state) && state.ratio !== null;
 }
 
+// The press of a simulated hand that a touch, or now, belongs to, with its true ratio; none: not simulated, or no such ratio.
+export function truthOf({ simulation }, { start_s, end_s }) {
+  return simulation?.truths.findLast((press) => press.start_s < (start_s ?? end_s) + NEAR_S);
+}
+
+function isUnsure({ ratio, standard_error: error }, { scene }) {
+  return WITH_ERRORS.includes(scene) && !(error !== null && error < Math.abs(ratio) / 10);
+}
+
 // Texts of the large and the small number. A ratio whose standard error is not known, or a tenth of it, is not shown.
-function numbersOf(one, { scatter, scene }, byModulus, fit) {
-  const unsure = WITH_ERRORS.includes(scene) && !(one.standard_error !== null && one.standard_error < Math.abs(one.ratio) / 10);
-  const [ratio, sure] = unsure ? ["–", ""] : plusMinus(one.ratio, one.uncertainty);
+function numbersOf(one, hello, byModulus, fit) {
+  const [ratio, sure] = isUnsure(one, hello) ? ["–", ""] : plusMinus(one.ratio, one.uncertainty);
   const from = sure ? `one standard deviation, ${one.uncertainty_from}` : "uncertainty not known yet";
   if (byModulus) {
     const { value, interval, unit, more = "", shore } = modulusOf(one.modulus);
     const range = [(unit ? `${interval}, 95 %` : interval) + more, shore && `Shore ${shore.split(" ").reverse().join(" ")}`].filter(Boolean).join(" · ");
     return { number: value, unit, pm: "", range, secondname: "Ratio", number2: ratio, range2: sure ? `${sure} (${one.uncertainty_from})` : from };
   }
-  const distance = fit && { secondname: "From the curve", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
+  const { scatter } = hello, distance = fit && { secondname: "From the curve", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
   return { number: ratio, unit: "", pm: sure, range: from, ...distance };
 }
 

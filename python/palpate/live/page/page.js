@@ -101,13 +101,17 @@ function enable(type) {
   $("again").hidden = !ended || file;
   $("again").disabled = !up;
   known.forced &&= known.state.state !== "no contact";
-  const anyway = known.forced || known.state.line?.what === "endless", { tone, word } = known.state.now ?? {};
+  const anyway = known.forced || ["endless", "touched"].includes(known.state.line?.what), { tone, word } = known.state.now ?? {};
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
   $("tare").disabled = !measuring || (!anyway && tone === "fault" && word !== "Tare");
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;
-  const { hello, state } = known;
-  put("source", [hello.file?.name, hello.device || hello.source, hello.scene, state.recording?.name].filter(Boolean).join(" · "));
+  const { hello, state } = known, { simulation } = hello, demo = Boolean(simulation?.demo);
+  $("simulated").hidden = !simulation;
+  document.body.classList.toggle("demo", demo);
+  for (const id of ["openplan", "calibrate", "discard"]) $(id).hidden = demo;
+  const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene];
+  put("source", [...what, state.recording?.name].filter(Boolean).join(" · "));
 }
 
 function close() {
@@ -130,6 +134,7 @@ for (const button of document.querySelectorAll("[data-press]")) button.onclick =
 $("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
 $("stopreport").onclick = () => say({ do: "stop report" });
 $("again").onclick = () => say({ do: "again" });
+$("understood").onclick = () => say({ do: "understood" });
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);
 $("closenoise").onclick = () => screen.charts.key("spectrum");

@@ -35,7 +35,7 @@ export class Record {
     const { recording } = state, [word, more, rows, end] = $("record").children, file = hello.kind === "file";
     $("record").classList.toggle("on", Boolean(recording));
     put(word, recording ? `Recording${offline ? "?" : ""}` : "Record");
-    put(more, offline ? "· not known now" : recording ? clock(recording.seconds ?? 0) : file ? "· needs a board" : "· nothing is recorded");
+    put(more, offline ? "· not known now" : recording ? clock(recording.seconds ?? 0) : file ? "· needs a board" : hello.simulation ? "· as simulated" : "· nothing is recorded");
     put(rows, recording && !offline ? ` · ${grouped(recording.rows)} rows` : "");
     put(end, recording && !offline ? "End" : "");
     $("record").title = recording ? recording.name : state.proposed ?? "";

@@ -3,7 +3,7 @@
 
 import { $, aligned, arrange, make, put } from "./dom.js";
 import { clock, inUnit, modulusOf, places, plusMinus, shoreA, signed, units } from "./formatting.js";
-import { running } from "./now.js";
+import { running, truthOf } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
 const SPARE = 1000; // px above and below what is in sight
@@ -30,6 +30,8 @@ export class Table {
   show() {
     const { touches, found } = this.known, { together } = touches;
     if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
+    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", "MPa"];
+    heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
     this.live ??= make("tr", { className: "live" });
     this.draw();
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
@@ -105,11 +107,13 @@ export class Table {
     const { value, interval, shore } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
     const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
+    const { hello } = this.known, demo = hello.simulation?.demo, truth = demo && truthOf(hello, one)?.ratio;
+    const [mean, last] = demo ? [truth?.toFixed(2) ?? "–", truth ? `${signed(100 * (one.ratio / truth - 1), 1)} %` : "–"] : [aligned(away, deviation), aligned(value, modulus)];
     return make("tr", {},
       make("td", {}, nth), make("td", { className: "begin", textContent: this.known.found ? clock(one.start_s - (this.known.hello.origin_s ?? 0)) : "" }), make("td", { className: "name" }, specimen),
       make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
-      make("td", {}, aligned(away, deviation)),
-      make("td", { className: "num" }, aligned(value, modulus), ...(shore ? [make("span", { className: "opt", textContent: ` · ${shore}` })] : [])),
+      make("td", {}, mean),
+      make("td", { className: "num" }, last, ...(shore ? [make("span", { className: "opt", textContent: ` · ${shore}` })] : [])),
       make("td", { className: "opt", textContent: interval.replace(/ [kM]Pa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
   }
 
@@ -124,7 +128,7 @@ export class Table {
     if (!on) return;
     const seconds = state.now?.share && hello.seconds ? `, ${(state.now.share * hello.seconds).toFixed(1)} s` : "";
     const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: away(state.ratio, session) };
-    this.live.replaceChildren(...this.cells(one, session.next?.name ?? "", `measuring${seconds}`).cells);
+    this.live.replaceChildren(...this.cells(one, (session.next ?? truthOf(hello, one))?.name ?? "", `measuring${seconds}`).cells);
     this.live.cells[0].textContent = one.number;
   }
 

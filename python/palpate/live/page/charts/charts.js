@@ -2,6 +2,7 @@
 
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";
+import { truthOf } from "../now.js";
 import { Looking } from "./looking.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
@@ -59,10 +60,10 @@ export class Charts {
 
   // The specimen of a touch that goes on is the next one of the plan.
   follow() {
-    const { begin, end } = this.rows.extent, { session, state } = this.known;
+    const { begin, end } = this.rows.extent, { session, state, hello } = this.known;
     Object.assign(this.window, { begin, end });
     const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
-    this.tale.running = running && { ...running, specimen: session.next?.name ?? null, uncertainty: state.uncertainty ?? null };
+    this.tale.running = running && { ...running, specimen: (session.next ?? truthOf(hello, running))?.name ?? null, uncertainty: state.uncertainty ?? null };
   }
 
   // The theme or the size is another.

@@ -3,6 +3,7 @@
 
 import { clock } from "../formatting.js";
 import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
+import { intervals } from "./intervals.js";
 import { unit } from "./sheet.js";
 import { SvgChart, box, clipped, label, line, ruler } from "./svg.js";
 
@@ -17,6 +18,7 @@ export class Trend extends SvgChart {
   draw() {
     const [width, height] = this.size, k = unit(), [title, shown] = this.shown, found = lineOf(shown), fit = Number.isFinite(found?.error) ? found : null, { origin_s: origin = 0 } = this.charts.known.hello, values = shown.map(({ ratio }) => ratio);
     if (width < 80 || height < 60) return;
+    if (this.charts.known.hello.simulation?.demo) return this.show(intervals(this.charts.known.hello, this.charts.tale.all, this.size, k), "Estimate and truth of the newest touches");
     if (!shown.length) return this.write("Touches are compared here.");
     const [left, right, top, foot] = [48 * k, width - 4, 20 * k, height - 18 * k], [from, to] = [shown[0].start_s, Math.max(shown.at(-1).start_s, shown[0].start_s + 1)];
     const margin = 0.1 * (Math.max(...values) - Math.min(...values)) || 0.05 * Math.abs(values[0]) || 1, [low, high] = [Math.min(...values) - margin, Math.max(...values) + margin];
