@@ -93,6 +93,7 @@ class ConnectionState(Listener):
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
         last, recorder = measurement.newest_recorder, measurement.recorder
+        pressed, last_s = measurement.pressed, measurement.last_s
         return Facts(
             state,
             seen=seen,
@@ -116,15 +117,8 @@ class ConnectionState(Listener):
             next=self._plan.document["next"],
             finished=self._plan.finished(),
             slow_told=self._slow_s == -math.inf,
-            hand=self._hand() if measurement.demo else None,
+            hand=(pressed(last_s), pressed(last_s, 1)) if measurement.demo else None,
         )
-
-    def _hand(self) -> tuple[str, str]:
-        """Return what the simulated hand presses on, or pressed last, and what comes next."""
-        at_s, truths = self._measurement.last_s, self._measurement.truths
-        begun = sum(truth.start_s <= at_s for truth in truths)
-        names = ["", *(truth.name for truth in truths), ""]
-        return names[begun], names[begun + 1]
 
     def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:
         """Note wrong baselines and what is lost at a gap, and forget those that are over."""

@@ -36,7 +36,6 @@ class Device:
         """Return the message `device`."""
         device = self._measurement.device()
         return {
-            "board": _board(device),
             "facts": _facts(device, self._state.facts(), self._measurement),
             "options": self._options(device) if self._is_ours else {},
             "can_centre": can_centre(self._measurement.stream.source),

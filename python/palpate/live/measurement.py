@@ -38,7 +38,6 @@ from palpate.touch import feed_recording, tracked, tracker_of
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
-_NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _BEHIND = 256  # pairs that wait: no pause
 _STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
 
@@ -246,9 +245,10 @@ class LiveMeasurement(Measurement):
         """Return what the source says of itself."""
         return self.stream.source.describe()
 
-    def pressed(self, touch: Touch) -> str:
-        """Return the name of what the simulated hand presses on in a touch; "": it has none."""
-        return next((truth.name for truth in reversed(self.truths) if truth.start_s < touch.start_s + _NEAR_S), "")
+    def pressed(self, t_s: float, later: int = 0) -> str:
+        """Return the name of what the simulated hand presses, or pressed last, at a time; or of what it presses so much later."""
+        begun = sum(truth.start_s < t_s for truth in self.truths) + later
+        return str(self.truths[begun - 1].name) if 0 < begun <= len(self.truths) else ""
 
     def require_running(self, what: str) -> None:
         """Raise `RefusedCommand` if the measurement has ended."""

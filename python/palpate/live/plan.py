@@ -27,6 +27,7 @@ from palpate.uncertainty import Scatter
 
 DISCARDED = "discarded"
 _NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, as 30 OO; 0.143"
+_NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -70,7 +71,7 @@ class TouchPlan(Listener):
             self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
             self.progress.kind = plan.ratio
         if isinstance(measurement, LiveMeasurement) and measurement.demo:
-            self.progress.name_of = measurement.pressed
+            self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -304,7 +305,7 @@ class Progress:
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
         self.kind = "hold"  # of the ratio that counts without a calibration
-        self.name_of: Callable[[Touch], str] = lambda _: ""  # what a touch is on, whatever is next
+        self.name_at: Callable[[float], str] = lambda _: ""  # what is touched at a time, whatever is next
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
@@ -339,7 +340,7 @@ class Progress:
         for done, touch in zip(self.present, touches, strict=False):
             done.touch = touch
         for touch in touches[len(self.present) :]:
-            name = self.name_of(touch) or next(
+            name = self.name_at(touch.start_s) or next(
                 (name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s), None
             )
             self.present.append(Done(len(self.present) + 1, touch, name))

@@ -72,7 +72,10 @@ class SignalFollower(Listener):
         capf = (stream.source.describe().get("configuration") or {}).get("capf")
         self._converter_pF = math.nan if capf is None else NOISE_PF[capf]
         self._first, self._touching = np.empty((0, 2)), ""
-        self._level, self._range = np.full(2, math.nan), None  # of the last good baseline, and where its range was
+        self._level, self._range = (
+            np.full(2, math.nan),
+            list[Any](),
+        )  # of the last good baseline, and where its range was
         self._guards, self._measurement.forced = True, False
         self._channels = _Channel("hard"), _Channel("soft")
         self._contact, self._done = _Lasting(), _Lasting()
@@ -108,7 +111,9 @@ class SignalFollower(Listener):
         if "baseline" not in (before or "baseline", state):
             self._level = np.array([batch.rows[f"{name}_baseline"][-1] for name in CHANNELS])
             return
-        self._first = np.concatenate([self._first, _both(batch.samples)])[-_FIRST:]
+        self._first = np.concatenate([self._first, np.column_stack([batch.samples[name] for name in CHANNELS])])[
+            -_FIRST:
+        ]
         found = self._found() if self._guards and not self._measurement.forced else ""
         if state == "baseline":
             self._touching = found or self._touching
@@ -134,9 +139,8 @@ class SignalFollower(Listener):
         times, change = spread / usual, np.median(known, axis=0) - self._level
         if times.max() > _MOVES and times.min() > _BOTH_MOVE:
             most = int(times.argmax())
-            return (
-                f"the {CHANNELS[most]} channel moves by {1e3 * spread[most]:.2g} fF, {times[most]:.0f} times its noise"
-            )
+            moved = f"{1e3 * spread[most]:.2g} fF, {times[most]:.0f} times its noise"
+            return f"the {CHANNELS[most]} channel moves by {moved}"
         if self._range == self._range_now() and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all():
             return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF above the baseline before"
         return ""
@@ -165,10 +169,6 @@ class SignalFollower(Listener):
             left = max(samples - self._count, 0)
             return round(1 - left / samples, 3), left * passed_s / max(self._count - 1, 1)
         return None, math.nan
-
-
-def _both(values: NDArray[np.void]) -> NDArray[np.float64]:
-    return np.column_stack([values[name] for name in CHANNELS])
 
 
 class _Lasting:

@@ -245,8 +245,8 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         yield line, Now("Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None)
     if not result and facts.state == "no contact" and (text := facts.troubles.get("hint", "")):
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
-    if (line := slow(facts)) and not facts.slow_told:
-        yield line, None
+    if (told := slow(facts)) and not facts.slow_told:
+        yield told, None
 
 
 def slow(facts: Facts) -> StatusLine | None:

@@ -99,8 +99,8 @@ def _specimens(times: int, oblique: float) -> Scenario:
     return Scenario(presses=presses, duration_s=1.5 + 9.0 * len(names), tilt=Tilt(oblique=oblique), gauges=_GAUGES)
 
 
-DEMO = _specimens(2, 0.03)
-"""What `palpate live` shows without a board; `palpate.several.TOUCH_SCATTER` is what the hand scatters."""
+DEMO = replace(_specimens(2, 0.03), gauges=(Gauge(), Gauge()))
+"""What `palpate live` shows without a board: the hand scatters by `palpate.several.TOUCH_SCATTER`, and nothing has a flag."""
 
 
 def _sliding() -> Scenario:

@@ -46,32 +46,31 @@ export class Now {
     if (offline) return this.showRecorded(state);
     if (truth && !session.next) return this.showTruth(truth, one, hello);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
-    put("nexthead", file ? "Recorded" : "Next");
     const small = next
       ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${inUnit(next.modulus)} ${units.modulus}` : ""].filter(Boolean).join(" · ")
       : file ? `${all - kept} of them left out` : "specimens are not named";
     const large = next?.name ?? (file ? `${all} ${all === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
-    fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
-    fill($("slots"), [next, again], () => slots(next, again));
+    this.showAside(file ? "Recorded" : "Next", large, small, next, again);
   }
 
   // Of a simulation: the true ratio, and where the estimate is.
   showTruth({ name, ratio }, one, hello) {
     const off = one.ratio - ratio, side = `The estimate is ${plusMinus(Math.abs(off), one.uncertainty)[0]} ${off < 0 ? "below" : "above"}.`;
     const inside = Math.abs(off) <= one.uncertainty ? "✓ inside ±" : "outside ±, as one touch in three";
-    const large = plusMinus(ratio, one.uncertainty)[0], small = isUnsure(one, hello) ? "" : `${inside}. ${side}`;
-    put("nexthead", ["True ratio", name].filter(Boolean).join(", "));
-    fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
-    fill($("slots"), [], () => []);
+    this.showAside(["True ratio", name].filter(Boolean).join(", "), plusMinus(ratio, one.uncertainty)[0], isUnsure(one, hello) ? "" : `${inside}. ${side}`);
   }
 
   // Without a connection: what is known to be recorded.
   showRecorded({ recording }) {
     const [large, small] = recording ? [clock(recording.seconds ?? 0), `so far, ${grouped(recording.rows)} rows; what came later is not known`] : ["–", "nothing so far; what came later is not known"];
-    put("nexthead", "Recorded");
+    this.showAside("Recorded", large, small);
+  }
+
+  showAside(head, large, small, next = null, again = false) {
+    put("nexthead", head);
     fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
-    fill($("slots"), [], () => []);
+    fill($("slots"), [next, again], () => slots(next, again));
   }
 }
 

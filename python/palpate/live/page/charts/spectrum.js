@@ -45,13 +45,7 @@ export class Spectrum extends SvgChart {
     this.shown = { x, left, right };
     const curve = (name) => line(hz.map((one, i) => [one, noise[name][i]]).filter(([one, value]) => one > 0 && value > 0).map(([one, value]) => [x(one), y(value)]), name);
     const inner = this.axes({ f, v, x, y, k, left, right, top, foot, height }) + clipped(left, top, right - left, foot - top, curve("soft") + curve("hard")) + this.peaks({ x, y, k, left, right, top, foot });
-    const said = shortened([this.sentence(), noise.text].filter(Boolean).join(" · "), width, (part) => measure(part, k));
-    this.show(label(0, 12 * k, said, "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
-  }
-
-  sentence() {
-    const { hard_aF: hard, soft_aF: soft, seconds } = this.noise;
-    return `hard ${number(hard)} aF rms, soft ${number(soft)} aF rms in ${number(seconds)} s`;
+    this.show(label(0, 12 * k, shortened(noise.text, width, (part) => measure(part, k)), "ink") + inner, `Noise spectrum. ${noise.text}`);
   }
 
   axes({ f, v, x, y, k, left, right, top, foot, height }) {
