@@ -245,7 +245,7 @@ def test_causes(source: str, until_s: float, what: str, word: str, level: str, t
 
 
 @pytest.mark.parametrize(("tremor", "fault", "held", "shown"), [
-    (0.01, "", Press(-2.0, ON), "moves by 3.5 fF, 86 times its noise"),
+    (0.01, "", Press(-2.0, ON), "moves by 3.45 fF, 86.4 times its noise"),
     (0.0, "&fault=unplug:2@3", Press(4.0, ON, hold_s=4.0), "hard +1.42 pF, soft +0.25 pF above the baseline before"),
 ])  # fmt: skip
 def test_contact_while_the_baseline_is_measured(

@@ -85,10 +85,11 @@ class Device:
 
 def _board(device: Mapping[str, Any]) -> str:
     """Return name and place of a board."""
+    simulated = "simulated " if "simulated" in device else ""
     device = device["device"] if isinstance(device.get("device"), dict) else device
     usb = f"USB {device['bus']}/{device['address']}" if "usb" in device else ""
     place = usb or device.get("bus") or device.get("path") or device.get("port")
-    return ", ".join(str(part) for part in (device.get("name"), place) if part)
+    return simulated + ", ".join(str(part) for part in (device.get("name"), place) if part)
 
 
 def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement) -> list[Document]:

@@ -44,6 +44,7 @@ export class Now {
   showNext(known) {
     const { hello, state, touches, session, offline } = known, one = subject(known), truth = one && truthOf(hello, one);
     if (offline) return this.showRecorded(state);
+    if (state.line?.what === "touched") return this.showAside("Next", "Baseline", "by itself, a second after you lift");
     if (truth && !session.next) return this.showTruth(truth, one, hello);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     const small = next
@@ -69,6 +70,7 @@ export class Now {
 
   showAside(head, large, small, next = null, again = false) {
     put("nexthead", head);
+    $("next").className = head.startsWith("True ratio") ? "true" : "";
     fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
     fill($("slots"), [next, again], () => slots(next, again));
   }
