@@ -26,6 +26,7 @@ _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
 # A touch while the baseline is measured: one channel moves by so many times its usual noise, and both by so many.
 _MOVES, _BOTH_MOVE = 50, 10
 _FIRST, _FEWEST = 32, 12  # values of a baseline; with fewer of them it is not judged
+_MOST_AGAIN = 600  # times that it is measured again for it: a recording has a mark of each
 _QUARTILES = 1.35  # their distance, in standard deviations
 
 
@@ -77,7 +78,7 @@ class SignalFollower(Listener):
             np.full(2, math.nan),
             list[Any](),
         )  # of the last good baseline, and where its range was
-        self._guards, self._measurement.forced = True, False
+        self._guards, self._again, self._measurement.forced = True, 0, False
         self._channels = _Channel("hard"), _Channel("soft")
         self._contact, self._done = _Lasting(), _Lasting()
         self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
@@ -119,10 +120,11 @@ class SignalFollower(Listener):
         if state == "baseline":
             self._touching = found or self._touching
         elif found and state == "waiting":
-            self._touching = found
-            self._stream.tare(force=True)
+            self._touching, self._again = found, self._again + 1
+            if self._again <= _MOST_AGAIN:
+                self._stream.tare(force=True)
         else:
-            self._guards, self._touching = False, ""
+            self._guards, self._touching, self._again = False, "", 0
             self._range = self._range_now()
 
     def _range_now(self) -> list[Any]:
