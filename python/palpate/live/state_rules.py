@@ -269,15 +269,7 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
     """Return what to do if nothing is wrong, and what goes on."""
     seen, kept, following = facts.seen, _kept(facts), _next(facts)
     if facts.state == "done":
-        kept = kept or "The touch is complete."
-        sub = f"kept; then {following}" if facts.next else "the touch is complete"
-        if facts.result and facts.result.late:
-            sub = f"touch {facts.result.number} counts · {facts.result.late}"
-        now = Now("Lift", sub, "good", 1.0)
-        if seen.done_s > LONG_S:
-            text = f"{kept} The next touch needs a new contact."
-            return now, StatusLine("left in contact", "note", "Lift the probe.", text)
-        return now, StatusLine("done", "quiet", "", kept, "Complete.")
+        return _complete(facts, following)
     if facts.pressed:
         sub = f"{seen.contact_s:.0f} s so far" if seen.contact_s else "measuring"
         if math.isfinite(seen.left_s):
@@ -298,6 +290,18 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
         return Now("Wait", "a second without touching"), StatusLine("after", "quiet", "", text.strip())
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
     return Now("Wait", "do not touch anything"), line
+
+
+def _complete(facts: Facts, following: str) -> tuple[Now, StatusLine]:
+    kept = _kept(facts) or "The touch is complete."
+    sub = f"kept; then {following}" if facts.next else "the touch is complete"
+    if facts.result and facts.result.late:
+        sub = f"touch {facts.result.number} counts · {facts.result.late}"
+    now = Now("Lift", sub, "good", 1.0)
+    if facts.seen.done_s > LONG_S:
+        text = f"{kept} The next touch needs a new contact."
+        return now, StatusLine("left in contact", "note", "Lift the probe.", text)
+    return now, StatusLine("done", "quiet", "", kept, "Complete.")
 
 
 def demo(facts: Facts, hand: tuple[str, str]) -> tuple[Now, StatusLine]:

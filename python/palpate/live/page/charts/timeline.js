@@ -73,7 +73,7 @@ class TimeChart {
     } else if (this.start) this.drag(x);
   }
 
-  // The pointer is at x, or gone: what is there is told anew when the chart is drawn.
+  // The pointer is at x, or gone: the page says anew what is there when the chart is drawn.
   point(x) {
     this.pointed = x;
     this.tell(x);
