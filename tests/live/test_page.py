@@ -30,7 +30,7 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
     live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")  # no pair of it comes late
     page.driver.get(live.address)
-    page.until(lambda: page.text("word") == "Hold" and "±" in page.text("range"))
+    page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
     truth = palpate.touches(OWN_FILE)[0].ratio
     page.until(lambda: abs(float(page.text("number")) / truth - 1) < 0.01)  # the first pairs have a large error
     page.press("m")

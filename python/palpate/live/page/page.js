@@ -95,7 +95,7 @@ function enable(type) {
   document.body.classList.toggle("file", file);
   document.body.classList.toggle("calibrated", Boolean(known.hello.calibrated));
   $("tare").hidden = ended || file;
-  for (const id of ["mark", "pause", "record", "discard", "calibrate"]) $(id).hidden = file;
+  for (const id of ["mark", "pause", "record"]) $(id).hidden = file;
   $("progress").hidden = !known.state.progress;
   put($("progress").firstChild, known.state.progress ?? "");
   $("again").hidden = !ended || file;
@@ -109,7 +109,8 @@ function enable(type) {
   const { hello, state } = known, { simulation } = hello, demo = Boolean(simulation?.demo);
   $("simulated").hidden = !simulation;
   document.body.classList.toggle("demo", demo);
-  for (const id of ["openplan", "calibrate", "discard"]) $(id).hidden = demo;
+  for (const id of ["calibrate", "discard"]) $(id).hidden = file || demo;
+  $("openplan").hidden = demo;
   const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene];
   put("source", [...what, state.recording?.name].filter(Boolean).join(" · "));
 }

@@ -30,7 +30,7 @@ export class Table {
   show() {
     const { touches, found } = this.known, { together } = touches;
     if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
-    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", "MPa"];
+    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", units.modulus];
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
     this.live ??= make("tr", { className: "live" });
     this.draw();
