@@ -8,9 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import palpate
-import pytest
 from command_lines import run
-from effort import ALL, random_of
+from effort import random_of
 from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
@@ -59,12 +58,11 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     assert all(url.replace("ws:", "http:").startswith(live.origin) for url in asked), asked
 
 
-@pytest.mark.skipif(not ALL, reason="two minutes")
 def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Calibrated, saved and reported in 8 actions; all moduli are in their intervals; no text of an error is shown."""
     ten = tmp_path / "ten.csv"
     assert run("record", "sim:ten-specimens?seed=3", "-o", ten, "--touches", "40").exit_code == 0
-    live = serve("--folder", str(tmp_path), source=f"{ten}?speed=20")
+    live = serve("--folder", str(tmp_path), source=f"{ten}?speed=60")
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Stop" and page["again"].is_displayed())
     page.press("p")
