@@ -7,6 +7,8 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import document, run
+from palpate.recording import sidecar
+from palpate.recording.session import Entry, Plan
 from project import FOUR, made_once
 from report_session import recorded, specimens
 
@@ -111,6 +113,17 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp
     accepted = run("calibrate", *specimens(folder), "--moduli", table, "-o", probe, *short)
     assert (accepted.exit_code, accepted.stderr) == (0, "--accept gap: no touch has this flag; those found: short\n")
     assert palpate.Calibration.load(probe).about["accepted flags"] == "short gap"
+
+
+def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(folder: Path, tmp_path: Path) -> None:
+    """Its sidecar has touches without a specimen: the name of the file still names it, and flags can be accepted."""
+    shutil.copytree(folder / "ten", tmp_path / "ten")
+    path = tmp_path / "ten" / "40A.csv"
+    first, second, *_ = palpate.touches(path)
+    sidecar.amend(path, Plan(touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None))))
+    said = run("calibrate", *specimens(tmp_path), "--moduli", folder / "ten" / "moduli.csv", "-o", tmp_path / "p.toml")
+    assert "10 specimens, " in said.stdout
+    assert "40 A: touch 1 of 40A.csv is left out: discarded" in said.stderr
 
 
 MODEL = ("offset", "drift", "lag", "curve", "creep")

@@ -133,6 +133,7 @@ def test_how_a_list_is_read() -> None:
     quarter = {"modulus": 0.25}
     assert TouchPlan.read(text)["lines"] == [None, None, quarter, wrong, {"modulus": None}, quarter, twice]
     assert TouchPlan.read("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, {"modulus": 2.0}]
+    assert TouchPlan.read("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [{"modulus": 0.0041}]
 
 
 @pytest.mark.parametrize(
@@ -234,8 +235,8 @@ def test_the_recording_gets_what_is_within_it_and_another_measurement_keeps_what
     bench.do("note", text="left hand")
     bench.touch(20.0, SHORT)
     assert bench.recorder
-    plan, why = bench.recorder.plan, bench.plan.rows[1]["why"][:200]
-    notes, touches = (stored.Note(18.0, "left hand"),), (stored.Entry(10.0, "30 OO"), stored.Entry(20.0, "30 OO", why))
+    plan = bench.recorder.plan
+    notes, touches = (stored.Note(18.0, "left hand"),), (stored.Entry(10.0, "30 OO"), stored.Entry(20.0, "30 OO", None))
     assert plan == stored.Plan("gels", "A. B.", tuple(specimens_of(THREE, 2)), touches, notes)
     bench.recorder = Recorder(first_s=15.0)
     bench.recording_begun[0](bench.recorder)

@@ -80,6 +80,7 @@ def _sidecar(device: str, marks: str = "") -> str:
         ("{", "not JSON"),
         ('{"a": 1}', "no schema"),
         (_sidecar('{"full_scale_pF": 0}'), "full_scale_pF: got 0, allowed: above 0"),
+        (_sidecar('{"period_s": "fast"}'), "period_s: got 'fast', allowed: 0 to 1e+06, s"),
     ],
 )
 def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:

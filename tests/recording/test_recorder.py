@@ -170,6 +170,13 @@ def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(tmp_path: Path, mo
         recorder.session(other)
     sidecar.amend(path, other)
     assert (read(path).plan, check(path).faults) == (other, ())
+    many = Plan(touches=tuple(Entry(float(at), "30 OO") for at in range(50_000)))
+    with pytest.raises(RecordingError, match=r"would have \S+ bytes, allowed: 4,000,000"):
+        sidecar.amend(path, many)
+    text = path.with_suffix(".json").read_text()
+    path.with_suffix(".json").write_text(text.replace('"title": "', '"title": "x'))
+    with pytest.raises(RecordingError, match="was changed after it was written: nothing is added"):
+        sidecar.amend(path, PLAN)
     path.with_suffix(".json").unlink()
     with pytest.raises(RecordingError, match="is gone"):
         sidecar.amend(path, PLAN)

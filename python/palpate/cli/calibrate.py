@@ -144,7 +144,9 @@ def _chosen(runs: Sequence[Run], table: Path | None, ratio: str | None, accept: 
 
 def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...], chosen: Choice) -> list[Specimen]:
     """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
-    if table is None and (unnamed := next((run.recording.path for run in runs if not run.plan.touches), None)):
+    if table is None and (
+        unnamed := next((run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)), None)
+    ):
         raise click.UsageError(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
             f"whose sidecar names no specimens, as {unnamed}"
@@ -177,7 +179,7 @@ def _touches(
             place = f"touch {number} of {run.name}"
             if not name:
                 say(f"{place} is left out: {left_out or 'no specimen is named for it'}")
-            elif name not in moduli and not run.plan.touches:
+            elif name not in moduli and not any(one.specimen for one in run.plan.touches):
                 allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
                 raise CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")
             elif name not in moduli:

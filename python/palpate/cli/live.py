@@ -111,8 +111,8 @@ def live(
                 raise click.UsageError(f'{"--record" if file else "--lsl"}: {said} "FILE?speed=1"')
             if context.get_parameter_source("scene") is ParameterSource.DEFAULT:
                 how["scene"] = None  # the recording's
-            measurement = open_file(source, asked, how, _say_line)
-            measurement.files.others = [Path(other) for other in others]
+            measurement = open_file(source, asked, how, _say_line, folder)
+            measurement.files.others = [Path(each) for each in sources] if others else []
         else:
             asked |= {} if plugged_in else {"paced": True}
             open_source, demo = opener(source, asked), not plugged_in

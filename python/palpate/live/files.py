@@ -56,7 +56,7 @@ class RunFiles:
     def compared(self) -> list[Path]:
         """Return the recordings to compare: the first one and the others, else the newest of this run."""
         made = self._recordings()
-        return [*made[:1], *self.others] if self.others else made[-len(LETTERS) :]
+        return self.others or made[-len(LETTERS) :]
 
     @property
     def named(self) -> list[dict[str, str]]:
@@ -134,7 +134,7 @@ class RunFiles:
         self.progress = f"Report: {progress}"
 
     def _recordings(self) -> list[Path]:
-        return [path for path, kind in self._made.items() if kind == "recording"]
+        return [path for path, kind in self._made.copy().items() if kind == "recording"]
 
     def _is_free(self, path: Path) -> bool:
         beside = path.with_suffix(".json")

@@ -364,11 +364,15 @@ class RecordedMeasurement(Measurement):
     kind = "file"
 
     def __init__(
-        self, recording: AnyRecording, how: dict[str, Any], tell: Callable[[str], None] = lambda _: None
+        self,
+        recording: AnyRecording,
+        how: dict[str, Any],
+        tell: Callable[[str], None] = lambda _: None,
+        folder: Path | None = None,
     ) -> None:
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
-        super().__init__(RunFiles(), tell, whole=True)
+        super().__init__(RunFiles(folder=folder or recording.path.parent), tell, whole=True)
         if isinstance(recording, Recorded):
             self.files.made(recording.path, "recording")
         self.number = 1
@@ -472,11 +476,15 @@ class RecordedMeasurement(Measurement):
 
 
 def open_file(
-    source: str, given_beside: dict[str, Any], how: dict[str, Any], tell: Callable[[str], None]
+    source: str,
+    given_beside: dict[str, Any],
+    how: dict[str, Any],
+    tell: Callable[[str], None],
+    folder: Path | None = None,
 ) -> RecordedMeasurement:
-    """Return a file as a recording to look at; errors as of `palpate.read`."""
+    """Return a file as a recording to look at; reports go to the folder, or beside it. Errors as of `palpate.read`."""
     opened: Any = sources.open(source, **given_beside)
-    return RecordedMeasurement(opened.recording, how, tell)
+    return RecordedMeasurement(opened.recording, how, tell, folder)
 
 
 def is_file(source: str) -> bool:

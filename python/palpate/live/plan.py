@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from functools import wraps
 from math import inf, isfinite
 from threading import RLock
@@ -145,6 +146,8 @@ class TouchPlan(Listener):
     def name(self, touches: list[int], text: str) -> str:
         """Give touches a specimen, written as in a list, "": none; a new one comes into the list; return the message."""
         done, found = [self._done(touch) for touch in touches], specimens_of(text, self._head["wanted"] or 1)
+        if text.strip() and not found:
+            raise RefusedCommand(f"name: got {quoted(text)}, allowed: {_NAME}, and {_MODULUS}")
         for one in found:
             known = self.progress.named(one.name)
             if not known:
@@ -245,7 +248,7 @@ class TouchPlan(Listener):
     def _within(self, first_s: float) -> stored.Plan:
         progress = self.progress
         entries = (
-            stored.Entry(done.touch.start_s, done.specimen, done.why[: stored.LONGEST_NAME])
+            stored.Entry(done.touch.start_s, done.specimen, done.left_out or (None if done.why else ""))
             for done in progress.present[0 if self._recorded else -stored.MOST_TOUCHES :]
             if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
         )
@@ -491,7 +494,8 @@ def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specim
         try:
             bare, named = re.fullmatch(r"(.*?)\s*([mk]pa)?", modulus, re.IGNORECASE).groups()  # type: ignore[union-attr]
             kilo = (named or unit).lower() == "kpa"
-            specimen = Specimen(name, to_number(bare) / (1000 if kilo else 1) if modulus else None, wanted)
+            value = float(Decimal(str(to_number(bare))).scaleb(-3 * kilo)) if modulus else None
+            specimen = Specimen(name, value, wanted)
         except ValueError:
             yield f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"
             continue

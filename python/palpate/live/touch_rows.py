@@ -11,6 +11,7 @@ from palpate.calibration import Calibration
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
+from palpate.recording import sidecar
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
@@ -52,7 +53,7 @@ class TouchTable:
             "origin_s": measurement.levels.span and measurement.levels.span[0],
             "seconds": tracker.settings.get("seconds"),
             "source": source,
-            "simulation": self._simulation("simulated" in device),
+            "simulation": self._simulation(sidecar.is_simulated(device)),
             "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
             "scene": tracker.scene,
             "threshold": tracker.settings.get("threshold"),

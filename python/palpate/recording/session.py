@@ -57,20 +57,20 @@ class Entry:
         When it began, on the clock of the recording, s.
     specimen : str or None
         Name of what was touched; None: unknown.
-    left_out : str
-        Why it is left out of all results; "": it is kept.
+    left_out : str or None
+        Why it was left out by hand; "": it is kept; None: its flags decide.
     """
 
     start_s: float
     specimen: str | None = None
-    left_out: str = ""
+    left_out: str | None = ""
 
     def __post_init__(self) -> None:
         """Check the fields."""
         _require_time("start_s", self.start_s)
         if self.specimen is not None:
             _require_text("specimen", self.specimen, LONGEST_NAME, least=1)
-        _require_text("left_out", self.left_out, LONGEST_NAME)
+        _require_text("left_out", self.left_out or "", LONGEST_NAME)
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Plan:
     Raises
     ------
     ValueError
-        A field is not of this kind, or there are too many.
+        A field is not of this kind.
 
     Examples
     --------

@@ -8,6 +8,7 @@ import math
 import platform
 import time
 import zlib
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Those that can be read: the first one has no checkpoint and no checksum of its own."""
 LARGEST = 4_000_000
 """Bytes of a sidecar, at most."""
+LONGEST_PERIOD_S = 1e6
 _SUM = '"sidecar_crc32": "'
 
 
@@ -129,6 +131,10 @@ def _require_valid(document: dict[str, Any]) -> None:
     number: Any = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if type(number) not in (int, float) or not number > 0 or (type(number) is int and number >= 2**63):
         raise ValueError(f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf")
+    for part, name in (("settings", "period"), ("device", "period_s")):
+        period = document[part].get(name, 0)
+        if type(period) not in (int, float) or not 0 <= period <= LONGEST_PERIOD_S:
+            raise ValueError(f"{name}: got {quoted(period)}, allowed: 0 to {LONGEST_PERIOD_S:g}, s")
     codes_of(document["device"])
     plan_of(document)
 
@@ -136,6 +142,11 @@ def _require_valid(document: dict[str, Any]) -> None:
 _OPTIONAL = ("clock", "session", "checkpoint", "end")
 _PARTS: dict[str, Any] = {"device": dict, "settings": dict, "notes": list, "marks": list}
 _PARTS |= dict.fromkeys(_OPTIONAL, dict)
+
+
+def is_simulated(device: Mapping[str, Any]) -> bool:
+    """Return whether no probe was used, by what a sidecar or a source says of its device."""
+    return "simulated" in device or str(device.get("name", "")).startswith("simulated")
 
 
 def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
@@ -146,11 +157,21 @@ def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
 
 def amend(path: Path, plan: Plan) -> None:
     """Replace what was touched in the sidecar of a recording that has ended; RecordingError if that is not possible."""
-    document = load(path)
-    if document is None:
+    found = load_checked(path)
+    if found is None:
         raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
+    document, intact = found
+    if intact is False:  # a new checksum would hide it
+        raise RecordingError(
+            sidecar_path(path), "was changed after it was written: nothing is added; take it from a copy"
+        )
+    document = {**document, "session": plan.as_dict()}
+    if (size := len(text_of(document).encode())) > LARGEST:
+        raise RecordingError(
+            sidecar_path(path), f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file"
+        )
     with file_errors(path, "cannot be written"):
-        save(sidecar_path(path), {**document, "session": plan.as_dict()})
+        save(sidecar_path(path), document)
 
 
 def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:

@@ -205,14 +205,15 @@ def known_moduli(runs: Iterable[Run], table: Mapping[str, float]) -> tuple[dict[
 def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str, str]]:
     """Yield each touch, its specimen ("": unknown), and why it was left out by hand ("": it was not).
 
-    The session in the sidecar says it. Without touches in it the name of the file does.
+    The session in the sidecar says it. Where it names no specimen of a touch, the name of the file does.
     """
     touches, names = run.found.touches, {bare(name): name for name in moduli}
     entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
-    of_file = "" if run.plan.touches else specimen_in(run.recording.path, names)
+    named = any(entry.specimen for entry in run.plan.touches)
+    of_file = "" if named else specimen_in(run.recording.path, names)
     for touch, entry in zip(touches, entries, strict=True):
         given = of_file or (entry and entry.specimen) or ""
-        yield touch, names.get(bare(given), given), entry.left_out if entry else ""
+        yield touch, names.get(bare(given), given), (entry and entry.left_out) or ""
 
 
 def _touches(

@@ -324,7 +324,7 @@ def _result(one: Result, calibration: Calibration | None, unit: str, *, shore: b
     return {
         "Specimen": one.name,
         **_cells(one.modulus, unit, shore=shore, none=NONE if calibration else ""),
-        "Known": _in(unit, f"{one.known:g}") if one.known else "",
+        f"Known, {unit}": _in(unit, f"{one.known:g}") if one.known else "",
         "Inside": {True: "yes", False: "no", None: ""}[one.inside],
         "Ratio": digits.number(mean.ratio, mean.standard_error) if mean else NONE,
         "±": digits.error(mean.standard_error) if mean else NONE,
@@ -391,7 +391,7 @@ def _listed(texts: Iterable[str], between: str = ", ") -> str:
 def _simulated(runs: list[Run]) -> str:
     """Return what to say of simulated data; "": there are none."""
     devices = {run.name: run.recording.document.get("device", {}) for run in runs}
-    made = [n for n, d in devices.items() if "simulated" in d or str(d.get("name", "")).startswith("simulated")]
+    made = [name for name, device in devices.items() if sidecar.is_simulated(device)]
     which = "" if len(made) == len(runs) else f" in {', '.join(made)}"
     return f"Simulated data{which}: no probe was used." if made else ""
 

@@ -46,5 +46,5 @@ export function ask(dialog, done = () => {}) {
 // A number whose point stands under the point above it: its fraction is as wide as the longest of its column.
 export function aligned(text, longest) {
   const [whole, part] = String(text).split("."), width = longest ? longest + 0.45 : 0;
-  return make("span", { className: "pt" }, whole, make("i", { textContent: part === undefined ? "" : `.${part}`, style: `width: ${width}ch` }));
+  return make("span", { className: "pt" }, whole, make("i", { textContent: part === undefined ? "" : `.${part}`, style: `min-width: ${width}ch` }));
 }

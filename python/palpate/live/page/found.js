@@ -82,10 +82,11 @@ export class Found {
     return parts.length === 2 ? parts : [NaN, NaN];
   }
 
-  // 3:41:41, 41:41 or 41.5; in a long recording 3:41 is hours and minutes.
+  // 3:41:41, 41:41 or 41.5; in a long recording 3:41 is hours and minutes, if it has so many.
   seconds(text) {
     const parts = text.split(":").map((part) => (/^\s*\d+([.,]\d+)?\s*$/.test(part) ? Number(part.replace(",", ".")) : NaN));
-    if (parts.length === 2 && this.long) parts.push(0);
+    const { begin, end } = this.charts.window, within = 3600 * parts[0] + 60 * parts[1] <= end - begin;
+    if (parts.length === 2 && this.long && within) parts.push(0);
     return parts.length > 3 ? NaN : parts.reduce((sum, part) => 60 * sum + part, 0);
   }
 
@@ -98,7 +99,8 @@ export class Found {
     if (to >= from) return ({ start_s: t }) => t - this.origin >= from && t - this.origin <= to;
     if (range) return ({ ratio }) => ratio !== null && ratio >= value(low ?? above, -Infinity) && ratio <= value(high ?? below, Infinity);
     if (/^#\d+$/.test(word)) return ({ number: n }) => `#${n}` === word;
-    return CHIPS[word] ?? ((one) => one.flags.includes(word) || `${one.specimen ?? ""} ${remarkOf(one, this.known)}`.toLowerCase().includes(word));
+    if (Object.hasOwn(CHIPS, word)) return CHIPS[word];
+    return ((one) => one.flags.includes(word) || `${one.specimen ?? ""} ${remarkOf(one, this.known)}`.toLowerCase().includes(word));
   }
 
   // The next touch that is found, or the one before.

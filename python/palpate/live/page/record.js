@@ -21,7 +21,7 @@ export class Record {
 
   tell(type, known) {
     this.known = known;
-    if (type === "hello") this.settle();
+    if (type === "hello" && isSet()) this.settle();
     if (type === "state" || type === "hello") this.show(known);
   }
 
@@ -60,9 +60,12 @@ export class Record {
     }
     put("filesays", `${this.known.touches.rows.length} touches are copied.`);
   }
+}
 
-  save() {
-XX  }
+// Whether this page has settings of its own: another one, without, leaves them as they are.
+function isSet() {
+  const { unit, shore, probe, site, operator } = settings;
+  return unit !== "MPa" || shore === "on" || Boolean(probe || site || operator);
 }
 
 function download({ name, kind }) {

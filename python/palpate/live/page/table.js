@@ -34,7 +34,7 @@ export class Table {
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
     this.live ??= make("tr", { className: "live" });
     this.draw();
-    put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
+    put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${inUnit(together.modulus.text)}` : "") : "");
     $("together").hidden = !together;
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
     this.showRunning();
