@@ -67,7 +67,12 @@ class Browser:
         self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
 
     def reset(self) -> None:
-        """Leave the page, and forget what it did."""
+        """Leave the page, close what it opened, and forget what it did."""
+        first, *opened = self.driver.window_handles
+        for window in opened:
+            self.driver.switch_to.window(window)
+            self.driver.close()
+        self.driver.switch_to.window(first)
         self.driver.get("about:blank")
         self.size("desk")
         self.driver.set_script_timeout(60)
