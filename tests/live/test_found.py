@@ -108,7 +108,7 @@ def test_all_touches_are_saved_and_named_in_the_sidecar(
     page.driver.get(serve(source=str(path)).address)
     page.until(lambda: page.text("savefound") == "Save 4 as CSV")
     page["savefound"].click()
-    page.until(table.exists)
+    page.downloaded(table.name)
     touches = palpate.touches(palpate.read(path))
     with table.open() as file:
         saved = [[float(row[name]) for name in NUMBERS] for row in csv.DictReader(file)]

@@ -44,7 +44,7 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     (page.downloads / "run.csv").unlink(missing_ok=True)
     page["openfiles"].click()
     page["downloads"].find_element("link text", "run.csv").click()
-    page.until((page.downloads / "run.csv").exists)
+    page.downloaded("run.csv")
     assert live.end() == 130
     assert (page.downloads / "run.csv").read_bytes() == (tmp_path / "run.csv").read_bytes()
     assert [mark["text"] for mark in json.loads((tmp_path / "run.json").read_text())["marks"]] == ["first specimen"]

@@ -166,7 +166,7 @@ def test_settings_are_remembered_and_followed(page: Browser, idle: Canned) -> No
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
     page.click("csv")
-    page.until(table.exists)
+    page.downloaded("touches.csv")
     first = next(csv.DictReader(table.read_text().splitlines()))
     mega = idle.state.told["touches"]["rows"][0]["modulus"]["value_MPa"]
     assert float(first["modulus_kPa"]) == pytest.approx(1000 * mega)
@@ -204,7 +204,7 @@ def test_downloads_and_the_table_as_text(page: Browser, idle: Canned) -> None:
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
     page["csv"].click()
-    page.until(table.exists)
+    page.downloaded("touches.csv")
     head, *rows = table.read_text().splitlines()
     assert head.startswith("touch,specimen,start_s,end_s,samples,ratio,")
     assert [float(row.split(",")[5]) for row in rows] == [row["ratio"] for row in idle.state.told["touches"]["rows"]]

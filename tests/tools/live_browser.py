@@ -79,6 +79,12 @@ class Browser:
         for kind in ("browser", "performance"):
             self.driver.get_log(kind)
 
+    def downloaded(self, name: str) -> Path:
+        """Wait for a download; return its path. The browser makes an empty file first, and writes beside it."""
+        path = self.downloads / name
+        self.until(lambda: path.exists() and path.stat().st_size and not [*self.downloads.glob("*.crdownload")])
+        return path
+
     def requests(self) -> set[str]:
         """Return the addresses that were asked for since the last call; what is in a page itself has none."""
         told = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
