@@ -75,7 +75,10 @@ def page(chromium: Browser, file: Path) -> Iterator[Browser]:
 def opened(chromium: Browser, file: Path, script: str) -> None:
     """Open the page, with a script before its own, and wait for the simulated touches."""
     chromium.reset()
-    added = chromium.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    added = chromium.driver.execute_cdp_cmd(
+        "Page.addScriptToEvaluateOnNewDocument",
+        {"source": f"localStorage.clear(); {script}"},  # all files are one origin
+    )
     chromium.driver.get(file.as_uri())
     chromium.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
     chromium.until(lambda: chromium.text("word") == "Demo")
