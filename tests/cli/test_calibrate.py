@@ -120,7 +120,8 @@ def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(folder: Path, t
     shutil.copytree(folder / "ten", tmp_path / "ten")
     path = tmp_path / "ten" / "40A.csv"
     first, second, *_ = palpate.touches(path)
-    sidecar.amend(path, Plan(touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None))))
+    left_out = Plan(touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None)))
+    sidecar.amend(path, left_out, Plan())
     said = run("calibrate", *specimens(tmp_path), "--moduli", folder / "ten" / "moduli.csv", "-o", tmp_path / "p.toml")
     assert "10 specimens, " in said.stdout
     assert "40 A: touch 1 of 40A.csv is left out: discarded" in said.stderr

@@ -23,7 +23,8 @@ def named(path: Path, *names: str | None) -> Path:
     """Copy a recording of touches on four specimens, and name them."""
     for suffix in (".csv", ".json"):
         copy(OWN_FILE.with_suffix(suffix), path.with_suffix(suffix))
-    sidecar.amend(path, Plan(touches=tuple(Entry(one.start_s, name) for one, name in zip(TOUCHES, names, strict=True))))
+    entries = tuple(Entry(one.start_s, name) for one, name in zip(TOUCHES, names, strict=True))
+    sidecar.amend(path, Plan(touches=entries), Plan())
     return path
 
 

@@ -103,7 +103,7 @@ def test_all_touches_are_saved_and_named_in_the_sidecar(
     path, table = tmp_path / "gels.csv", page.downloads / "gels-touches.csv"
     for each in (OWN_FILE, OWN_FILE.with_suffix(".json")):
         copy(each, tmp_path / f"gels{each.suffix}")
-    sidecar.amend(path, Plan("series", touches=(Entry(1e4, "lost"),)))
+    sidecar.amend(path, Plan("series", touches=(Entry(1e4, "lost"),)), Plan())
     table.unlink(missing_ok=True)
     page.driver.get(serve(source=str(path)).address)
     page.until(lambda: page.text("savefound") == "Save 4 as CSV")

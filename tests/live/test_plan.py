@@ -291,11 +291,12 @@ def test_any_order_of_events_keeps_the_account(steps: list[str]) -> None:
 def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> None:
     """The report and `calibrate` read the file: they must know what the page shows."""
     path = tmp_path / "run.csv"
-    (tmp_path / "run.json").write_text(sidecar.text_of(sidecar.made({}, 0, b"")))
     bench = Bench()
     assert bench.recorder
     bench.recorder.path = path
     bench.touch(1)
+    document = {**sidecar.made({}, 0, b""), "session": bench.recorder.plan.as_dict()}
+    (tmp_path / "run.json").write_text(sidecar.text_of(document))
     bench.recorder = None
     bench.do("assign", touch=1, name="gel")
     bench.do("discard", touch=1)

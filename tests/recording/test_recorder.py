@@ -168,18 +168,20 @@ def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(tmp_path: Path, mo
     ]
     with pytest.raises(ValueError, match=r"run\.csv: got a change of a closed recording"):
         recorder.session(other)
-    sidecar.amend(path, other)
+    sidecar.amend(path, other, PLAN)
     assert (read(path).plan, check(path).faults) == (other, ())
     many = Plan(touches=tuple(Entry(float(at), "30 OO") for at in range(50_000)))
     with pytest.raises(RecordingError, match=r"would have \S+ bytes, allowed: 4,000,000"):
-        sidecar.amend(path, many)
+        sidecar.amend(path, many, other)
+    with pytest.raises(RecordingError, match="was changed by another program: nothing is added"):
+        sidecar.amend(path, PLAN, PLAN)
     text = path.with_suffix(".json").read_text()
     path.with_suffix(".json").write_text(text.replace('"title": "', '"title": "x'))
     with pytest.raises(RecordingError, match="was changed after it was written: nothing is added"):
-        sidecar.amend(path, PLAN)
+        sidecar.amend(path, PLAN, other)
     path.with_suffix(".json").unlink()
     with pytest.raises(RecordingError, match="is gone"):
-        sidecar.amend(path, PLAN)
+        sidecar.amend(path, PLAN, other)
 
 
 def test_a_mark_may_be_earlier_and_be_renamed(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ class ConnectionState(Listener):
         facts = self.facts()
         if not facts.slow_told and slow(facts):
             self._slow_s = self._clock()
-        elif self._clock() - self._slow_s > HOLD_S:  # it is said once
+        elif self._clock() - self._slow_s > HOLD_S:  # once
             self.understood()
         return self._steady.show(*view_of(facts), facts.result, self._clock())
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import wraps
 from math import inf, isfinite
+from pathlib import Path
 from threading import RLock
 from typing import Any
 
@@ -67,6 +68,7 @@ class TouchPlan(Listener):
         self._files = 0
         if isinstance(measurement, RecordedMeasurement):
             self._recorded = plan = stored.plan_of(measurement.document)
+            self._stored = None, plan
             wanted = max((one.wanted for one in plan.specimens), default=0)
             self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
             self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
@@ -209,9 +211,15 @@ class TouchPlan(Listener):
         if recorder := self._measurement.recorder:
             self._store(recorder)
         elif ordered and isinstance(shown := self._measurement, RecordedMeasurement):
-            amend(shown.recording.path, self._within(-inf))
+            self._amend(shown.recording.path, -inf, None)
         elif ordered and (ended := self._measurement.newest_recorder) and ended.first_s is not None:
-            amend(ended.path, self._within(ended.first_s))
+            self._amend(ended.path, ended.first_s, ended)
+
+    def _amend(self, path: Path, first_s: float, recorder: Recorder | None) -> None:
+        """Give a recording that has ended the session as it is now."""
+        plan, (of, has) = self._within(first_s), self._stored
+        amend(path, plan, has if of is recorder else stored.Plan())
+        self._stored = recorder, plan
 
     def _require_amendable(self) -> None:
         shown = self._measurement

@@ -155,8 +155,11 @@ def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
     return {**where, "text": text, **more}
 
 
-def amend(path: Path, plan: Plan) -> None:
-    """Replace what was touched in the sidecar of a recording that has ended; RecordingError if that is not possible."""
+def amend(path: Path, plan: Plan, known: Plan) -> None:
+    """Replace what was touched in the sidecar of a recording that has ended; RecordingError if that is not possible.
+
+    `known`: what the caller knows to be there; if it is not, another program has written it, and it stays.
+    """
     found = load_checked(path)
     if found is None:
         raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
@@ -164,6 +167,10 @@ def amend(path: Path, plan: Plan) -> None:
     if intact is False:  # a new checksum would hide it
         raise RecordingError(
             sidecar_path(path), "was changed after it was written: nothing is added; take it from a copy"
+        )
+    if plan_of(document) != known:
+        raise RecordingError(
+            sidecar_path(path), "was changed by another program: nothing is added; open the recording again"
         )
     document = {**document, "session": plan.as_dict()}
     if (size := len(text_of(document).encode())) > LARGEST:
