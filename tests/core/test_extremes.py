@@ -91,6 +91,14 @@ def test_times_at_the_ends_of_the_range_do_not_overflow() -> None:
     assert tracker.readings == 16
 
 
+def test_a_level_that_overflows_in_the_fall_of_a_touch_ends() -> None:
+    readings = np.repeat([-8e307, 7e307, -8e307, 1.7e308], [400, 4, 3, 200])
+    times = np.arange(len(readings)) * 10_000_000
+    tracker = palpate.Tracker("handheld")
+    tracker.process(times, times, readings, readings)
+    assert tracker.readings == len(readings)
+
+
 def test_lambda_1_for_ten_million_samples() -> None:
     """What double does, and what float is known not to do (palpate/policy/forgetting.hpp): ratio 2, from half-way 3."""
 

@@ -56,7 +56,7 @@ class Sweep:
 
     def add(self, hard: float, soft: float, time_s: float, *, held: bool) -> None:
         """Take a pair, pF, at a time since contact, s."""
-        if hard > 0 and soft > 0:
+        if 0 < hard < np.inf and 0 < soft < np.inf:
             self.pairs.append((hard, soft, time_s, held))
 
     def restart(self) -> None:

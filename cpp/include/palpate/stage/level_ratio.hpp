@@ -73,7 +73,7 @@ class LevelRatio : public Settings {
 
   /// Add a pair, at a time in seconds; `held`: the touch takes samples, so that this is not yet the fall after it.
   constexpr void add(Real hard, Real soft, Real time, bool held) noexcept {
-    if (!(hard > 0 && soft > 0 && settings.contact_exponent > 0)) {
+    if (!(hard > 0 && soft > 0 && settings.contact_exponent > 0 && is_finite(hard + soft))) {
       return;
     }
     if (!settled_) {
