@@ -20,7 +20,7 @@ const DEMO = {
 };
 const KEYS = [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"]];
 
-$("opennoise").remove();
+for (const id of ["noise", "going", "step"]) $(id).remove(); // what needs the server of palpate live
 const store = new Store(Infinity); // all rows
 const screen = new Screen(store, { say: () => false, more: KEYS, memory: {} }); // it stores nothing
 const { known, line, charts } = screen;
@@ -47,7 +47,7 @@ function show(got) {
 // Shows the rows that came.
 function follow(got) {
   for (const block of got.parts.splice(0)) store.add(block);
-  if (known.hello.origin_s === null) screen.hear("hello", { ...known.hello, origin_s: store.origin });
+  if (known.hello.origin_s === null) screen.hear("hello", { ...known.hello, origin_s: got.origin });
   charts.frame();
 }
 

@@ -84,7 +84,7 @@ def test_the_page_answers_first_and_goes_to_what_differs(
         seen.append(page.run(chosen))
     assert seen == ["a", "b", "a"]
     assert "a: ▲ recording C is " in page.text("compare")
-    assert len(page.all("#compare tr.chosen path[class]")) == 3 + 3 + 2  # touches, their means, band and middle
+    assert len(page.all("#compare tr.chosen td svg *")) == 3 + 3 + 2  # touches, their means, band and middle
     page.press(Keys.ESCAPE)
     page.until(lambda: page["timeline"].is_displayed() and not page["compare"].is_displayed())
     page.press("c")

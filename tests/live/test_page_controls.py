@@ -41,8 +41,7 @@ ORDERS: list[tuple[list[tuple[str, str]], dict[str, Any]]] = [
     ([("#centre", "")], {"do": "centre"}),
     ([("", "r")], {"do": "record"}),
     ([("", "k")], {"do": "calibrating", "on": True}),
-    ([("", "s")], {"do": "noise", "on": True}),
-    ([("#closenoise", "")], {"do": "noise", "on": False}),
+    ([("", "s")], {"do": "noise"}),
 ]  # fmt: skip
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from palpate.calibration.calibration import Modulus
 from palpate.elasticity import Elasticity
 from palpate.live.feed import ROW, Flag, Rows
-from palpate.live.noise_spectrum import noise_of
 from palpate.live.plan import Done, Progress
 from palpate.live.state_rules import Now, StatusLine
 from palpate.recording.session import Specimen
@@ -283,7 +282,6 @@ def state(name: str) -> State:
         "session": session_of(case, progress),
         "calibration": calibration_of(known) if case.calibrating else {"on": False},
         "device": device(case.file, case.facts),
-        "noise": noise_of(rows),
         "state": state_of(case, end, running),
     }
     return State(rows, told)

@@ -90,7 +90,7 @@ class Canned:
 
     def _greet(self, page: ServerConnection) -> None:
         for kind, document in self.state.told.items():
-            if kind not in ("noise", "state"):
+            if kind != "state":
                 page.send(json.dumps({"type": kind, **document}))
         page.send(pack(1, self.state.rows, Kind.ANEW))
         page.send(json.dumps({"type": "state", **self.state.told["state"]}))  # last: a page that shows it has all
@@ -101,8 +101,6 @@ class Canned:
             view = self._levels.view(command["from_s"], command["to_s"], command["rows"])
             page.send(pack(command["id"], view, Kind.VIEW))
             return
-        if command["do"] == "noise" and command["on"]:
-            page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
         more: dict[str, Any] = {"id": 9} if command["do"] == "mark" else {}
         more = TouchPlan.read(command["text"], command["unit"]) if command["do"] == "read list" else more
         done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}."} | more

@@ -231,7 +231,7 @@ COMMANDS: dict[str, Order] = {
     "compare": Order("bench.compare"),
     "settings": Order("bench.settle", _HEAD),
     "cut": Order("bench.cut", {"from_s": _SECONDS, "to_s": _SECONDS}),
-    "noise": Order("page.listen", {"on": yes_no}),
+    "noise": Order("page.noise"),
     "view": Order("page.look", _VIEW),
 }
 """`page`: the page that sends the command; the other ones are parts of the workbench."""

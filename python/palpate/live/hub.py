@@ -9,7 +9,7 @@ from starlette.websockets import WebSocket
 from palpate.live.commands import COMMANDS, Workbench
 from palpate.live.feed import Document, Kind, message_of, pack
 from palpate.live.levels import Levels
-from palpate.live.noise_spectrum import noise_of
+from palpate.live.noise import noise_of
 
 PAGES = 16
 FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames
@@ -26,7 +26,6 @@ class Page:
     """
 
     def __init__(self, socket: WebSocket, bench: Workbench) -> None:
-        self.listens: bool = False  # whether it shows the noise
         self._socket, self._bench = socket, bench
         self._queue: dict[object, str | bytes] = {}
         self._touches: Document = {"rows": []}  # the newest table of touches
@@ -60,10 +59,9 @@ class Page:
         """Queue a view."""
         self.tell(object(), pack(id, self._levels.view(from_s, to_s, rows), Kind.VIEW))
 
-    def listen(self, on: bool) -> str:
-        """Begin or end to show the noise."""
-        self.listens = on
-        return "" if on else "The noise is no longer computed."
+    def noise(self) -> str:
+        """Return the noise of the newest samples without contact, in words; takes 1 ms."""
+        return noise_of(self._levels.newest_rows())
 
     async def send(self) -> None:
         """Send the queue, until cancelled."""
@@ -145,9 +143,6 @@ class Hub:
         for page in self.pages:
             page.show_touches(touches)
             page.tell("state", state)
-            if page.listens:
-                newest = self._measurement.levels.newest_rows()
-                page.tell("noise", message_of("noise", **noise_of(newest)))  # takes 1 ms
 
     def _announce(self, kind: str) -> None:
         """Send a document to every page, if it has changed."""

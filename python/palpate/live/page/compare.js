@@ -1,6 +1,6 @@
 // Recordings beside each other: the answer, and a row for each specimen with a lane for each recording.
 
-import { escaped } from "./charts/svg.js";
+import { box, escaped, ruler } from "./charts/svg.js";
 import { $ } from "./dom.js";
 import { grouped, number, plusMinus, signed } from "./formatting.js";
 
@@ -53,7 +53,7 @@ export class Compare {
   choose(at) {
     this.at = at;
     this.draw();
-    $("compare").querySelector("tr.chosen").scrollIntoView({ block: "nearest" });
+    $("compare").querySelector("tr.chosen button").focus();
   }
 
   draw() {
@@ -92,7 +92,7 @@ export class Compare {
 
 const differs = ({ agreement }) => agreement?.agree === false, counts = ({ left_out: out }) => !out;
 const meanOf = (touches) => touches.reduce((sum, { ratio }) => sum + ratio, 0) / touches.length;
-const shape = (i, x, y) => `<path class="c${i + 1}" transform="translate(${x} ${y})" d="${PATHS[i]}"/>`;
+const shape = (i, x, y) => `<path fill="var(--c${i + 1})" transform="translate(${x} ${y})" d="${PATHS[i]}"/>`;
 const named = (i, name) => `<td class="name"><svg width="16" height="12" aria-hidden="true">${shape(i, 6, 6)}</svg>${LETTERS[i]} · ${escaped(name)}</td>`;
 const place = (share, { wide, reach }) => wide / 2 + (Math.max(-reach, Math.min(reach, share)) / reach) * (wide / 2 - 8);
 
@@ -100,10 +100,10 @@ const place = (share, { wide, reach }) => wide / 2 + (Math.max(-reach, Math.min(
 function lanesOf(touches, mean, { files, scatter }, size) {
   const { wide } = size, x = (ratio) => place(ratio / mean - 1, size), edge = place(-1.96 * scatter, size), high = LANE * files.length + 2;
   const lanes = files.map((_, i) => {
-    const own = touches.filter(({ file }) => file === i), y = LANE * (i + 0.5) + 2, bar = own.length ? `<path class="c${i + 1}" d="M${x(meanOf(own)) - 1.5} ${y - 5}h3v10h-3z"/>` : "";
+    const own = touches.filter(({ file }) => file === i), y = LANE * (i + 0.5) + 2, bar = own.length ? box(x(meanOf(own)) - 1.5, y - 5, 3, 10, `c${i + 1}`) : "";
     return own.map(({ ratio }) => shape(i, x(ratio), y)).join("") + bar;
   });
-  return `<svg width="${wide}" height="${high}" aria-hidden="true"><path class="fband" d="M${edge} 0H${wide - edge}V${high}H${edge}z"/><path class="grid0" d="M${wide / 2} 0V${high}"/>${lanes.join("")}</svg>`;
+  return `<svg width="${wide}" height="${high}" aria-hidden="true">${box(edge, 0, wide - 2 * edge, high, "fband")}${ruler(wide / 2, 0, wide / 2, high, "past")}${lanes.join("")}</svg>`;
 }
 
 function axis(size) {

@@ -6,7 +6,6 @@ export class Device {
   constructor(say) {
     this.say = say;
     $("openset").onclick = () => this.open();
-    $("centre").onclick = () => say({ do: "centre" });
   }
 
   // One line while all is well; it opens at a warning.
@@ -24,17 +23,12 @@ export class Device {
   }
 
   open() {
-    this.pickers = this.options.map(([name, { value, allowed, title }]) => {
-      const options = allowed.map((one) => make("option", { textContent: one, selected: one === value }));
-      return { name, value, allowed, title, select: make("select", {}, ...options) };
+    const { options } = this, selects = options.map(([, { value, allowed }]) => make("select", {}, ...allowed.map((one) => new Option(one, one, false, one === value))));
+    $("options").replaceChildren(...options.map(([, { title }], i) => make("label", {}, `${title} `, selects[i])));
+    ask($("set"), () => {
+      const changed = options.map(([name, { allowed }], i) => [name, allowed[selects[i].selectedIndex]]).filter(([, now], i) => now !== options[i][1].value);
+      if (changed.length) this.say({ do: "device", ...Object.fromEntries(changed) });
     });
-    $("options").replaceChildren(...this.pickers.map(({ title, select }) => make("label", {}, `${title} `, select)));
-    ask($("set"), () => this.send());
-  }
-
-  send() {
-    const changed = this.pickers.map(({ name, value, allowed, select }) => [name, allowed[select.selectedIndex], value]).filter(([, now, before]) => now !== before);
-    if (changed.length) this.say({ do: "device", ...Object.fromEntries(changed.map(([name, now]) => [name, now])) });
   }
 }
 

@@ -22,13 +22,6 @@ export function make(tag, properties = {}, ...children) {
   return element;
 }
 
-export function drawn(tag, attributes, ...children) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
-}
-
 // Makes these elements the children of a place. Those that stay, in the same order, are not touched, so that the focus stays.
 export function arrange(place, children) {
   const stay = new Set(children);

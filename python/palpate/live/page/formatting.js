@@ -36,12 +36,12 @@ function powered(value, last) {
   return value === 0 || digits < 0 ? "0" : value.toExponential(Math.min(digits, DOUBLE)).replace("e+", "e");
 }
 
-export const units = { modulus: "MPa", shore: false }; // what moduli are shown in, and whether Shore A is beside them
+export const settings = { unit: "MPa" }; // by the names of the dialog
 
 // A text with moduli in MPa, in the unit that is set: with the same digits.
 export function inUnit(text) {
-  if (units.modulus === "MPa") return String(text);
-  return String(text).replace(/\d+(\.\d+)?(e-?\d+)?/g, (mega) => (1000 * mega).toFixed(Math.max(0, places(mega) - 3))).replaceAll("MPa", units.modulus);
+  if (settings.unit === "MPa") return String(text);
+  return String(text).replace(/\d+(\.\d+)?(e-?\d+)?/g, (mega) => (1000 * mega).toFixed(Math.max(0, places(mega) - 3))).replaceAll("MPa", settings.unit);
 }
 
 // Shore A of a rubber with this modulus, MPa; null outside 1 to 95. The rule of palpate.shore_a_of_modulus.
@@ -53,7 +53,7 @@ export function shoreA(modulus) {
 // A modulus in parts: its value and its interval, or only what is known of it; and its Shore hardness, if that is wanted.
 export function modulusOf(modulus) {
   if (!modulus) return { value: "–", interval: "", unit: "", shore: "" };
-  const more = modulus.extrapolated ? ", beyond the calibration" : "", text = inUnit(modulus.text), hardness = units.shore && shoreA(modulus.value_MPa);
+  const more = modulus.extrapolated ? ", beyond the calibration" : "", text = inUnit(modulus.text), hardness = settings.shore === "on" && shoreA(modulus.value_MPa);
   const [, value, unit, interval] = text.match(/^(.*) ([kM]Pa) \((.*)\)$/) ?? [];
   const shore = hardness ? `${hardness.toFixed(0)} A` : "";
   return value ? { value, interval: `${interval} ${unit}`, unit, more, shore } : { value: "–", interval: text, unit: "", more, shore };

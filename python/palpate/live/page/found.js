@@ -1,11 +1,11 @@
 // The touches of a file that are found: list, dots, statistics, and what is saved and named, are always these.
 
-import { lineOf } from "./charts/trend.js";
 import { $, fill, make, put } from "./dom.js";
 import { clock, grouped, number, plusMinus } from "./formatting.js";
 import { remarkOf, save } from "./table.js";
 
 const MOST = 4000, HOUR_S = 3600;
+const RATIO = /^(\d+(?:[.,]\d+)?)\s*[-–]\s*(\d+(?:[.,]\d+)?)$|^>\s*(\d+(?:[.,]\d+)?)$|^<\s*(\d+(?:[.,]\d+)?)$/;
 const CHIPS = { "left out": ({ kept }) => !kept, flagged: ({ flags }) => flags.length > 0, "no name": ({ specimen }) => !specimen };
 
 export class Found {
@@ -47,7 +47,7 @@ export class Found {
     const file = hello.kind === "file", counts = Object.entries(CHIPS).map(([word, holds]) => [word, touches.rows.filter(holds).length]);
     if (!["hello", "touches", "events"].includes(type)) return;
     for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
-    if (!file) return void (this.known.found = this.known.used = undefined);
+    if (!file) return void (this.known.found = undefined);
     $("naming").hidden = !hello.file.amendable;
     fill($("names"), session.specimens, () => session.specimens.map(({ name }) => make("option", { value: name })));
     fill($("chips"), counts, () => counts.map(([word, count]) => make("button", { type: "button", textContent: `${word} ${grouped(count)}`, disabled: !count, onclick: () => this.look([...this.words, word]) })));
@@ -57,15 +57,16 @@ export class Found {
   show() {
     this.select();
     this.screen.tell("found");
-    this.charts.redraw("time", "touch");
+    this.charts.redraw("time");
   }
 
   select() {
     const { known } = this, all = known.touches.rows, tests = this.words.map((word) => this.condition(word.toLowerCase()));
     known.found = all.filter((one) => tests.every((holds) => holds(one)));
-    const count = known.found.length, used = (known.used = known.found.filter(({ kept, ratio }) => kept && ratio !== null)), lines = statistics(used);
+    const count = known.found.length, used = known.found.filter(({ kept, ratio }) => kept && ratio !== null), lines = statistics(used);
     put($("foundcount").firstChild, grouped(count));
-    put($("foundcount").children[1], ` of ${grouped(all.length)} found · ${grouped(used.length)} count`);
+    const wrong = this.words.find((word) => /^[<>]/.test(word) && !RATIO.test(word));
+    put($("foundcount").children[1], wrong ? ` found. Got ${wrong}, allowed: a ratio, as >8 or <4.4` : ` of ${grouped(all.length)} found · ${grouped(used.length)} count`);
     put("savefound", `Save ${grouped(count)} as CSV`);
     put($("naming").lastChild, `Name ${grouped(count)}`);
     $("savefound").disabled = $("naming").lastChild.disabled = !count;
@@ -95,7 +96,7 @@ export class Found {
     const named = ({ specimen }) => specimen?.toLowerCase() === word;
     if (this.known.touches.rows.some(named)) return named;
     const [from, to] = this.times(word), value = (text, other) => (text ? Number(text.replace(",", ".")) : other);
-    const [range, low, high, above, below] = word.match(/^(\d+(?:[.,]\d+)?)[-–](\d+(?:[.,]\d+)?)$|^>\s*(\d+(?:[.,]\d+)?)$|^<\s*(\d+(?:[.,]\d+)?)$/) ?? [];
+    const [range, low, high, above, below] = word.match(RATIO) ?? [];
     if (to >= from) return ({ start_s: t }) => t - this.origin >= from && t - this.origin <= to;
     if (range) return ({ ratio }) => ratio !== null && ratio >= value(low ?? above, -Infinity) && ratio <= value(high ?? below, Infinity);
     if (/^#\d+$/.test(word)) return ({ number: n }) => `#${n}` === word;
@@ -111,8 +112,8 @@ export class Found {
   }
 
   go(text) {
-    const t = this.seconds(text) + this.origin, touch = this.charts.tale.touchAt(t);
-    if (Number.isNaN(t)) return this.answer(`Go to: got ${text}, allowed: a time, as 3:41:41, 41:41 or 41.5`, true);
+    const t = this.seconds(text) + this.origin, touch = this.charts.tale.touchAt(t), { end } = this.charts.window;
+    if (!(t <= end)) return this.answer(`Go to: got ${text}, allowed: a time up to ${clock(end - this.origin)}, as 3:41:41, 41:41 or 41.5`, true);
     $("time").blur();
     if (touch) this.charts.choose(touch.number);
     this.charts.window.around({ start_s: t, end_s: t });
@@ -125,11 +126,15 @@ export class Found {
   }
 }
 
+// Of two touches or more: mean, standard deviation, and rise in an hour with its error, if three or more have one.
 function statistics(touches) {
-  const line = lineOf(touches);
-  if (!line) return touches.slice(0, 1).map(({ ratio, uncertainty }) => ["Ratio", plusMinus(ratio, uncertainty).join(" ")]);
-  const { mean, rise, spread, error } = line, hourly = (100 * HOUR_S) / Math.abs(mean), [slope, sure] = plusMinus(rise * hourly, error * hourly);
-  const trend = `${slope.startsWith("-") ? slope.replace("-", "−") : `+${slope}`} ${sure} % an hour${Math.abs(rise) > 2 * error ? "" : ": no trend"}`;
-  const known = [["Mean", plusMinus(mean, spread / Math.sqrt(touches.length)).join(" ")], ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`]];
-  return Number.isFinite(error) ? [...known, ["Slope", trend]] : known;
+  const n = touches.length, sum = (value) => touches.reduce((all, one) => all + value(one), 0);
+  if (n < 2) return touches.map(({ ratio, uncertainty }) => ["Ratio", plusMinus(ratio, uncertainty).join(" ")]);
+  const mean = sum(({ ratio }) => ratio) / n, middle = sum(({ start_s: t }) => t) / n, square = sum(({ start_s: t }) => (t - middle) ** 2);
+  const spread = Math.sqrt(sum(({ ratio }) => (ratio - mean) ** 2) / (n - 1)), rise = sum(({ start_s: t, ratio }) => (t - middle) * (ratio - mean)) / square;
+  const error = Math.sqrt(sum(({ start_s: t, ratio }) => (ratio - mean - rise * (t - middle)) ** 2) / (n - 2) / square);
+  const hourly = (100 * HOUR_S) / Math.abs(mean), [slope, sure] = plusMinus(rise * hourly, error * hourly);
+  const known = [["Mean", plusMinus(mean, spread / Math.sqrt(n)).join(" ")], ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`]];
+  if (Number.isFinite(error)) known.push(["Slope", `${rise < 0 ? slope.replace("-", "−") : `+${slope}`} ${sure} % an hour${Math.abs(rise) > 2 * error ? "" : ": no trend"}`]);
+  return known;
 }

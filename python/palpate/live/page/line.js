@@ -14,7 +14,7 @@ export class Line {
   }
 
   tell(type, known) {
-    if (type === "state" || type === "hello") this.show(known);
+    if (["state", "hello", "looking"].includes(type)) this.show(known);
     if (type === "state") put("announced", known.state.announce ?? "");
   }
 
@@ -24,7 +24,9 @@ export class Line {
     put($("says").children[0], title ? (glyph ?? GLYPHS[what] ?? GLYPHS[level]) + title : "");
     fill($("says").children[1], text, () => text.split("`").map((part, i) => (i % 2 ? make("code", { textContent: part }) : part)));
     $("says").title = text;
-    const { hello, state } = known;
+    const { hello, state, looking } = known;
+    document.body.classList.toggle("looking", Boolean(looking));
+    put($("pause").firstChild, looking ? "Live " : "Pause ");
     put("since", what === "demo" ? `round ${hello.measurement}` : since && what !== "finished" ? `for ${clock(since)}` : "");
     $("understood").hidden = this.down || what !== "slow";
     put("alarm", level === "fault" ? `${title} ${text}` : "");
@@ -45,7 +47,6 @@ export class Line {
   answer(text, bad = false) {
     put("answer", text);
     $("answer").dataset.bad = bad ? "yes" : "no";
-    $("answer").dataset.on = text ? "yes" : "no";
     if (!$("files")?.open) put("announced", text);
     else put("filesays", text);
     clearTimeout(this.waiting);

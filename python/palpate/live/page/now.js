@@ -1,10 +1,9 @@
 // Now: the word, how far the touch is, the number, and what is touched next.
 
 import { $, fill, make, put } from "./dom.js";
-import { clock, grouped, inUnit, modulusOf, plusMinus, signed, units } from "./formatting.js";
+import { clock, grouped, inUnit, modulusOf, plusMinus, settings, signed } from "./formatting.js";
 import { outcome } from "./session.js";
 
-const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
 const NEAR_S = 0.5; // between the clocks of the simulated hand and of the samples
 const SLOTS = 8; // more touches of a specimen are only counted
@@ -12,7 +11,6 @@ const NO_TOUCH = { number: "–", unit: "", pm: "", range: "no touch is measured
 
 export class Now {
   tell(type, known) {
-    if (!HEARD.includes(type)) return;
     const { length } = known.touches.rows, file = known.found && length > 0 && { tone: "idle", share: null, word: grouped(known.chosen ?? length), sub: known.chosen ? `of ${grouped(length)}, at ${clock(known.touches.rows[known.chosen - 1].start_s - known.hello.origin_s)}` : "touches" };
     this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : file || known.state.now);
     this.showNumbers(known);
@@ -48,7 +46,7 @@ export class Now {
     if (truth && !session.next) return this.showTruth(truth, one, hello);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     const small = next
-      ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${inUnit(next.modulus)} ${units.modulus}` : ""].filter(Boolean).join(" · ")
+      ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${inUnit(next.modulus)} ${settings.unit}` : ""].filter(Boolean).join(" · ")
       : file ? `${all - kept} of them left out` : "specimens are not named";
     const large = next?.name ?? (file ? `${all} ${all === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";

@@ -2,7 +2,6 @@
 
 import { Calibrating } from "./calibration.js";
 import { FitPlot } from "./charts/fitplot.js";
-import { Spectrum } from "./charts/spectrum.js";
 import { Connection } from "./connection.js";
 import { Compare } from "./compare.js";
 import { Device } from "./device.js";
@@ -17,7 +16,7 @@ import { Store } from "./store.js";
 import { merged } from "./table.js";
 
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["view", "noise", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
+const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
@@ -25,7 +24,7 @@ const connection = new Connection({
   down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
   frame: (buffer) => {
     store.take(buffer);
-    screen.charts.frame();
+    charts.frame();
   },
   text: hear,
 });
@@ -33,10 +32,10 @@ const marks = new Marks(say), session = new Session(say), plan = new Plan(say);
 const screen = new Screen(store, {
   say: (message) => connection.say(message),
   change: say,
-  others: { fitplot: FitPlot, spectrum: Spectrum },
-  acts: { next: () => (compare.open ? compare : known.found ? { next: () => found.step(1) } : session).next(), before: () => known.found && found.step(-1), find: () => focus("find"), go: () => focus("time"), close, refuse },
+  acts: { next: () => (compare.open ? compare.next() : known.found ? found.step(1) : session.next()), close, refuse },
 });
-const { known, line } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
+const { known, line, charts } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
+charts.fitplot = new FitPlot($("fitplot"), charts);
 screen.parts.unshift(found, compare);
 screen.parts.push(session, plan, marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
 
@@ -45,7 +44,7 @@ const ANSWERS = {
     known.forced &&= message.do !== "tare anyway";
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
-    if (message.do === "cut") screen.charts.cursors.tell(message.message);
+    if (message.do === "cut") charts.cursors.tell(message.message);
     if (message.do === "compare") compare.show(message);
     if (message.do === "plan") plan.answered(message.message, true);
     if (message.do === "read list" && message.lines) plan.read(message.lines);
@@ -62,7 +61,6 @@ function hear(message) {
   const { type } = message;
   ANSWERS[type]?.(message);
   if (KEPT.includes(type)) screen.hear(type, type === "touches" ? merged(known.touches.rows, message) : message);
-  else screen.charts.tell(type, message);
 }
 
 function say(message) {
@@ -90,27 +88,18 @@ function link(down) {
 // What can be done now.
 function enable(type) {
   if (type !== "state" && type !== "hello") return;
-  const up = !line.down, file = known.hello.kind === "file", ended = known.state.state === "ended";
-  const measuring = up && !file && !ended;
-  document.body.classList.toggle("file", file);
-  document.body.classList.toggle("calibrated", Boolean(known.hello.calibrated));
-  $("tare").hidden = ended || file;
-  for (const id of ["mark", "pause", "record"]) $(id).hidden = file;
-  $("progress").hidden = !known.state.progress;
-  put($("progress").firstChild, known.state.progress ?? "");
-  $("again").hidden = !ended || file;
-  $("again").disabled = !up;
-  known.forced &&= known.state.state !== "no contact";
-  const anyway = known.forced || ["endless", "touched"].includes(known.state.line?.what), { tone, word } = known.state.now ?? {};
+  const { hello, state } = known, { simulation } = hello, up = !line.down, ended = state.state === "ended", { tone, word } = state.now ?? {};
+  const file = hello.kind === "file", demo = Boolean(simulation?.demo), idle = !up || file || ended;
+  known.forced &&= state.state !== "no contact";
+  const anyway = known.forced || ["endless", "touched"].includes(state.line?.what);
+  const hidden = { tare: ended || file, again: !ended || file, mark: file, pause: file, record: file, discard: file || demo, calibrate: file || demo, openplan: demo, simulated: !simulation, progress: !state.progress };
+  const disabled = { tare: idle || (!anyway && tone === "fault" && word !== "Tare"), again: !up, mark: idle, record: idle && !(up && state.recording) };
+  for (const [name, on] of Object.entries({ file, demo, calibrated: Boolean(hello.calibrated) })) document.body.classList.toggle(name, on);
+  for (const [id, is] of Object.entries(hidden)) $(id).hidden = is;
+  for (const [id, is] of Object.entries(disabled)) $(id).disabled = is;
+  $("tare").dataset.do = anyway ? "tare anyway" : "tare";
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
-  $("tare").disabled = !measuring || (!anyway && tone === "fault" && word !== "Tare");
-  $("mark").disabled = $("record").disabled = !measuring;
-  if (known.state.recording && up) $("record").disabled = false;
-  const { hello, state } = known, { simulation } = hello, demo = Boolean(simulation?.demo);
-  $("simulated").hidden = !simulation;
-  document.body.classList.toggle("demo", demo);
-  for (const id of ["calibrate", "discard"]) $(id).hidden = file || demo;
-  $("openplan").hidden = demo;
+  put($("progress").firstChild, state.progress ?? "");
   const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene];
   put("source", [...what, state.recording?.name].filter(Boolean).join(" · "));
 }
@@ -122,20 +111,12 @@ function close() {
   screen.close();
 }
 
-function focus(id) {
-  if (known.found) $(id).select();
-}
-
 function menu(open) {
   document.body.classList.toggle("menu", open);
   $("more").ariaExpanded = String(open);
 }
 
 for (const button of document.querySelectorAll("[data-press]")) button.onclick = () => $(button.dataset.press).click();
-$("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
-$("stopreport").onclick = () => say({ do: "stop report" });
-$("again").onclick = () => say({ do: "again" });
-$("understood").onclick = () => say({ do: "understood" });
+for (const button of document.querySelectorAll("[data-do]")) button.onclick = () => say({ do: button.dataset.do });
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);
-$("closenoise").onclick = () => screen.charts.key("spectrum");

@@ -1,7 +1,7 @@
 // What this browser remembers: the settings, and what was typed and is not sent yet.
 
 import { $, ask, put } from "./dom.js";
-import { units } from "./formatting.js";
+import { settings } from "./formatting.js";
 
 // In a frame, a browser may forbid storage: then it holds until the page is closed.
 export function storage() {
@@ -12,15 +12,14 @@ export function storage() {
   }
 }
 
-export const settings = {}; // name in the dialog -> value
-
 export class Settings {
+  form = $("settings").firstElementChild;
+  system = matchMedia("(prefers-color-scheme: dark)");
+
   // changed(): shows the page again; memory: where the settings are kept, if they are
   constructor(changed, memory = storage()) {
     this.changed = changed;
-    this.form = $("settings").firstElementChild;
     for (const { name } of this.form.elements) if (name in memory) this.form.elements[name].value = memory[name];
-    this.system = matchMedia("(prefers-color-scheme: dark)");
     this.system.onchange = () => this.apply();
     this.form.oninput = ({ target: { name, value } }) => {
       memory[name] = value;
@@ -32,7 +31,6 @@ export class Settings {
 
   apply() {
     Object.assign(settings, Object.fromEntries(new FormData(this.form)));
-    Object.assign(units, { modulus: settings.unit, shore: settings.shore === "on" });
     const dark = settings.theme === "system" ? this.system.matches : settings.theme === "dark";
     document.documentElement.dataset.theme = dark ? "dark" : "light";
     document.body.classList.toggle("keyless", settings.keys === "off");
@@ -67,16 +65,10 @@ export class Signals {
   }
 
   give(tone) {
-    this.flash();
-    document.body.dataset.signals = Number(document.body.dataset.signals ?? 0) + 1;
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // at the edge: the word is read meanwhile
+    $("state").animate({ outline: ["8px solid var(--ink)", "0 solid"], outlineOffset: "-8px", easing: "steps(2, jump-none)" }, { duration: calm ? 700 : 280, iterations: calm ? 1 : 2 });
     if (this.audio?.state !== "running") return;
     TONES[tone].forEach((hz, i) => this.sound(hz, this.audio.currentTime + i * LENGTH_S * 1.2));
-  }
-
-  flash() {
-    $("state").classList.remove("flash");
-    void $("state").offsetWidth; // begins the animation again
-    $("state").classList.add("flash");
   }
 
   sound(hz, from) {

@@ -1,8 +1,7 @@
 // Record, always there; the names of recordings; all downloads in one place.
 
 import { $, ask, fill, make, put } from "./dom.js";
-import { clock, grouped } from "./formatting.js";
-import { settings } from "./preferences.js";
+import { clock, grouped, settings } from "./formatting.js";
 import { asText, save } from "./table.js";
 
 const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
@@ -10,25 +9,24 @@ const KINDS = { recording: "samples", settings: "settings, marks and notes", cal
 export class Record {
   constructor(say) {
     this.say = say;
-    $("record").onclick = () => this.toggle();
+    $("record").onclick = () => say(this.known.state.recording ? { do: "stop" } : { do: "record", ...(this.typed && { name: this.typed }) });
     $("openfiles").onclick = () => ask($("files"));
     $("proposed").oninput = () => (this.typed = $("proposed").value.trim());
-    $("report").onclick = () => say({ do: "report" });
-    $("settings").addEventListener("close", () => this.settle());
+    $("settings").addEventListener("close", () => this.settle(true));
     $("copy").onclick = () => this.copy();
     $("csv").onclick = () => save(this.known.touches.rows, "touches.csv");
   }
 
   tell(type, known) {
     this.known = known;
-    if (type === "hello" && isSet()) this.settle();
+    if (type === "hello") this.settle(false);
     if (type === "state" || type === "hello") this.show(known);
   }
 
-  // A report has the settings of the page that changed them last.
-  settle() {
+  // A report has the settings of the page that changed them last; a page without any of its own leaves them as they are.
+  settle(changed) {
     const { unit, shore, probe, site, operator } = settings;
-    this.say({ do: "settings", unit, shore: shore === "on", probe, site, operator });
+    if (changed || unit !== "MPa" || shore === "on" || probe || site || operator) this.say({ do: "settings", unit, shore: shore === "on", probe, site, operator });
   }
 
   show({ hello, state, offline }) {
@@ -46,26 +44,15 @@ export class Record {
     fill($("downloads"), files, () => (files.length ? files.map(download) : [make("li", { textContent: "Nothing is recorded yet." })]));
   }
 
-  toggle() {
-    if (this.known.state.recording) this.say({ do: "stop" });
-    else this.say(this.typed ? { do: "record", name: this.typed } : { do: "record" });
-  }
-
   async copy() {
-    const text = asText(this.known.touches.rows, "\t");
+    const { rows } = this.known.touches;
     try {
-      await navigator.clipboard.writeText(text);
+      await navigator.clipboard.writeText(asText(rows, "\t"));
+      put("filesays", `${rows.length} touches are copied.`);
     } catch {
-      return put("filesays", "The browser does not allow to copy here: save the table as CSV.");
+      put("filesays", "The browser does not allow to copy here: save the table as CSV.");
     }
-    put("filesays", `${this.known.touches.rows.length} touches are copied.`);
   }
-}
-
-// Whether this page has settings of its own: another one, without, leaves them as they are.
-function isSet() {
-  const { unit, shore, probe, site, operator } = settings;
-  return unit !== "MPa" || shore === "on" || Boolean(probe || site || operator);
 }
 
 function download({ name, kind }) {

@@ -2,23 +2,24 @@
 
 import { Charts } from "./charts/charts.js";
 import { $, ask, make } from "./dom.js";
+import { settings } from "./formatting.js";
 import { Line } from "./line.js";
 import { Now } from "./now.js";
-import { Settings, settings } from "./preferences.js";
+import { Settings } from "./preferences.js";
 import { Table } from "./table.js";
 
 const NOTHING = {
-  touches: { rows: [] }, events: { marks: [], tares: [], gaps: [], flags: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null,
+  touches: { rows: [] }, events: { marks: [], tares: [], gaps: [], flags: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null, looking: null,
 };
 
 export class Screen {
-  // store: Store; say(message): to the server; change: the same for the table, null if nothing can be changed; others: further
-  // charts, name -> class; acts, more: of Keys; memory: of Settings
-  constructor(store, { say, change = null, others = {}, acts = {}, more = [], memory }) {
-    this.known = { hello: {}, state: {}, looking: null, ...NOTHING };
+  // store: Store; say(message): to the server; change: the same for the table, null if nothing can be changed; acts, more: of Keys;
+  // memory: of Settings
+  constructor(store, { say, change = null, acts = {}, more = [], memory }) {
+    this.known = { hello: {}, state: {}, ...NOTHING };
     this.store = store;
     this.line = new Line();
-    this.charts = new Charts(store, this.known, say, others);
+    this.charts = new Charts(store, this.known, say, (kind) => this.tell(kind));
     this.parts = [this.line, new Now(), new Table(change, (touch) => this.charts.choose(touch))];
     const key = (name) => this.charts.key(name), pause = () => $("pause").hidden || key(this.known.looking ? "live" : "pause");
     new Settings(() => this.dress(), memory);
@@ -27,20 +28,18 @@ export class Screen {
     for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => key(button.dataset.key);
     addEventListener("resize", () => this.charts.dress());
     globalThis.palpate = this; // for the console: the numbers that are shown
-    document.addEventListener("looking", () => this.look(this.charts.window.back));
-    document.addEventListener("chosen", () => this.tell("chosen"));
   }
 
   // Takes a message of this kind: all parts show it. A hello of another measurement ends all that was known of the one before.
   hear(kind, message) {
     if (kind === "hello" && isOther(message, this.known.hello)) {
       Object.assign(this.known, NOTHING, { state: { ...this.known.state, end_s: null } });
-      this.store.clear();
+      this.store.used = 0;
       this.charts.clear(message.kind === "file");
     }
     this.known[kind] = message;
     this.tell(kind);
-    this.charts.tell(kind, message);
+    this.charts.show(kind);
   }
 
   // Shows all again, after a change of the settings.
@@ -51,13 +50,6 @@ export class Screen {
 
   tell(kind) {
     for (const part of this.parts) part.tell(kind, this.known);
-  }
-
-  look(looking) {
-    this.known.looking = looking;
-    document.body.classList.toggle("looking", Boolean(looking));
-    $("pause").firstChild.textContent = looking ? "Live " : "Pause ";
-    this.line.show(this.known);
   }
 
   close() {
@@ -78,19 +70,20 @@ class Keys {
   // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts; more: keys of
   // this page alone. A key without an action, or whose button the page lacks, is none.
   constructor(acts, chart, more = []) {
-    const press = (id) => $(id) && (() => $(id).hidden || ($(id).disabled ? acts.refuse?.($(id)) : $(id).click()));
+    const go = (element) => (element.disabled ? acts.refuse?.(element) : element.matches("input") ? element.select() : element.click());
+    const press = (id) => $(id) && (() => $(id).closest("[hidden]") || go($(id)));
     const give = (name) => () => chart(name);
     this.keys = [
       ["T", "t", "Tare: measure the baseline", press("tare")], ["M", "m", "Mark this moment; its text may come later", press("mark")],
       ["R", "r", "Record, or end the recording", press("record")], ["D", "d", "Discard the last touch, or keep it", press("discard")],
-      ["N", "n", "Next specimen; in a file the next touch found", acts.next], ["Shift N", "shift n", "The touch before, in a file", acts.before],
-      ["/", "/", "Find touches in a file", acts.find], ["G", "g", "Go to a time of a file", acts.go], ["C", "c", "Recordings beside each other", press("opencompare")], ["P", "p", "Specimens of the session", press("openplan")],
+      ["N", "n", "Next specimen; in a file the next touch found", acts.next], ["Shift N", "shift n", "The touch before, in a file", press("before")],
+      ["/", "/", "Find touches in a file", press("find")], ["G", "g", "Go to a time of a file", press("time")], ["C", "c", "Recordings beside each other", press("opencompare")], ["P", "p", "Specimens of the session", press("openplan")],
       ["K", "k", "Calibrate, or end it", press("calibrate")], ["F", "f", "Files, and the name of the next recording", press("openfiles")],
       ["Space", " ", "Pause the charts, or back to now", acts.pause], ["L", "l", "Live: back to now", give("live")],
       ["← →", "arrowleft", "Move the window", give("left")], [null, "arrowright", null, give("right")],
       ["+ −", "+", "Zoom in and out", give("in")], [null, "=", null, give("in")], [null, "-", null, give("out")],
       ["0", "0", "The whole measurement", give("all")], ["A B", "a", "Cursors", give("cursor a")], [null, "b", null, give("cursor b")],
-      ["S", "s", "Noise and its spectrum", press("opennoise")], [",", ",", "Settings: units, these keys, tone, colours, report", press("opensettings")],
+      ["S", "s", "Noise of each channel", press("noise")], [",", ",", "Settings: units, these keys, tone, colours, report", press("opensettings")],
       ["?", "?", "These keys", press("help")],
       ["Esc", "escape", "Close what is open; no cursors", acts.close],
       ...more.map(([shown, words, id]) => [shown, shown.toLowerCase(), words, press(id)]),

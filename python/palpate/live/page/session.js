@@ -1,17 +1,20 @@
 // The session: how far each specimen is, the next one, and the last touch: left out or kept.
 
-import { $, aligned, ask, drawn, make, put } from "./dom.js";
-import { inUnit, places } from "./formatting.js";
-import { settings, storage } from "./preferences.js";
+import { box, dot, escaped, label, ruler } from "./charts/svg.js";
+import { $, aligned, ask, make, put } from "./dom.js";
+import { inUnit, places, settings } from "./formatting.js";
+import { storage } from "./preferences.js";
 
 const REACH = 0.08; // of the mean, at the edge of the small plot
 const WIDE = 124, HIGH = 18;
 
 export class Session {
   constructor(say) {
-    Object.assign(this, { say, known: null });
-    $("discard").onclick = () => this.discard();
-    $("onemore").onclick = () => say({ do: "more" });
+    this.say = say;
+    $("discard").onclick = () => {
+      const { kept, touch } = this.known.session.last;
+      say({ do: kept ? "discard" : "keep", touch });
+    };
     $("unknown").onclick = () => this.next();
     $("specimens").addEventListener("click", (event) => {
       const name = event.target.closest("button")?.textContent;
@@ -41,8 +44,7 @@ export class Session {
     put("sessiontitle", title ?? "");
     put("sessioncount", count?.of ? `${count.kept} of ${count.of} touches` : "");
     const longest = Math.max(0, ...specimens.map(({ modulus }) => places(inUnit(modulus ?? ""))));
-    const scatter = hello.scatter ?? null;
-    $("specimens").replaceChildren(...specimens.map((one) => row(one, session.next?.name, longest, scatter, file)));
+    $("specimens").replaceChildren(...specimens.map((one) => row(one, session.next?.name, longest, hello.scatter, file)));
     const list = $("specimens").closest(".list"), here = $("specimens").querySelector(".here") ?? $("specimens").lastElementChild;
     list.hidden = !specimens.length;
     if (session.next?.name !== this.here) list.scrollTop = (here?.offsetTop ?? 0) - list.clientHeight / 2;
@@ -53,11 +55,6 @@ export class Session {
     put("discard", !last ? "Discard" : !last.kept ? `Keep ${last.touch} after all` : file || !session.next ? `Leave ${last.touch} out` : `Discard ${last.touch}, repeat it`);
     put("leave", !last ? "Leave out" : last.kept ? `Leave ${last.touch} out` : `Keep ${last.touch}`);
     $("leave").disabled = !last;
-  }
-
-  discard() {
-    const last = this.known?.session.last;
-    if (last) this.say({ do: last.kept ? "discard" : "keep", touch: last.touch });
   }
 
   // The specimen behind the next one; behind the last one the first. When all are done: none, for other objects.
@@ -74,27 +71,20 @@ export class Session {
 }
 
 function row({ name, modulus, kept, of, deviations }, here, longest, scatter, file) {
-  const plot = drawn("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": described(name, deviations) }, ...dots(deviations, scatter));
+  const known = deviations.filter(({ deviation }) => deviation !== null);
+  const said = known.map(({ touch, deviation, kept: is }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${is ? "" : ", left out"}`).join("; ") || "no touch";
+  const plot = `<svg viewBox="0 0 ${WIDE} ${HIGH}" role="img" aria-label="${escaped(`${name}: ${said}`)}">${known.length ? dots(known, scatter) : ""}</svg>`;
   const button = make("button", { type: "button", className: "plain", textContent: name, disabled: file, ariaCurrent: name === here ? "true" : null });
   return make("tr", { className: name === here ? "here" : "" },
     make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(inUnit(modulus), longest) : "?"),
-    make("td", { className: "name" }, plot), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
+    make("td", { className: "name", innerHTML: plot }), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
 }
 
-function dots(deviations, scatter) {
+function dots(known, scatter) {
   const x = (d) => WIDE / 2 + (Math.max(-REACH, Math.min(REACH, d)) / REACH) * (WIDE / 2 - 6);
-  const known = deviations.filter(({ deviation }) => deviation !== null).toSorted((a, b) => b.kept - a.kept);
-  if (!known.length) return [];
-  const band = scatter ? [drawn("rect", { x: x(-scatter), y: 2, width: x(scatter) - x(-scatter), height: HIGH - 4, class: "fband" })] : [];
-  const middle = drawn("line", { x1: WIDE / 2, x2: WIDE / 2, y1: 1, y2: HIGH - 1, class: "grid0" });
-  return [...band, middle, ...known.map(({ deviation, kept }) => (kept
-    ? drawn("circle", { cx: x(deviation), cy: HIGH / 2, r: 3, class: "dot" })
-    : drawn("text", { x: x(deviation), y: HIGH / 2 + 4, class: "leftout", "text-anchor": "middle" }, "×")))];
-}
-
-function described(name, deviations) {
-  const known = deviations.filter(({ deviation }) => deviation !== null);
-  return known.length ? `${name}: ${known.map(({ touch, deviation, kept }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${kept ? "" : ", left out"}`).join("; ")}` : `${name}: no touch`;
+  const each = ({ deviation: d, kept }) => (kept ? dot(x(d), HIGH / 2, 3, false, "hard") : label(x(d), HIGH / 2 + 4, "×", "leftout", "middle"));
+  const band = scatter ? box(x(-scatter), 2, x(scatter) - x(-scatter), HIGH - 4, "fband") : "";
+  return band + ruler(WIDE / 2, 1, WIDE / 2, HIGH - 1, "past") + known.toSorted((a, b) => b.kept - a.kept).map(each).join("");
 }
 
 // What a session gave, as the large numbers show it.

@@ -11,35 +11,26 @@ export class Store {
     this.kept = kept;
     this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
     this.columns.flags = new Uint8Array(2 * KEPT);
-    this.view = () => {}; // gets (id, block) of each view that comes
-    this.again = () => {}; // all rows before are no longer valid
-    this.clear();
-  }
-
-  clear() {
     this.used = 0;
-    this.origin = null; // time of the first sample, s
   }
 
-  // Takes a frame from live/feed.py.
+  // Takes a frame from live/feed.py. Rows has set view(id, block), for a view that comes, and again(): all rows before are no longer valid.
   take(buffer) {
     const [version, number, size, kind] = new Uint32Array(buffer, 0, 4);
     if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; reload the page`);
     const block = blockOf(buffer, size);
     if (kind === VIEW) return this.view(number, block);
     if (kind === AGAIN) {
-      this.clear();
+      this.used = 0;
       this.again();
     }
     this.add(block);
   }
 
   add(block) {
-    const kept = Math.min(block.end, this.kept), from = block.end - kept;
-    this.makeRoom(kept);
-    for (const [name, column] of Object.entries(this.columns)) column.set(block[name].subarray(from), this.used);
-    if (this.origin === null && kept) this.origin = this.columns.t[this.used];
-    this.used += kept;
+    this.makeRoom(block.end);
+    for (const [name, column] of Object.entries(this.columns)) column.set(block[name], this.used);
+    this.used += block.end;
   }
 
   makeRoom(size) {

@@ -2,7 +2,7 @@
 // thousands of rows only those in sight are in the document.
 
 import { $, aligned, arrange, make, put } from "./dom.js";
-import { clock, inUnit, modulusOf, places, plusMinus, shoreA, signed, units } from "./formatting.js";
+import { clock, inUnit, modulusOf, places, plusMinus, settings, shoreA, signed } from "./formatting.js";
 import { running, truthOf } from "./now.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
@@ -30,7 +30,7 @@ export class Table {
   show() {
     const { touches, found } = this.known, { together } = touches;
     if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
-    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", units.modulus];
+    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", settings.unit];
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
     this.live ??= make("tr", { className: "live" });
     this.draw();
@@ -90,7 +90,7 @@ export class Table {
   // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
   same(one, chosen) {
     const { session, touches } = this.known, names = chosen && session.specimens.map(({ name }) => name);
-    const of = JSON.stringify([one, units, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
+    const of = JSON.stringify([one, settings, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
     return made?.of === of ? made : Object.assign(this.row(one, chosen), { of });
   }
 
@@ -199,8 +199,8 @@ const columns = () => [
   ["touch", (one) => one.number], ["specimen", (one) => one.specimen ?? ""], ["start_s", (one) => one.start_s], ["end_s", (one) => one.end_s],
   ["samples", (one) => one.samples], ["ratio", (one) => one.ratio], ["standard_error", (one) => one.standard_error],
   ["uncertainty", (one) => one.uncertainty], ["uncertainty_from", (one) => one.uncertainty_from], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
-  ...["modulus", "low", "high"].map((name) => [`${name}_${units.modulus}`, ({ modulus }) => inUnit(modulus?.[name === "modulus" ? "value_MPa" : `${name}_MPa`] ?? "")]),
-  ...(units.shore ? [["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)]] : []),
+  ...["modulus", "low", "high"].map((name) => [`${name}_${settings.unit}`, ({ modulus }) => inUnit(modulus?.[name === "modulus" ? "value_MPa" : `${name}_MPa`] ?? "")]),
+  ...(settings.shore === "on" ? [["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)]] : []),
   ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
   ["remark", (one) => one.why || one.advice.join(". ")],
 ];

@@ -3,40 +3,35 @@
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";
 import { truthOf } from "../now.js";
+import { Intervals } from "./intervals.js";
 import { Looking } from "./looking.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
 import { Tale, fromRows, runningOf } from "./tale.js";
 import { Detail, Overview } from "./timeline.js";
 import { TouchPlot } from "./touch.js";
-import { Trend } from "./trend.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
-const BOTH = ["time", "touch"];
-const DRAWN = { hello: BOTH, touches: BOTH, session: BOTH, events: BOTH, state: ["time"], calibration: ["fitplot"] }; // kind of a message -> charts
+const TOUCH = ["touchplot", "intervals"], ALL = ["time", ...TOUCH];
+const DRAWN = { hello: ALL, touches: ALL, session: ALL, events: ALL, state: ["time"], calibration: ["fitplot"] }; // kind of a message -> charts
 
 export class Charts {
-  // store: Store; known: the newest message of each kind; say(message): to the server; others: further charts, name -> class
-  constructor(store, known, say, others = {}) {
-    Object.assign(this, { store, known, say });
-    this.dirty = new Set();
-    this.tale = new Tale(known);
+  // store: Store; known: the newest message of each kind; say(message): to the server; tell("looking" or "chosen"): to the page
+  constructor(store, known, say, tell) {
+    Object.assign(this, { store, known, tell, dirty: new Set(), tale: new Tale(known) });
     this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
-    this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time"), cut: (from_s, to_s) => this.window.file && say({ do: "cut", from_s, to_s }) });
-    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time"), find: (...span) => this.find(...span) };
-    this.overview = new Overview($("overview"), parts);
-    this.detail = new Detail($("detail"), parts);
-    this.touchplot = new TouchPlot($("touchplot"), this, "touch");
-    this.trend = new Trend($("trend"), this, "touch");
-    this.others = Object.entries(others).map(([name, Other]) => (this[name] = new Other($(name), this, name)));
+    this.cursors = new Cursors($("readout"), this, (from_s, to_s) => this.window.file && say({ do: "cut", from_s, to_s }));
+    this.overview = new Overview($("overview"), this);
+    this.detail = new Detail($("detail"), this);
+    this.touchplot = new TouchPlot($("touchplot"), this);
+    this.intervals = new Intervals($("intervals"), this);
     addEventListener("beforeprint", () => this.paint());
   }
 
-  // A message of the server has come; `known` has it, if it is kept.
-  tell(type, message) {
-    for (const part of this.others) part[`tell_${type}`]?.(message);
+  // `known` has another message of this kind.
+  show(type) {
     this.follow();
     this.redraw(...(DRAWN[type] ?? []));
   }
@@ -54,7 +49,7 @@ export class Charts {
     this.redraw("time");
     this.later ??= setTimeout(() => {
       this.later = null;
-      this.redraw("touch");
+      this.redraw(...TOUCH);
     }, TOUCH_MS);
   }
 
@@ -70,7 +65,7 @@ export class Charts {
   dress() {
     this.overview.dress();
     this.detail.dress();
-    this.redraw("time", "touch", "fitplot", "spectrum");
+    this.redraw(...ALL, "fitplot");
   }
 
   // Shows a touch; null: the running or the newest one. The window of a file goes to it.
@@ -78,8 +73,8 @@ export class Charts {
     this.known.chosen = number;
     const touch = this.window.file && this.tale.touches[number - 1];
     if (touch) this.window.around(touch);
-    document.dispatchEvent(new CustomEvent("chosen"));
-    this.redraw("touch");
+    this.tell("chosen");
+    this.redraw("touchplot");
   }
 
   key(name) {
@@ -90,7 +85,6 @@ export class Charts {
       "all": () => looking.live(Infinity), "pause": () => looking.pause(),
       "live": () => { cursors.clear(); this.choose(null); looking.now(); },
       "cursor a": () => this.put(0), "cursor b": () => this.put(1), "clear": () => cursors.clear(),
-      "spectrum": () => this.spectrum?.toggle(),
     }[name];
     act?.();
   }
@@ -116,13 +110,14 @@ export class Charts {
     if (start >= this.rows.extent.held && this.store.used) return fromRows(this.store.block, start, end);
     this.rows.once(`touch ${number}`, start, end, (block) => {
       courses.set(number, fromRows(block, start, end));
-      this.redraw("touch");
+      this.redraw("touchplot");
     });
     return [];
   }
 
   moved() {
-    document.dispatchEvent(new CustomEvent("looking"));
+    this.known.looking = this.window.back;
+    this.tell("looking");
     this.redraw("time");
   }
 
@@ -133,10 +128,9 @@ export class Charts {
   }
 
   paint() {
-    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.trend.draw(); } };
     const dirty = [...this.dirty];
     this.dirty.clear();
-    for (const part of dirty) (all[part] ?? (() => this[part]?.draw()))();
+    for (const part of dirty) if (part === "time") this.paintTime(); else this[part]?.draw();
   }
 
   paintTime() {

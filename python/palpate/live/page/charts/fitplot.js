@@ -1,9 +1,9 @@
 // Calibration: ratio against modulus with eq. (2), and below it the distance of each touch from it, on one logarithmic axis.
 
-import { inUnit, number, signed, units } from "../formatting.js";
+import { inUnit, number, settings, signed } from "../formatting.js";
 import { decades, placed, stepOf, ticks } from "./axes.js";
 import { unit } from "./sheet.js";
-import { SvgChart, area, clipped, escaped, label, line, measure, ruler } from "./svg.js";
+import { SvgChart, area, clipped, dot, label, line, measure, ruler } from "./svg.js";
 
 const NEAR = 12; // pixels
 
@@ -35,8 +35,8 @@ export class FitPlot extends SvgChart {
     const parts = decades(from, to, [1, 3]).map((modulus) => ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, inUnit(Number(modulus.toPrecision(1))), "", "middle"));
     for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
     const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
-    for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
-    const both = "above: ratio · below: distance from the curve, %", axis = `modulus, ${units.modulus}`, room = measure(both, k) + measure(axis, k) + 10 < right - left;
+    for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "past") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
+    const both = "above: ratio · below: distance from the curve, %", axis = `modulus, ${settings.unit}`, room = measure(both, k) + measure(axis, k) + 10 < right - left;
     parts.push(label(right, foot + 31 * k, axis, "", "end") + label(left, foot + 31 * k, room ? both : "below: distance, %"));
     return parts.join("");
   }
@@ -49,7 +49,7 @@ export class FitPlot extends SvgChart {
       parts.push(clipped(left, top, right - left, split - top, area(points(high), points(under), "fband") + line(points(ratio), "ratio")));
       parts.push(clipped(left, low, right - left, foot - low, area(spread(high), spread(under), "fband")));
     }
-    if (rigid) parts.push(ruler(left, y(rigid.value), right, y(rigid.value), "dash") + label(left + 4, y(rigid.value) + 14 * k, `rigid object: ${number(rigid.value, rigid.error)}${rigid.error ? ` ± ${number(rigid.error, rigid.error)}` : ""}`));
+    if (rigid) parts.push(ruler(left, y(rigid.value), right, y(rigid.value), "quiet", { dash: "5 4" }) + label(left + 4, y(rigid.value) + 14 * k, `rigid object: ${number(rigid.value, rigid.error)}${rigid.error ? ` ± ${number(rigid.error, rigid.error)}` : ""}`));
     return parts.join("");
   }
 
@@ -58,7 +58,7 @@ export class FitPlot extends SvgChart {
     const drawn = points.map((point, i) => {
       const places = [y(point.ratio), ...(away[i] === null ? [] : [z(away[i])])], px = x(point.modulus), now = point.touch === newest;
       places.forEach((py) => this.dots.push({ x: px, y: py, point, away: away[i] }));
-      return places.map((py) => (point.kept ? `<circle cx="${px.toFixed(1)}" cy="${py.toFixed(1)}" r="${((now ? 5 : 2.8) * k).toFixed(1)}" class="${now ? "newest" : "dot"}"><title>${escaped(`touch ${point.touch}`)}</title></circle>` : label(px, py + 4 * k, "×", "leftout", "middle"))).join("");
+      return places.map((py) => (point.kept ? dot(px, py, (now ? 5 : 2.8) * k, now, "hard", `touch ${point.touch}`) : label(px, py + 4 * k, "×", "leftout", "middle"))).join("");
     });
     const specimens = [...new Map(points.map(({ specimen, modulus }) => [specimen, modulus]))].filter(([name]) => name);
     const wanted = specimens.map(([text, modulus]) => ({ text, width: measure(text, k), height: 13 * k, places: [[Math.min(right - measure(text, k), Math.max(left, x(modulus) - measure(text, k) / 2)), split + 9 * k]] }));
@@ -73,7 +73,7 @@ export class FitPlot extends SvgChart {
 
   at(px, py) {
     const found = this.dots.map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
-    if (!found || found.far > NEAR) return null;
+    if (!(found?.far <= NEAR)) return null;
     const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from the curve`;
     return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, inUnit(`${number(modulus)} MPa`), `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };
   }

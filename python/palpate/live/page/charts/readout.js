@@ -6,7 +6,6 @@ import { clock, number, signed } from "../formatting.js";
 export class Hover {
   constructor(place) {
     this.place = place;
-    place.classList.add("plot");
     const ariaHidden = "true"; // the numbers are in the table, and in the cursors' read-out
     this.hair = place.appendChild(make("i", { className: "hair", ariaHidden }));
     this.tip = place.appendChild(make("p", { className: "tip", ariaHidden }));
@@ -31,9 +30,9 @@ const CUT_MS = 300; // a cursor that is dragged asks when it rests
 
 // Cursors A and B, the table of their values and differences, and the result of the part between them.
 export class Cursors {
-  // place: element of the table; rows: Rows; tale: Tale; changed(): draw anew; cut(from, to): the part between the cursors is another one
-  constructor(place, { rows, tale, changed, cut }) {
-    Object.assign(this, { place, rows, tale, changed, cut });
+  // place: element of the table; charts: Charts; cut(from, to): the part between the cursors is another one
+  constructor(place, charts, cut) {
+    Object.assign(this, { place, charts, cut, rows: charts.rows, tale: charts.tale });
     this.clear();
   }
 
@@ -49,7 +48,7 @@ export class Cursors {
   tell(text) {
     clearTimeout(this.asking);
     this.told = text;
-    this.changed();
+    this.charts.redraw("time");
   }
 
   clear() {
@@ -63,20 +62,18 @@ export class Cursors {
   }
 
   draw() {
-    const [a, b] = this.values;
+    const [a, b] = this.values, { begin } = this.rows.extent;
     this.place.hidden = !a && !b;
-    if (this.place.hidden) return;
-    const { begin } = this.rows.extent, pF = (one) => (Number.isFinite(one) ? one.toFixed(4).replace(/^-(?=[0.]*$)/, "").replace("-", "−") : "–");
-    const line = (name, text, difference) => [name, a ? text(a) : "", b ? text(b) : "", a && b ? difference : ""];
-    const less = (name) => (a && b && Number.isFinite(b[name] - a[name]) ? signed(b[name] - a[name], 4) : "–");
-    const share = a && b && Number.isFinite(b.ratio / a.ratio) ? `${signed(100 * (b.ratio / a.ratio - 1), 2)} %` : "–";
+    const line = (name, text, difference) => [name, a ? text(a) : "", b ? text(b) : "", a && b ? difference() : ""];
+    const known = (value, text) => (Number.isFinite(value) ? text : "–");
+    const pF = (name) => line(`${name}, pF`, (one) => known(one[name], signed(one[name], 4).replace("+", "")), () => known(b[name] - a[name], signed(b[name] - a[name], 4)));
     const lines = [
       ["", "A", "B", "B − A"],
-      line("time", ({ t }) => clock(t - begin, 2), `${signed((b?.t ?? 0) - (a?.t ?? 0), 2)} s`),
-      line("hard, pF", ({ hard }) => pF(hard), less("hard")),
-      line("soft, pF", ({ soft }) => pF(soft), less("soft")),
-      line("ratio", ({ ratio, error }) => (Number.isFinite(ratio) ? number(ratio, error) : "–"), share),
-      line("touch", ({ touch }) => (touch ? [touch.number, touch.specimen].filter((part) => part !== null && part !== undefined).join(", ") : "–"), ""),
+      line("time", ({ t }) => clock(t - begin, 2), () => `${signed(b.t - a.t, 2)} s`),
+      pF("hard"),
+      pF("soft"),
+      line("ratio", ({ ratio, error }) => known(ratio, number(ratio, error)), () => known(b.ratio / a.ratio, `${signed(100 * (b.ratio / a.ratio - 1), 2)} %`)),
+      line("touch", ({ touch }) => (touch ? [touch.number, touch.specimen ?? []].flat().join(", ") : "–"), () => ""),
     ];
     const cell = (textContent, i, k) => (i && k ? make("td", { textContent }) : make("th", { textContent, scope: !textContent ? "" : i ? "row" : "col" }));
     const table = () => make("table", {}, ...lines.map((texts, i) => make("tr", {}, ...texts.map((text, k) => cell(text, i, k)))));

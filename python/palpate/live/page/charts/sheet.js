@@ -34,7 +34,6 @@ export class Sheet {
     this.canvas = make("canvas", { role: "img" });
     this.context = this.canvas.getContext("2d");
     this.place = place;
-    place.classList.add("plot");
     place.append(this.canvas);
     onResize(place, resized);
     this.dress();

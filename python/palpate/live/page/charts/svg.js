@@ -12,27 +12,36 @@ export function escaped(text) {
 
 const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L")}`;
 
-export const line = (points, name) => (points.length > 1 ? `<path d="${path(points)}" class="l ${name}"/>` : "");
+// What is drawn has a colour of the theme, by its name.
+export function line(points, colour, width = 2.2) {
+  return points.length > 1 ? `<path d="${path(points)}" fill="none" stroke="var(--${colour})" stroke-width="${width}" stroke-linejoin="round"/>` : "";
+}
 
-export function area(upper, lower, name) {
-  return upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" class="${name}"/>` : "";
+export function area(upper, lower, colour) {
+  return upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" fill="var(--${colour})"/>` : "";
 }
 
 export function label(x, y, text, name = "", anchor = "start") {
   return `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" class="${name}" text-anchor="${anchor}">${escaped(text)}</text>`;
 }
 
-export function ruler(x1, y1, x2, y2, name) {
-  return `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" class="${name}"/>`;
+export function ruler(x1, y1, x2, y2, colour, { width = 1, dash = "" } = {}) {
+  return `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" stroke="var(--${colour})" stroke-width="${width}" stroke-dasharray="${dash}"/>`;
 }
 
-export function box(x, y, width, height, name) {
-  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${Math.max(0, width).toFixed(1)}" height="${Math.max(0, height).toFixed(1)}" class="${name}"/>`;
+export function box(x, y, width, height, colour) {
+  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${width.toFixed(1)}" height="${height.toFixed(1)}" fill="var(--${colour})"/>`;
 }
 
 // What is outside of the box is not drawn.
 export function clipped(x, y, width, height, inner) {
   return `<svg x="${x}" y="${y}" width="${Math.max(0, width)}" height="${Math.max(0, height)}" viewBox="${x} ${y} ${Math.max(1, width)} ${Math.max(1, height)}">${inner}</svg>`;
+}
+
+// The newest one stands out.
+export function dot(x, y, radius, newest, colour, title = "") {
+  const look = newest ? `fill="var(--ratio)" stroke="var(--card)" stroke-width="1.5"` : `fill="var(--${colour})"`;
+  return `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="${radius.toFixed(1)}" ${look}><title>${escaped(title)}</title></circle>`;
 }
 
 // Width of a text of the charts, px.
@@ -41,19 +50,17 @@ export function measure(text, unit) {
   return ruler_.measureText(text).width;
 }
 
-// A chart as SVG. It fills its place, lies below the values at the pointer, and says by at(x, y) what they are:
+// A chart as SVG. It fills its place, lies below the values at the pointer, and may say by at(x, y) what they are:
 // { x, lines }, or null.
 export class SvgChart {
-  // charts: Charts, which draw it as this `part` of theirs
-  constructor(place, charts, part) {
-    Object.assign(this, { place, charts });
-    this.holder = make("div");
-    place.classList.add("plot");
+  // charts: Charts, which draw it by the name of its place
+  constructor(place, charts) {
+    Object.assign(this, { place, charts, holder: make("div") });
     place.prepend(this.holder);
-    onResize(place, () => charts.redraw(part));
+    onResize(place, () => charts.redraw(place.id));
     const hover = new Hover(place);
     place.addEventListener("pointermove", (event) => {
-      const found = this.at(...inside(place, event));
+      const found = this.at?.(...inside(place, event));
       if (found) hover.show(found.x, found.lines);
       else hover.hide();
     });

@@ -17,9 +17,9 @@ const STACKED = 4; // labels one below the other
 // grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and what
 // it shows: axis { from, to (s), left, right (pixels) }.
 class TimeChart {
-  // rows: Rows, looking: Looking, tale: Tale, cursors: Cursors, choose(number of a touch), redraw(), find(from, to): the touches of a file there
-  constructor(place, { rows, looking, tale, cursors, choose, redraw, find }) {
-    Object.assign(this, { place, rows, looking, tale, cursors, choose, redraw, find });
+  // charts: Charts
+  constructor(place, charts) {
+    Object.assign(this, { place, charts, rows: charts.rows, looking: charts.window, tale: charts.tale, cursors: charts.cursors });
     this.sheet = new Sheet(place, () => this.dress());
     this.hover = new Hover(place);
     this.labels = [];
@@ -51,7 +51,7 @@ class TimeChart {
 
   dress() {
     this.sheet.dress();
-    this.redraw();
+    this.charts.redraw("time");
   }
 
   down(event) {
@@ -103,7 +103,7 @@ class TimeChart {
     if (selected) this.select(null);
     if (event.type !== "pointerup") return;
     if (!start.moved) this.click(x, y, event);
-    else if (selected) (this.file ? this.find : (...span) => this.looking.show(...span))(...selected.map((edge) => this.time(edge)));
+    else if (selected) (this.file ? this.charts.find : (...span) => this.looking.show(...span))(...selected.map((edge) => this.time(edge)));
   }
 
   wheel(event) {
@@ -115,7 +115,7 @@ class TimeChart {
 
   select(selected) {
     this.selected = selected;
-    this.redraw();
+    this.charts.redraw("time");
   }
 
   // A label whose middle is at a moment, as far as the sheet has room.
@@ -165,11 +165,11 @@ export class Overview extends TimeChart {
   click(x, y) {
     if (this.file && this.shown.length) {
       const away = (dot) => Math.hypot(dot.x - x, dot.y - y);
-      return this.choose(this.shown.reduce((best, dot) => (away(dot) < away(best) ? dot : best)).number);
+      return this.charts.choose(this.shown.reduce((best, dot) => (away(dot) < away(best) ? dot : best)).number);
     }
     const t = this.time(x), { from, to } = this.looking, touch = this.tale.touchAt(t, this.time(x + 4) - t);
     const half = Math.min(to - from, Math.max(30, 0.1 * (to - from))) / 2;
-    if (touch) this.choose(touch.number);
+    if (touch) this.charts.choose(touch.number);
     this.looking.show(t - half, t + half);
   }
 
@@ -277,7 +277,7 @@ export class Detail extends TimeChart {
   // In the line of the touches' labels: shows that touch. Below: puts cursor A, with shift or the second finger tap B.
   click(x, y, event) {
     const t = this.time(x), touch = y < this.top ? this.tale.touchAt(t) : null, [a, b] = this.cursors.times;
-    if (touch) return this.choose(touch.number);
+    if (touch) return this.charts.choose(touch.number);
     const second = event.shiftKey || (event.pointerType === "touch" && a !== null && b === null);
     this.cursors.put(second ? 1 : 0, t);
   }

@@ -43,7 +43,7 @@ export class TouchPlot extends SvgChart {
   axes({ k, left, right, foot, height, scale, length, x, y }) {
     const parts = [-1, -0.5, 0, 0.5, 1].map((share) => {
       const d = share * scale, text = d ? signed(d, placesOf(scale) + 1).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "") : "0 %";
-      return ruler(left, y(d), right, y(d), d ? "grid" : "grid0") + label(left - 6, y(d) + 4 * k, text, "", "end");
+      return ruler(left, y(d), right, y(d), d ? "grid" : "past") + label(left - 6, y(d) + 4 * k, text, "", "end");
     });
     const step = timeStep(length, (right - left) / (50 * k));
     return parts.join("") + ticks(0, length, step).map((t) => ruler(x(t), 4, x(t), foot, "grid") + label(x(t), height - 4, `${t.toFixed(placesOf(step))} s`, "", "middle")).join("");
@@ -52,17 +52,17 @@ export class TouchPlot extends SvgChart {
   curves({ touch, curve, earlier, dev, se, x, y }) {
     const known = curve.filter(({ error }) => Number.isFinite(error)), edge = (sign) => known.map((p) => [x(p.t), y(dev(p) + sign * se(p))]);
     const own = (one) => (point) => 100 * (point.ratio / one.at(-1).ratio - 1); // an earlier touch: from its own result
-    const past = earlier.slice(-EARLIER).map((one) => line(one.map((p) => [x(p.t), y(own(one)(p))]), "past"));
+    const past = earlier.slice(-EARLIER).map((one) => line(one.map((p) => [x(p.t), y(own(one)(p))]), "past", 1.1));
     return past.join("") + area(edge(1), edge(-1), "band") + line(curve.map((p) => [x(p.t), y(dev(p))]), touch.kept ? "ratio" : "bad");
   }
 
   cusum({ k, curve, left, right, foot, strip, x }) {
     const { threshold } = this.charts.known.hello, known = curve.filter(({ statistic }) => Number.isFinite(statistic));
     const top = 1.15 * (threshold ?? Math.max(1e-9, ...known.map(({ statistic }) => statistic))), g = (value) => foot - Math.min(1, value / top) * strip;
-    const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "alarm" : "statistic");
+    const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "bad" : "past");
     const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (statistic > threshold && threshold !== null ? statistic : 0);
-    const limit = threshold ? ruler(left, g(threshold), right, g(threshold), "dash") + label(right + 6, g(threshold) + 4 * k, "change") : "";
-    return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + `<g>${CUSUM}${label(left - 6, foot - 6, "alarm", "", "end")}</g>`;
+    const limit = threshold ? ruler(left, g(threshold), right, g(threshold), "quiet", { dash: "5 4" }) + label(right + 6, g(threshold) + 4 * k, "change") : "";
+    return ruler(left, foot, right, foot, "past") + limit + under(all) + under(alarm) + `<g>${CUSUM}${label(left - 6, foot - 6, "alarm", "", "end")}</g>`;
   }
 
   // A flag stands where it arises, with its sentence beside it (what to do after it is in the table).
@@ -76,7 +76,7 @@ export class TouchPlot extends SvgChart {
     });
     shown.labels = placed(wanted, edges);
     const texts = shown.labels.flatMap(({ x: a, y, lines }) => lines.map((one, i) => label(a, y + 4 * k + (i - (lines.length - 1) / 2) * height, one, "flagtext")));
-    return wanted.map(({ at }) => ruler(at, 4, at, base, "flagline")).join("") + texts.join("");
+    return wanted.map(({ at }) => ruler(at, 4, at, base, "bad", { dash: "2 3" })).join("") + texts.join("");
   }
 
   value({ k, touch, curve, se, x, y, zero }) {

@@ -1,0 +1,98 @@
+"""The noise of both channels without contact, in words: rms, and what stands out of it."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.live.feed import Flag, Rows
+from palpate.live.signal_state import CHANNELS
+
+Array = NDArray[np.float64]
+MAINS_HZ = (50.0, 60.0)
+HARMONICS = 3
+TREMOR_HZ = (4.0, 12.0)
+FEWEST = 64  # samples without contact, one after the other, at least
+_SEGMENT, _SEGMENTS = 512, 16
+_EDGE_S = 0.25  # beside a touch: the contact is found a little late
+_PER_PF = 1e6  # aF
+_ABOVE = 4.0  # a peak: times the median of the spectrum
+
+
+def noise_of(rows: Rows) -> str:
+    """Return the noise of the newest samples without contact in words; rows: every sample, in order."""
+    segments = idle(rows)
+    if not len(segments):
+        return f"Noise: wait for {FEWEST} samples without contact, one after the other."
+    rate = 1 / float(np.median(np.diff(segments["t_s"], axis=1)))
+    said = []
+    for name in CHANNELS:
+        level = _detrended(segments[name] * _PER_PF)
+        rms = math.sqrt(float(np.mean(level**2)) * level.shape[1] / (level.shape[1] - 2))
+        said.append(f"{name} {rms:.2g} aF rms{_known_peak(level, rate)}")
+    return f"Noise without contact, {segments.size / rate:.0f} s: {', '.join(said)}."
+
+
+def idle(rows: Rows) -> Rows:
+    """Return the newest samples without contact in segments of one length, one after the other in time; shape (k, n)."""
+    other = int(Flag.CONTACT | Flag.MEASURED | Flag.REFUSED | Flag.SATURATED)
+    usable = (rows["flags"] & other == 0) & np.isfinite(rows["hard"]) & np.isfinite(rows["soft"])
+    steps = np.diff(rows["t_s"])
+    period_s = float(np.median(steps)) if len(steps) else 0.0
+    follows = usable[1:] & usable[:-1] & (np.abs(steps - period_s) < 0.5 * period_s)
+    cuts = np.flatnonzero(np.concatenate(([True], ~follows, [True]))).tolist() if len(rows) else []
+    edge = math.ceil(_EDGE_S / period_s) if period_s > 0 else 0
+    known = [(begin, end) for begin, end in pairwise(cuts) if usable[begin]]
+    runs = [(begin + edge * (begin > 0), end - edge * (end < len(rows))) for begin, end in known]
+    longest = max((end - begin for begin, end in runs), default=0)
+    if longest < FEWEST:
+        return rows[:0].reshape(0, 0)
+    size = min(1 << (longest.bit_length() - 1), _SEGMENT)
+    begins = [at for begin, end in runs for at in range(begin + (end - begin) % size, end - size + 1, size)]
+    return np.stack([rows[at : at + size] for at in begins[-_SEGMENTS:]])
+
+
+def name_of(hz: float, near_hz: float, rate: float) -> str:
+    """Return what a peak at this frequency is, as far as its frequency says it.
+
+    Examples
+    --------
+    >>> name_of(11.4, 0.2, 38.5), name_of(6.0, 0.2, 38.5), name_of(15.0, 0.2, 38.5)
+    ('50 Hz mains', 'tremor of a hand', '')
+    """
+    for order in range(1, HARMONICS + 1):
+        for mains_hz in MAINS_HZ:
+            if abs(alias(order * mains_hz, rate) - hz) <= near_hz:
+                return f"{order * mains_hz:g} Hz mains"
+    return "tremor of a hand" if TREMOR_HZ[0] <= hz <= TREMOR_HZ[1] else ""
+
+
+def alias(hz: float, rate: float) -> float:
+    """Return the frequency at which one appears in samples of this rate.
+
+    Examples
+    --------
+    >>> alias(50.0, 38.5), alias(50.0, 1000.0)
+    (11.5, 50.0)
+    """
+    return abs(hz - rate * round(hz / rate))
+
+
+def _known_peak(level: Array, rate: float) -> str:
+    """Return the strongest peak that has a name, in words; "": none. The spectrum has a Hann window (Welch, 1967)."""
+    size = level.shape[1]
+    amplitude = np.sqrt(np.mean(np.abs(np.fft.rfft(level * np.hanning(size + 1)[:-1])) ** 2, axis=0))[1:]
+    inner = amplitude[1:-1]
+    high = inner > _ABOVE * float(np.median(amplitude))
+    tops = 1 + np.flatnonzero((inner >= amplitude[:-2]) & (inner > amplitude[2:]) & high)
+    frequencies = ((tops[np.argsort(-amplitude[tops])] + 1) * rate / size).tolist()
+    names = [name_of(hz, 1.5 * rate / size, rate) for hz in frequencies]
+    return next((f" with {name} at {hz:.1f} Hz" for hz, name in zip(frequencies, names, strict=True) if name), "")
+
+
+def _detrended(level: Array) -> Array:
+    """Return segments without mean and slope."""
+    at = np.arange(level.shape[1]) - (level.shape[1] - 1) / 2
+    level = level - level.mean(axis=1, keepdims=True)
+    return np.asarray(level - (level @ at)[:, None] * at / (at @ at))
