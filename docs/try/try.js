@@ -22,7 +22,7 @@ const KEYS = [["O", "Open a recording", "open"], ["C", "Connect a serial port, o
 
 for (const id of ["noise", "going", "step"]) $(id).remove(); // what needs the server of palpate live
 const store = new Store(Infinity); // all rows
-const screen = new Screen(store, { say: () => false, more: KEYS, memory: {} }); // it stores nothing
+const screen = new Screen(store, { more: KEYS, memory: {} }); // it stores nothing
 const { known, line, charts } = screen;
 const compiled = unpacked(packed).then((bytes) => WebAssembly.compile(bytes));
 let measurements = 0, current = null, port = null, later = null;

@@ -83,6 +83,7 @@ def test_the_page_answers_first_and_goes_to_what_differs(
         page.press("n")
         seen.append(page.run(chosen))
     assert seen == ["a", "b", "a"]
+    assert page.run("return document.activeElement.textContent") == "a"
     assert "a: ▲ recording C is " in page.text("compare")
     assert len(page.all("#compare tr.chosen td svg *")) == 3 + 3 + 2  # touches, their means, band and middle
     page.press(Keys.ESCAPE)

@@ -51,18 +51,19 @@ def test_from_touch_to_touch_and_to_a_time(page: Browser, file: Canned) -> None:
     page.until(lambda: np.mean(window(page)) == pytest.approx(140.5, abs=0.1))
     page["time"].clear()
     page["time"].send_keys("soon" + Keys.ENTER)
-    page.until(lambda: page.text("answer") == "Go to: got soon, allowed: a time, as 3:41:41, 41:41 or 41.5")
+    page.until(lambda: page.text("answer") == "Go to: got soon, allowed: a time up to 03:20, as 3:41:41, 41:41 or 41.5")
 
 
 def test_words_narrow_together(page: Browser, file: Canned) -> None:
     rows = file.state.told["touches"]["rows"]
     above = [one["number"] for one in rows if one["ratio"] > 8.4]
     wanted = {"": range(1, 21), "#12": [12], "left out": [6, 12], "flagged": [6, 12], "OFFSET": [12], "no name": [],
-              ">8.4": above, "8.4-99": above, "8,4-99": above, "<8.4; 70 A": set(range(1, 5)) - set(above), "lifted too": [5], "1:00-1:20": [8, 9],
+              ">8.4": above, "8.4 - 99": above, "8,4-99": above, ">much": [], "<8.4; 70 A": set(range(1, 5)) - set(above), "lifted too": [5], "1:00-1:20": [8, 9],
               "50 a; 0:50-1:05": [6, 7]}  # fmt: skip
     assert 0 < len(above) < 4
     for words, numbers in wanted.items():
         assert find(page, words) == list(numbers), words
+        assert ("allowed: a ratio, as >8 or <4.4" in page.text("foundcount")) == (words == ">much")
     page["find"].send_keys(Keys.ESCAPE)
     assert page["find"].get_attribute("value") == "50 a"
     assert find(page, "30 OO") == [19, 20]

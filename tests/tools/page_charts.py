@@ -10,7 +10,7 @@ SHOWN = """
 const { charts } = palpate, { window: shown, overview, detail, touchplot, rows, cursors } = charts, { shown: touch } = touchplot;
 const drawn = ({ labels, points, sheet: { width, height } }, more) => ({ labels, points, width, height, ...more });
 return {
-  from: shown.from, to: shown.to, back: shown.back, end: rows.extent.end, sent: rows.views.sent, cursors: cursors.values,
+  from: shown.from, to: shown.to, back: palpate.known.looking, end: rows.extent.end, cursors: cursors.values,
   overview: drawn(overview), detail: drawn(detail, { left: detail.left, right: detail.right }),
   touch: { number: touch?.touch.number, scale: touch?.scale, labels: touch?.labels },
 };
@@ -54,4 +54,4 @@ def share_of(page: Browser, place: str, t: float) -> float:
 
 
 def settled(page: Browser) -> None:
-    page.until(lambda: not page.run("return palpate.charts.rows.views.underWay().length"))
+    page.until(lambda: not page.run("return palpate.charts.rows.underWay().length"))

@@ -1,14 +1,15 @@
 // Guided calibration in words: the verdict, what is next, eq. (2) so far. The plot is a chart.
 
-import { $, make } from "./dom.js";
+import { escaped } from "./charts/svg.js";
+import { $ } from "./dom.js";
 import { inUnit } from "./formatting.js";
 
 const WORDS = { rigid_ratio: "rigid object", half_modulus: "half-way at", soft_ratio: "soft object" };
 
 export class Calibrating {
   constructor(say) {
-    this.say = say;
     $("calibrate").onclick = () => say({ do: "calibrating", on: !this.on });
+    $("fitwords").onclick = ({ target }) => target.matches("button") && say({ do: "save calibration" });
   }
 
   tell(type, { calibration }) {
@@ -18,34 +19,21 @@ export class Calibrating {
     document.body.classList.toggle("calibrating", this.on);
     $("touch").hidden = this.on;
     $("fit").hidden = !this.on;
-    if (this.on) $("fitwords").replaceChildren(...this.words(calibration));
+    if (this.on) $("fitwords").innerHTML = words(calibration);
   }
+}
 
-  words({ verdict, next, parameters, points, saved, sound }) {
-    const out = (points ?? []).filter(({ kept }) => !kept);
-    return [
-      ...strong(verdict), ...strong(next), this.saving(saved, sound),
-      ...(parameters?.length ? [table(parameters)] : []),
-      ...(out.length ? [make("p", { className: "bad", textContent: `× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}` })] : []),
-    ];
-  }
-
-  // At the end of the session it is saved without an order.
-  saving(saved, sound) {
-    const save = make("button", { type: "button", textContent: "Save the calibration", className: sound ? "strong" : "", onclick: () => this.say({ do: "save calibration" }) });
-    return saved ? make("p", { textContent: `✓ Saved as ${saved}; it is used from now on.` }) : make("p", { className: "row" }, save);
-  }
+// At the end of the session the calibration is saved without an order.
+function words({ verdict, next, parameters = [], points = [], saved, sound }) {
+  const out = points.filter(({ kept }) => !kept).map(({ touch }) => `touch ${touch}`).join(", ");
+  const save = `<p class="row"><button type="button" class="${sound ? "strong" : ""}">Save the calibration</button></p>`;
+  const rows = parameters.map(({ name, ...one }) => {
+    const texts = /MPa/.test(one.value) ? [one.value, one.interval].map(inUnit) : [one.value, one.interval];
+    return `<tr title="${name} in eq. (2) of the paper">${[WORDS[name] ?? name, ...texts].map((text) => `<td>${escaped(text)}</td>`).join("")}</tr>`;
+  });
+  const table = `<table><thead><tr><th>Curve</th><th>value</th><th>95 % interval</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
+  return strong(verdict) + strong(next) + (saved ? `<p>✓ Saved as ${escaped(saved)}; it is used from now on.</p>` : save) + (rows.length ? table : "") + (out && `<p class="bad">× left out: ${out}</p>`);
 }
 
 // The first sentence stands out.
-function strong(text) {
-  if (!text) return [];
-  const [, first, rest] = text.match(/^(.*?[.:](?= |$))(.*)$/s) ?? [null, text, ""];
-  return [make("p", {}, make("b", { textContent: first }), rest)];
-}
-
-function table(parameters) {
-  const head = make("tr", {}, ...["Curve", "value", "95 % interval"].map((text, i) => make("th", { textContent: text, className: i ? "" : "name" })));
-  const rows = parameters.map(({ name, value, interval }) => make("tr", {}, ...[WORDS[name] ?? name, ...(/MPa/.test(value) ? [value, interval].map(inUnit) : [value, interval])].map((text) => make("td", { textContent: text, title: `${name} in eq. (2) of the paper` }))));
-  return make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows));
-}
+const strong = (text) => (text ? `<p>${escaped(text).replace(/^.*?(?:[.:](?= |$)|$)/s, "<b>$&</b>")}</p>` : "");

@@ -10,17 +10,13 @@ const PATHS = ["M-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0", "M-3-3h6v6h-6z", "M0-3.5l3.5
 
 export class Compare {
   constructor(say, answer) {
-    Object.assign(this, { answer, at: 0 });
+    this.answer = answer;
     $("opencompare").onclick = () => say({ do: "compare" }) && answer("The recordings are being read.");
     addEventListener("resize", () => this.open && this.draw());
     $("compare").onclick = ({ target }) => {
       if (target.closest(".close")) this.turn(false);
       else if (target.closest("[data-at]")) this.choose(Number(target.closest("[data-at]").dataset.at));
     };
-  }
-
-  get open() {
-    return !$("compare").hidden;
   }
 
   // A file that was opened with others is compared at once.
@@ -33,12 +29,12 @@ export class Compare {
   show(found) {
     this.answer("");
     this.found = found;
-    this.at = Math.max(0, found.specimens.findIndex(differs));
     this.turn(true);
-    this.draw();
+    this.choose(Math.max(0, found.specimens.findIndex(differs)));
   }
 
   turn(on) {
+    this.open = on;
     $("compare").hidden = !on;
     document.body.classList.toggle("comparing", on);
     scrollTo(0, 0);

@@ -2,11 +2,11 @@
 
 const WAITS_MS = [250, 500, 1000, 2000];
 const SILENT_S = 5; // the server sends its state five times a second
-const LOST = ["no connection: trying again", "this page has lost palpate: look at its terminal; what is shown is the last that is known"];
-const OLD = ["address no longer valid", "palpate live has started again: open the address that it printed in its terminal"];
+const LOST = ["No connection: trying again.", "This page has lost palpate: look at its terminal; what is shown is the last that is known."];
+const OLD = ["Address no longer valid.", "palpate live has started again: open the address that it printed in its terminal."];
 
 export class Connection {
-  // on: { text(message), frame(buffer), up(), down(what, advice) }
+  // on: { text(message), frame(buffer), up(), down(title, text) }
   constructor(on) {
     this.on = on;
     this.failures = 0;
@@ -15,9 +15,7 @@ export class Connection {
   }
 
   open() {
-    const address = new URL("ws", location.href); // beside the page, which may have its token in the path
-    address.protocol = "ws:";
-    const socket = new WebSocket(address);
+    const socket = new WebSocket("ws"); // beside the page, which may have its token in the path
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.failures = 0;
@@ -43,9 +41,8 @@ export class Connection {
 
   // A web socket does not tell why it was refused; a request does.
   async again(reason) {
-    const wait = WAITS_MS[Math.min(this.failures, WAITS_MS.length - 1)];
-    setTimeout(() => this.open(), wait);
-    if (reason || !this.failures++) this.on.down(reason || LOST[0], LOST[1]);
+    setTimeout(() => this.open(), WAITS_MS[Math.min(this.failures, WAITS_MS.length - 1)]);
+    if (reason || !this.failures++) this.on.down(reason ? `${reason.charAt(0).toUpperCase()}${reason.slice(1)}.` : LOST[0], LOST[1]);
     const told = await fetch("icon.svg", { cache: "no-store" }).then(({ status }) => (status === 403 ? OLD : LOST), () => LOST);
     if (!reason && this.socket.readyState !== WebSocket.OPEN) this.on.down(...told);
   }

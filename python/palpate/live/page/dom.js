@@ -8,11 +8,10 @@ export function put(place, text) {
 }
 
 // Fills a place anew if `of`, what it shows, has changed.
-const filled = new WeakMap();
 export function fill(place, of, children) {
   const now = JSON.stringify(of);
-  if (filled.get(place) === now) return;
-  filled.set(place, now);
+  if (place.filled === now) return;
+  place.filled = now;
   place.replaceChildren(...children());
 }
 

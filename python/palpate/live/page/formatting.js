@@ -54,9 +54,8 @@ export function shoreA(modulus) {
 export function modulusOf(modulus) {
   if (!modulus) return { value: "–", interval: "", unit: "", shore: "" };
   const more = modulus.extrapolated ? ", beyond the calibration" : "", text = inUnit(modulus.text), hardness = settings.shore === "on" && shoreA(modulus.value_MPa);
-  const [, value, unit, interval] = text.match(/^(.*) ([kM]Pa) \((.*)\)$/) ?? [];
-  const shore = hardness ? `${hardness.toFixed(0)} A` : "";
-  return value ? { value, interval: `${interval} ${unit}`, unit, more, shore } : { value: "–", interval: text, unit: "", more, shore };
+  const [, value = "–", unit = "", interval] = text.match(/^(.*) ([kM]Pa) \((.*)\)$/) ?? [], shore = hardness ? `${hardness.toFixed(0)} A` : "";
+  return { value, interval: unit ? `${interval} ${unit}` : text, unit, more, shore };
 }
 
 // With its sign, and a true minus.

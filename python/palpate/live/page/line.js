@@ -8,10 +8,7 @@ const ANSWER_MS = 8000;
 const LOUD = ["fault", "caution"];
 
 export class Line {
-  constructor() {
-    this.down = null; // { title, text } while there is no connection
-    this.waiting = 0;
-  }
+  down = null; // { title, text } while there is no connection
 
   tell(type, known) {
     if (["state", "hello", "looking"].includes(type)) this.show(known);
@@ -47,8 +44,7 @@ export class Line {
   answer(text, bad = false) {
     put("answer", text);
     $("answer").dataset.bad = bad ? "yes" : "no";
-    if (!$("files")?.open) put("announced", text);
-    else put("filesays", text);
+    put($("files")?.open ? "filesays" : "announced", text);
     clearTimeout(this.waiting);
     if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);
   }

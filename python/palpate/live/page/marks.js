@@ -7,8 +7,8 @@ const OPEN_MS = 8000; // an empty field goes by itself
 const LET_GO_MS = 4000; // an empty field gives the keys back
 
 export class Marks {
-  constructor(say) {
-    Object.assign(this, { say, id: null, timers: [] });
+  constructor(known, say) {
+    Object.assign(this, { known, say, timers: [] });
     $("mark").onclick = ({ pointerType }) => {
       this.typing = pointerType !== "touch"; // a finger would only get a keyboard over the page
       say({ do: "mark" });
@@ -17,25 +17,21 @@ export class Marks {
     $("marking").onsubmit = (event) => this.close(event.preventDefault());
     $("marktext").oninput = () => this.stop();
     $("noting").onsubmit = (event) => this.note(event);
-    $("marks").addEventListener("click", (event) => {
-      const id = event.target.closest("button")?.dataset.id;
-      if (id) this.open(Number(id), this.known.events.marks.find((mark) => mark.id === Number(id))?.text, true);
-    });
   }
 
   tell(type, known) {
-    this.known = known;
     this.move();
     if (["events", "session", "hello"].includes(type)) this.show(known);
   }
 
   show({ events, session, hello }) {
     const origin = hello.origin_s ?? 0;
-    const all = [...events.marks.map((mark) => ({ ...mark, mark: true })), ...(session.notes ?? [])].sort((a, b) => b.t_s - a.t_s);
-    fill($("marks"), [all, origin], () => all.map((one) => {
-      const words = one.mark && hello.kind !== "file" ? make("button", { type: "button", className: "plain", textContent: one.text || "mark: add a text" }) : make("span", { textContent: one.text || "mark" });
-      if (one.mark) words.dataset.id = one.id;
-      return make("li", {}, make("time", { textContent: clock(one.t_s - origin) }), words);
+    const all = [...events.marks, ...session.notes].toSorted((a, b) => b.t_s - a.t_s);
+    fill($("marks"), [all, origin], () => all.map(({ t_s: t, text, id }) => {
+      const open = () => this.open(id, text, true), words = id === undefined || hello.kind === "file"
+        ? make("span", { textContent: text || "mark" })
+        : make("button", { type: "button", className: "plain", textContent: text || "mark: add a text", onclick: open });
+      return make("li", {}, make("time", { textContent: clock(t - origin) }), words);
     }));
   }
 
@@ -48,18 +44,14 @@ export class Marks {
     if (typing) $("marktext").focus();
   }
 
-  // A mark was stamped.
-  made({ id }) {
-    if (id !== undefined) this.open(id, "", this.typing);
-  }
-
-  open(id, text, focus) {
+  // For the text of a mark; without one the field goes by itself.
+  open(id, text, focus = this.typing) {
     this.stop();
-    const at = this.known?.events.marks.find((mark) => mark.id === id)?.t_s;
-    put(document.querySelector("#marking label"), at === undefined ? "Mark is stamped." : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`);
+    const at = this.known.events.marks.find((mark) => mark.id === id)?.t_s;
+    put($("marking").firstChild, at === undefined ? "Mark is stamped." : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`);
     if (!$("marking").hidden) this.close();
     this.id = id;
-    $("marktext").value = this.before = text ?? "";
+    $("marktext").value = this.before = text;
     $("marking").hidden = false;
     if (focus) $("marktext").focus();
     if (!text) this.timers = [setTimeout(() => $("marktext").blur(), LET_GO_MS), setTimeout(() => this.close(), OPEN_MS)];

@@ -41,7 +41,7 @@ export class Now {
 
   showNext(known) {
     const { hello, state, touches, session, offline } = known, one = subject(known), truth = one && truthOf(hello, one);
-    if (offline) return this.showRecorded(state);
+    if (offline) return this.showAside("Recorded", state.recording ? clock(state.recording.seconds ?? 0) : "–", `${state.recording ? `so far, ${grouped(state.recording.rows)} rows` : "nothing so far"}; what came later is not known`);
     if (state.line?.what === "touched") return this.showAside("Next", "Baseline", "by itself, a second after you lift");
     if (truth && !session.next) return this.showTruth(truth, one, hello);
     const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
@@ -58,12 +58,6 @@ export class Now {
     const off = one.ratio - ratio, side = `The estimate is ${plusMinus(Math.abs(off), one.uncertainty)[0]} ${off < 0 ? "below" : "above"}.`;
     const inside = Math.abs(off) <= one.uncertainty ? "✓ inside ±" : "outside ±, as one touch in three";
     this.showAside(["True ratio", name].filter(Boolean).join(", "), plusMinus(ratio, one.uncertainty)[0], isUnsure(one, hello) ? "" : `${inside}. ${side}`);
-  }
-
-  // Without a connection: what is known to be recorded.
-  showRecorded({ recording }) {
-    const [large, small] = recording ? [clock(recording.seconds ?? 0), `so far, ${grouped(recording.rows)} rows; what came later is not known`] : ["–", "nothing so far; what came later is not known"];
-    this.showAside("Recorded", large, small);
   }
 
   showAside(head, large, small, next = null, again = false) {

@@ -15,35 +15,33 @@ import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
 import { merged } from "./table.js";
 
-const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
 const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
   up: () => link(null),
-  down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
+  down: (title, text) => link({ title, text }),
   frame: (buffer) => {
     store.take(buffer);
     charts.frame();
   },
   text: hear,
 });
-const marks = new Marks(say), session = new Session(say), plan = new Plan(say);
 const screen = new Screen(store, {
-  say: (message) => connection.say(message),
-  change: say,
+  say,
   acts: { next: () => (compare.open ? compare.next() : known.found ? found.step(1) : session.next()), close, refuse },
 });
 const { known, line, charts } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
+const marks = new Marks(known, say), session = new Session(known, say), plan = new Plan(known, say);
 charts.fitplot = new FitPlot($("fitplot"), charts);
 screen.parts.unshift(found, compare);
-screen.parts.push(session, plan, marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
+screen.parts.push(session, marks, new Device(say), new Calibrating(say), new Record(known, say), new Signals(), { tell: enable });
 
 const ANSWERS = {
   done: (message) => {
     known.forced &&= message.do !== "tare anyway";
     if (!SILENT.includes(message.do)) answer(message.message);
-    if (message.do === "mark") marks.made(message);
+    if (message.do === "mark") marks.open(message.id, "");
     if (message.do === "cut") charts.cursors.tell(message.message);
     if (message.do === "compare") compare.show(message);
     if (message.do === "plan") plan.answered(message.message, true);
@@ -59,23 +57,19 @@ const ANSWERS = {
 
 function hear(message) {
   const { type } = message;
-  ANSWERS[type]?.(message);
-  if (KEPT.includes(type)) screen.hear(type, type === "touches" ? merged(known.touches.rows, message) : message);
+  if (ANSWERS[type]) ANSWERS[type](message);
+  else screen.hear(type, type === "touches" ? merged(known.touches.rows, message) : message);
 }
 
 function say(message) {
   const sent = connection.say(message);
-  if (!sent) answer("Not connected: the command was not sent.", true);
+  if (!sent && !SILENT.includes(message.do)) answer("Not connected: the command was not sent.", true);
   return sent;
 }
 
 // A key whose button cannot be pressed now.
 function refuse({ firstChild }) {
   answer(`${firstChild.textContent.trim()}: not possible now${line.down ? ", without a connection" : ""}.`, true);
-}
-
-function sentence(text) {
-  return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
 }
 
 function link(down) {
@@ -107,16 +101,9 @@ function enable(type) {
 function close() {
   if (!$("marking").hidden) return marks.close();
   if (compare.open) return compare.turn(false);
-  menu(false);
   screen.close();
-}
-
-function menu(open) {
-  document.body.classList.toggle("menu", open);
-  $("more").ariaExpanded = String(open);
 }
 
 for (const button of document.querySelectorAll("[data-press]")) button.onclick = () => $(button.dataset.press).click();
 for (const button of document.querySelectorAll("[data-do]")) button.onclick = () => say({ do: button.dataset.do });
-$("more").onclick = () => menu(!document.body.classList.contains("menu"));
-$("menu").onclick = () => menu(false);
+$("menu").onclick = () => $("menu").hidePopover();

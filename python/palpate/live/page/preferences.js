@@ -12,31 +12,25 @@ export function storage() {
   }
 }
 
-export class Settings {
-  form = $("settings").firstElementChild;
-  system = matchMedia("(prefers-color-scheme: dark)");
-
-  // changed(): shows the page again; memory: where the settings are kept, if they are
-  constructor(changed, memory = storage()) {
-    this.changed = changed;
-    for (const { name } of this.form.elements) if (name in memory) this.form.elements[name].value = memory[name];
-    this.system.onchange = () => this.apply();
-    this.form.oninput = ({ target: { name, value } }) => {
-      memory[name] = value;
-      this.apply();
-    };
-    $("opensettings").onclick = () => ask($("settings"));
-    this.apply();
-  }
-
-  apply() {
-    Object.assign(settings, Object.fromEntries(new FormData(this.form)));
-    const dark = settings.theme === "system" ? this.system.matches : settings.theme === "dark";
+// Keeps the settings of the dialog in a memory. changed(): shows the page again.
+export function remember(changed, memory = storage()) {
+  const form = $("settings").firstElementChild, system = matchMedia("(prefers-color-scheme: dark)");
+  const apply = () => {
+    Object.assign(settings, Object.fromEntries(new FormData(form)));
+    const dark = settings.theme === "system" ? system.matches : settings.theme === "dark";
     document.documentElement.dataset.theme = dark ? "dark" : "light";
     document.body.classList.toggle("keyless", settings.keys === "off");
     for (const place of document.querySelectorAll(".unit")) put(place, settings.unit);
-    this.changed();
-  }
+    changed();
+  };
+  for (const { name } of form.elements) if (name in memory) form.elements[name].value = memory[name];
+  form.oninput = ({ target: { name, value } }) => {
+    memory[name] = value;
+    apply();
+  };
+  system.onchange = apply;
+  $("opensettings").onclick = () => ask($("settings"));
+  apply();
 }
 
 // A tone and a flash at the end of a touch, for eyes that are on the specimen.
@@ -45,15 +39,10 @@ const LENGTH_S = 0.12, LOUD = 0.15;
 
 export class Signals {
   constructor() {
-    for (const event of ["pointerdown", "keydown"]) document.addEventListener(event, () => this.wake());
+    // A browser lets a page sound only after the user has touched it.
+    const wake = () => settings.signals === "on" && (this.audio ??= new AudioContext()).resume();
+    for (const event of ["pointerdown", "keydown"]) document.addEventListener(event, wake);
     for (const input of document.querySelectorAll("[name=signals]")) input.onchange = () => settings.signals === "on" && this.give("good");
-  }
-
-  // A browser lets a page sound only after the user has touched it.
-  wake() {
-    if (settings.signals === "off") return;
-    this.audio ??= new AudioContext();
-    if (this.audio.state === "suspended") this.audio.resume();
   }
 
   tell(type, { state }) {

@@ -7,8 +7,8 @@ import { asText, save } from "./table.js";
 const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
 
 export class Record {
-  constructor(say) {
-    this.say = say;
+  constructor(known, say) {
+    Object.assign(this, { known, say });
     $("record").onclick = () => say(this.known.state.recording ? { do: "stop" } : { do: "record", ...(this.typed && { name: this.typed }) });
     $("openfiles").onclick = () => ask($("files"));
     $("proposed").oninput = () => (this.typed = $("proposed").value.trim());
@@ -18,7 +18,6 @@ export class Record {
   }
 
   tell(type, known) {
-    this.known = known;
     if (type === "hello") this.settle(false);
     if (type === "state" || type === "hello") this.show(known);
   }
@@ -41,7 +40,9 @@ export class Record {
     if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";
     $("proposed").disabled = file;
     const files = (state.files ?? []).toReversed();
-    fill($("downloads"), files, () => (files.length ? files.map(download) : [make("li", { textContent: "Nothing is recorded yet." })]));
+    const link = (name) => make("a", { href: `recording/${encodeURIComponent(name)}`, download: name, textContent: name });
+    const item = ({ name, kind }) => make("li", {}, link(name), make("small", { textContent: KINDS[kind] }));
+    fill($("downloads"), files, () => (files.length ? files.map(item) : [make("li", { textContent: "Nothing is recorded yet." })]));
   }
 
   async copy() {
@@ -53,9 +54,4 @@ export class Record {
       put("filesays", "The browser does not allow to copy here: save the table as CSV.");
     }
   }
-}
-
-function download({ name, kind }) {
-  const link = make("a", { href: `recording/${encodeURIComponent(name)}`, download: name, textContent: name });
-  return make("li", {}, link, make("small", { textContent: KINDS[kind] ?? kind }));
 }

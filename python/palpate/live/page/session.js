@@ -9,21 +9,16 @@ const REACH = 0.08; // of the mean, at the edge of the small plot
 const WIDE = 124, HIGH = 18;
 
 export class Session {
-  constructor(say) {
-    this.say = say;
+  constructor(known, say) {
+    Object.assign(this, { known, say });
     $("discard").onclick = () => {
       const { kept, touch } = this.known.session.last;
       say({ do: kept ? "discard" : "keep", touch });
     };
     $("unknown").onclick = () => this.next();
-    $("specimens").addEventListener("click", (event) => {
-      const name = event.target.closest("button")?.textContent;
-      if (name !== undefined) say({ do: "specimen", name });
-    });
   }
 
   tell(type, known) {
-    this.known = known;
     if (type === "session" || type === "hello") this.show(known);
     if (type === "session" || type === "state") this.showEnd(known);
   }
@@ -44,7 +39,7 @@ export class Session {
     put("sessiontitle", title ?? "");
     put("sessioncount", count?.of ? `${count.kept} of ${count.of} touches` : "");
     const longest = Math.max(0, ...specimens.map(({ modulus }) => places(inUnit(modulus ?? ""))));
-    $("specimens").replaceChildren(...specimens.map((one) => row(one, session.next?.name, longest, hello.scatter, file)));
+    $("specimens").replaceChildren(...specimens.map((one) => this.row(one, longest)));
     const list = $("specimens").closest(".list"), here = $("specimens").querySelector(".here") ?? $("specimens").lastElementChild;
     list.hidden = !specimens.length;
     if (session.next?.name !== this.here) list.scrollTop = (here?.offsetTop ?? 0) - list.clientHeight / 2;
@@ -68,16 +63,17 @@ export class Session {
     const at = specimens.findIndex(({ name }) => name === next?.name);
     this.say({ do: "specimen", name: specimens[(at + 1) % specimens.length].name });
   }
-}
 
-function row({ name, modulus, kept, of, deviations }, here, longest, scatter, file) {
-  const known = deviations.filter(({ deviation }) => deviation !== null);
-  const said = known.map(({ touch, deviation, kept: is }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${is ? "" : ", left out"}`).join("; ") || "no touch";
-  const plot = `<svg viewBox="0 0 ${WIDE} ${HIGH}" role="img" aria-label="${escaped(`${name}: ${said}`)}">${known.length ? dots(known, scatter) : ""}</svg>`;
-  const button = make("button", { type: "button", className: "plain", textContent: name, disabled: file, ariaCurrent: name === here ? "true" : null });
-  return make("tr", { className: name === here ? "here" : "" },
-    make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(inUnit(modulus), longest) : "?"),
-    make("td", { className: "name", innerHTML: plot }), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
+  row({ name, modulus, kept, of, deviations }, longest) {
+    const { session, hello } = this.known, here = session.next?.name === name, known = deviations.filter(({ deviation }) => deviation !== null);
+    const said = known.map(({ touch, deviation, kept: is }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${is ? "" : ", left out"}`).join("; ") || "no touch";
+    const plot = `<svg viewBox="0 0 ${WIDE} ${HIGH}" role="img" aria-label="${escaped(`${name}: ${said}`)}">${known.length ? dots(known, hello.scatter) : ""}</svg>`;
+    const onclick = () => this.say({ do: "specimen", name });
+    const button = make("button", { type: "button", className: "plain", textContent: name, disabled: hello.kind === "file", ariaCurrent: here ? "true" : null, onclick });
+    return make("tr", { className: here ? "here" : "" },
+      make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(inUnit(modulus), longest) : "?"),
+      make("td", { className: "name", innerHTML: plot }), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
+  }
 }
 
 function dots(known, scatter) {
@@ -100,28 +96,26 @@ const TYPED = ["title", "wanted", "list"];
 const READ_MS = 200;
 
 export class Plan {
-  constructor(say) {
-    this.say = say;
-    this.memory = storage();
-    $("openplan").onclick = () => this.open();
-    $("listfile").onchange = () => this.load();
+  memory = storage();
+
+  constructor(known, say) {
+    Object.assign(this, { known, say });
+    $("openplan").onclick = () => {
+      ask($("plan"));
+      this.fill();
+    };
+    $("listfile").onchange = async () => {
+      $("list").value = await $("listfile").files[0].text();
+      this.keep();
+    };
     $("list").onscroll = () => ($("listread").scrollTop = $("list").scrollTop);
     $("plan").firstElementChild.oninput = () => this.keep();
     $("plan").firstElementChild.onsubmit = (event) => this.send(event);
     $("undraft").onclick = () => this.fill(delete this.memory.draft);
   }
 
-  tell(type, known) {
-    this.session = known.session;
-  }
-
-  open() {
-    ask($("plan"));
-    this.fill();
-  }
-
   fill() {
-    const { title, wanted, specimens } = this.session, lines = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${inUnit(modulus)} ${settings.unit}` : name));
+    const { title, wanted, specimens } = this.known.session, lines = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${inUnit(modulus)} ${settings.unit}` : name));
     const { draft } = this.memory, values = draft ? JSON.parse(draft) : [title ?? "", wanted || 4, lines.join("\n")];
     TYPED.forEach((name, i) => ($(name).value = values[i]));
     $("listfile").value = "";
@@ -133,11 +127,6 @@ export class Plan {
     this.memory.draft = JSON.stringify(TYPED.map((name) => $(name).value));
     $("undraft").hidden = false;
     this.judge();
-  }
-
-  async load() {
-    $("list").value = await $("listfile").files[0].text();
-    this.keep();
   }
 
   // Asks the server how it reads each line.

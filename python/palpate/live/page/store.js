@@ -43,10 +43,6 @@ export class Store {
     this.used -= first;
   }
 
-  get now() {
-    return this.used ? this.columns.t[this.used - 1] : 0;
-  }
-
   // The kept rows as a block: columns, flags, and the rows [first, end) of them that are valid; bin: 0, all rows are there.
   get block() {
     return { ...this.columns, first: Math.max(this.used - this.kept, 0), end: this.used, bin: 0 };

@@ -10,9 +10,11 @@ const SPARE = 1000; // px above and below what is in sight
 const STEPS = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity };
 
 export class Table {
-  // say(message): null, if nothing can be changed; choose(number of a touch)
-  constructor(say, choose) {
-    Object.assign(this, { say, choose, made: new Map(), heights: new Map(), rows: [] });
+  live = make("tr", { className: "live", hidden: true });
+
+  // say(message): undefined, if nothing can be changed; choose(number of a touch)
+  constructor(known, say, choose) {
+    Object.assign(this, { known, say, choose, made: new Map(), heights: new Map(), rows: [] });
     $("rows").addEventListener("click", (event) => this.click(event));
     $("rows").addEventListener("keydown", (event) => this.step(event));
     document.addEventListener("scroll", () => this.draw(), { capture: true, passive: true });
@@ -20,8 +22,7 @@ export class Table {
     addEventListener("beforeprint", () => this.draw(true));
   }
 
-  tell(type, known) {
-    this.known = known;
+  tell(type) {
     if (["touches", "events", "session", "hello", "chosen", "found"].includes(type)) this.show();
     if (type === "state") this.showRunning();
     if (type === "chosen") this.reveal();
@@ -32,7 +33,6 @@ export class Table {
     if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
     const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", settings.unit];
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
-    this.live ??= make("tr", { className: "live" });
     this.draw();
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${inUnit(together.modulus.text)}` : "") : "");
     $("together").hidden = !together;
@@ -42,8 +42,8 @@ export class Table {
 
   // Draws the rows in sight, the one that has the focus and the chosen one; a gap stands for the rows between them.
   draw(all = false, also = null) {
-    if (!this.live) return;
-    const place = $("rows"), { chosen, found } = this.known, focused = numberOf(document.activeElement), [top, bottom] = inSight(place);
+    const place = $("rows"), { chosen, found } = this.known, focused = numberOf(document.activeElement), { top: first } = place.getBoundingClientRect(), box = place.closest(".scroll").getBoundingClientRect();
+    const top = Math.max(box.top, 0) - first, bottom = Math.min(box.bottom, innerHeight) - first; // what is in sight, px below the first row
     const most = this.heights.size ? [...this.heights.values()].reduce((sum, px) => sum + px) / this.heights.size : 24, rows = [], shown = [this.live];
     let y = this.live.offsetHeight, gap = 0;
     const close = () => gap && shown.push(make("tr", { className: "gap", ariaHidden: "true", style: `height: ${gap}px` }, make("td")));
@@ -90,25 +90,26 @@ export class Table {
   // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
   same(one, chosen) {
     const { session, touches } = this.known, names = chosen && session.specimens.map(({ name }) => name);
-    const of = JSON.stringify([one, settings, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
+    const of = JSON.stringify([one, settings, this.widest, remarkOf(one, this.known), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
     return made?.of === of ? made : Object.assign(this.row(one, chosen), { of });
   }
 
   row(one, chosen) {
     const out = one.kept === false, changes = chosen && this.say && (this.known.hello.kind !== "file" || this.known.hello.file.amendable);
-    const specimen = changes ? this.picker(one) : one.specimen ?? "";
-    const row = this.cells(one, specimen, this.remark(one), changes ? [this.button(one)] : []);
+    const specimen = changes ? this.picker(one) : one.specimen ?? "", [what, textContent] = out ? ["keep", "Keep"] : ["discard", "Leave out"];
+    const buttons = changes ? [make("button", { type: "button", textContent, onclick: () => this.say({ do: what, touch: one.number }) })] : [];
+    const row = this.cells(one, specimen, remarkOf(one, this.known), buttons);
     row.dataset.touch = one.number;
     row.className = [out && "out", chosen && "chosen", one.number === this.known.touches.most_reliable && "best"].filter(Boolean).join(" ");
     return row;
   }
 
   cells(one, specimen, remark, more = []) {
-    const { value, interval, shore } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
+    const { value, interval, shore } = modulusOf(one.modulus), { ratio, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
     const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
     const { hello } = this.known, demo = hello.simulation?.demo, truth = demo && truthOf(hello, one)?.ratio;
-    const [mean, last] = demo ? [truth?.toFixed(2) ?? "–", truth ? `${signed(100 * (one.ratio / truth - 1), 1)} %` : "–"] : [aligned(away, deviation), aligned(value, modulus)];
+    const [mean, last] = demo ? [truth?.toFixed(2) ?? "–", truth ? `${signed(100 * (one.ratio / truth - 1), 1)} %` : "–"] : [aligned(away, 1), aligned(value, modulus)];
     return make("tr", {},
       make("td", {}, nth), make("td", { className: "begin", textContent: this.known.found ? clock(one.start_s - (this.known.hello.origin_s ?? 0)) : "" }), make("td", { className: "name" }, specimen),
       make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
@@ -117,31 +118,22 @@ export class Table {
       make("td", { className: "opt", textContent: interval.replace(/ [kM]Pa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
   }
 
-  remark(one) {
-    return remarkOf(one, this.known);
-  }
-
   showRunning() {
     const { state, touches, session, hello } = this.known, on = running(state) && state.now?.tone !== "fault" && !this.known.offline;
-    if (!this.live) return;
     this.live.hidden = !on;
     if (!on) return;
     const seconds = state.now?.share && hello.seconds ? `, ${(state.now.share * hello.seconds).toFixed(1)} s` : "";
-    const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: away(state.ratio, session) };
+    const mean = session.specimens.find(({ name }) => name === session.next?.name)?.mean;
+    const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: mean ? state.ratio / mean - 1 : null };
     this.live.replaceChildren(...this.cells(one, (session.next ?? truthOf(hello, one))?.name ?? "", `measuring${seconds}`).cells);
     this.live.cells[0].textContent = one.number;
   }
 
   picker(one) {
     const names = ["", ...this.known.session.specimens.map(({ name }) => name)];
-    const options = names.map((name) => make("option", { value: name, textContent: name || "none", selected: name === (one.specimen ?? "") }));
+    const options = names.map((name) => new Option(name || "none", name, false, name === (one.specimen ?? "")));
     const onchange = ({ target }) => this.say({ do: "assign", touch: one.number, name: target.value });
     return make("select", { onchange, ariaLabel: `Specimen of touch ${one.number}` }, ...options);
-  }
-
-  button(one) {
-    const [what, textContent] = one.kept === false ? ["keep", "Keep"] : ["discard", "Leave out"];
-    return make("button", { type: "button", textContent, onclick: () => this.say({ do: what, touch: one.number }) });
   }
 
   click(event) {
@@ -162,12 +154,6 @@ function numberOf(element) {
   return Number(element?.closest?.("#rows tr")?.dataset.touch) || null;
 }
 
-// What is in sight of the table: by the box that scrolls, and by the window; px below the first row.
-function inSight(place) {
-  const { top } = place.getBoundingClientRect(), box = place.closest(".scroll").getBoundingClientRect();
-  return [Math.max(box.top, 0) - top, Math.min(box.bottom, innerHeight) - top];
-}
-
 // All touches, by a message with those that have changed, the number of all, and what each touch changes in all of them.
 export function merged(before, { rows, count = rows.length, scatter, means = {}, ...more }) {
   const all = before.slice(0, count);
@@ -180,26 +166,16 @@ export function merged(before, { rows, count = rows.length, scatter, means = {},
   return { rows: all, ...more };
 }
 
-function away(ratio, { next, specimens }) {
-  const mean = specimens.find(({ name }) => name === next?.name)?.mean;
-  return mean && ratio ? ratio / mean - 1 : null;
-}
-
 function widest(rows) {
-  const most = (texts) => Math.max(0, ...texts.map(places));
-  return {
-    ratio: most(rows.map((one) => plusMinus(one.ratio, one.uncertainty)[0])),
-    modulus: most(rows.map((one) => modulusOf(one.modulus).value)),
-    deviation: 1,
-  };
+  const most = (text) => Math.max(0, ...rows.map((one) => places(text(one))));
+  return { ratio: most((one) => plusMinus(one.ratio, one.uncertainty)[0]), modulus: most((one) => modulusOf(one.modulus).value) };
 }
 
 // The table of touches as text: with all digits, for a spreadsheet; moduli in the unit that is set.
+const NUMBERS = ["specimen", "start_s", "end_s", "samples", "ratio", "standard_error", "uncertainty", "uncertainty_from", "covariance", "alarm_share"];
 const columns = () => [
-  ["touch", (one) => one.number], ["specimen", (one) => one.specimen ?? ""], ["start_s", (one) => one.start_s], ["end_s", (one) => one.end_s],
-  ["samples", (one) => one.samples], ["ratio", (one) => one.ratio], ["standard_error", (one) => one.standard_error],
-  ["uncertainty", (one) => one.uncertainty], ["uncertainty_from", (one) => one.uncertainty_from], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
-  ...["modulus", "low", "high"].map((name) => [`${name}_${settings.unit}`, ({ modulus }) => inUnit(modulus?.[name === "modulus" ? "value_MPa" : `${name}_MPa`] ?? "")]),
+  ["touch", (one) => one.number], ...NUMBERS.map((name) => [name, (one) => one[name]]),
+  ...["value", "low", "high"].map((name) => [`${name === "value" ? "modulus" : name}_${settings.unit}`, ({ modulus }) => inUnit(modulus?.[`${name}_MPa`] ?? "")]),
   ...(settings.shore === "on" ? [["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)]] : []),
   ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
   ["remark", (one) => one.why || one.advice.join(". ")],

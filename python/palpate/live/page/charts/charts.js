@@ -3,18 +3,16 @@
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";
 import { truthOf } from "../now.js";
-import { Intervals } from "./intervals.js";
 import { Looking } from "./looking.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
 import { Tale, fromRows, runningOf } from "./tale.js";
 import { Detail, Overview } from "./timeline.js";
-import { TouchPlot } from "./touch.js";
+import { Intervals, TouchPlot } from "./touch.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
-const TOUCH = ["touchplot", "intervals"], ALL = ["time", ...TOUCH];
-const DRAWN = { hello: ALL, touches: ALL, session: ALL, events: ALL, state: ["time"], calibration: ["fitplot"] }; // kind of a message -> charts
+const TOUCH = ["touchplot", "intervals"], ALL = ["time", "fitplot", ...TOUCH];
 
 export class Charts {
   // store: Store; known: the newest message of each kind; say(message): to the server; tell("looking" or "chosen"): to the page
@@ -22,7 +20,7 @@ export class Charts {
     Object.assign(this, { store, known, tell, dirty: new Set(), tale: new Tale(known) });
     this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
-    this.cursors = new Cursors($("readout"), this, (from_s, to_s) => this.window.file && say({ do: "cut", from_s, to_s }));
+    this.cursors = new Cursors($("readout"), this, (from_s, to_s) => this.window.file && say?.({ do: "cut", from_s, to_s }));
     this.overview = new Overview($("overview"), this);
     this.detail = new Detail($("detail"), this);
     this.touchplot = new TouchPlot($("touchplot"), this);
@@ -30,15 +28,15 @@ export class Charts {
     addEventListener("beforeprint", () => this.paint());
   }
 
-  // `known` has another message of this kind.
+  // `known` has another message of this kind; without one the theme or the size is another.
   show(type) {
     this.follow();
-    this.redraw(...(DRAWN[type] ?? []));
+    this.redraw(...(type === "state" ? ["time"] : ALL));
   }
 
   clear(file) {
     this.tale.clear();
-    this.rows.views.clear();
+    this.rows.clear();
     this.window.clear(file);
     this.cursors.clear();
   }
@@ -61,13 +59,6 @@ export class Charts {
     this.tale.running = running && { ...running, specimen: (session.next ?? truthOf(hello, running))?.name ?? null, uncertainty: state.uncertainty ?? null };
   }
 
-  // The theme or the size is another.
-  dress() {
-    this.overview.dress();
-    this.detail.dress();
-    this.redraw(...ALL, "fitplot");
-  }
-
   // Shows a touch; null: the running or the newest one. The window of a file goes to it.
   choose(number) {
     this.known.chosen = number;
@@ -78,20 +69,15 @@ export class Charts {
   }
 
   key(name) {
-    const { window: looking, cursors } = this, [from, to] = [looking.from, looking.to];
+    const { window: looking, cursors } = this, { from, to } = looking, here = this.detail.pointer ?? (from + to) / 2;
     const act = {
       "left": () => looking.pan(-PAN * (to - from)), "right": () => looking.pan(PAN * (to - from)),
       "in": () => looking.zoomHere(ZOOM), "out": () => looking.zoomHere(1 / ZOOM),
-      "all": () => looking.live(Infinity), "pause": () => looking.pause(),
+      "all": () => looking.live(Infinity), "pause": () => looking.show(from, to),
       "live": () => { cursors.clear(); this.choose(null); looking.now(); },
-      "cursor a": () => this.put(0), "cursor b": () => this.put(1), "clear": () => cursors.clear(),
+      "cursor a": () => cursors.put(0, here), "cursor b": () => cursors.put(1, here), "clear": () => cursors.clear(),
     }[name];
     act?.();
-  }
-
-  // A cursor goes to the pointer, or to the middle of the window.
-  put(which) {
-    this.cursors.put(which, this.detail.pointer ?? (this.window.from + this.window.to) / 2);
   }
 
   // What the touch chart shows.
@@ -116,7 +102,8 @@ export class Charts {
   }
 
   moved() {
-    this.known.looking = this.window.back;
+    const { fixed, file } = this.window;
+    this.known.looking = fixed && !file ? { from_s: fixed[0], to_s: fixed[1] } : null;
     this.tell("looking");
     this.redraw("time");
   }
@@ -138,7 +125,6 @@ export class Charts {
     this.overview.draw();
     this.cursors.draw();
     this.detail.draw();
-    for (const chart of [this.overview, this.detail]) if (chart.pointed !== null) chart.tell(chart.pointed); // after a zoom something else is there
     put("timetitle", `${this.window.file ? "" : "Timeline · "}${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`);
   }
 }

@@ -25,11 +25,6 @@ export class Looking {
     return this.fixed ? this.fixed[1] : Math.max(this.end, this.begin + (this.file ? LEAST_S : Math.min(this.span, LIVE_S)));
   }
 
-  // What the page says: null while the window follows the measurement.
-  get back() {
-    return this.fixed && !this.file ? { from_s: this.fixed[0], to_s: this.fixed[1] } : null;
-  }
-
   // Shows [from, to], moved into the measurement.
   show(from, to) {
     const most = Math.max(this.end - this.begin, LEAST_S), span = Math.min(most, Math.max(LEAST_S, to - from));
@@ -70,9 +65,5 @@ export class Looking {
 
   now() {
     this.live(this.file ? Infinity : Number.isFinite(this.span) ? this.span : LIVE_S);
-  }
-
-  pause() {
-    this.show(this.from, this.to);
   }
 }

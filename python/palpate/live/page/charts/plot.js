@@ -4,7 +4,6 @@
 import { indexOf } from "../store.js";
 
 const GAP_S = 0.5; // samples further apart are not joined by a line
-const DENSE = 1; // rows in a pixel
 const THICK = 1.6; // pixels
 const CHUNK = 32; // points in a path: Chromium without a graphics card takes 8 ms for 4,600 points so, 130 ms for one path
 
@@ -13,18 +12,18 @@ export function span(block, from, to) {
   return [Math.max(block.first, indexOf(block, from) - 1), Math.min(block.end, indexOf(block, to) + 1)];
 }
 
-// Draws a column of a block in [first, end). x, y: functions from s and pF to pixels. Returns the number of points, which
-// the width in pixels bounds. Many rows are drawn as bars, which is fast everywhere.
-export function trace(sheet, colour, block, name, rows, x, y) {
-  const { t } = block, [first, end] = rows, dense = end - first > DENSE * (x(t[end - 1]) - x(t[first]));
-  return (dense ? bars : curve)(sheet, colour, block, name, rows, x, y);
+// Draws a column of a block in [first, end), in the colour of its name. x, y: functions from s and pF to pixels. Returns the number
+// of points, which the width in pixels bounds. Many rows are drawn as bars, which is fast everywhere.
+export function trace(sheet, name, block, rows, x, y) {
+  const { t } = block, [first, end] = rows, dense = end - first > x(t[end - 1]) - x(t[first]); // rows, pixels
+  return dense ? bars(sheet, name, block, block[name], rows, x, y) : curve(sheet, name, block, block[name], rows, x, y);
 }
 
 // Whether a line goes from row j to row k: also over samples without a value, if that is short.
 const joins = ({ t, bin }, j, k) => t[k] - t[j] <= Math.max(GAP_S, 2 * bin);
 
-function curve(sheet, colour, block, name, [first, end], x, y) {
-  const { t } = block, values = block[name];
+function curve(sheet, colour, block, values, [first, end], x, y) {
+  const { t } = block;
   let path = new Path2D(), points = 0, last = -1;
   for (let k = first; k < end; k++) {
     if (values[k] !== values[k]) continue; // NaN
@@ -42,8 +41,8 @@ function curve(sheet, colour, block, name, [first, end], x, y) {
 }
 
 // For each pixel a bar from the lowest to the highest value; it begins where the one before it ended. under: from zero.
-export function bars(sheet, colour, block, name, [first, end], x, y, under = false) {
-  const { t } = block, values = block[name], { context } = sheet;
+export function bars(sheet, colour, block, values, [first, end], x, y, under = false) {
+  const { t } = block, { context } = sheet;
   let points = 0, column = NaN, low = 0, high = 0, last = -1;
   const draw = (width) => {
     const top = y(high), height = under ? y(0) - top : Math.max(THICK, y(low) - top);

@@ -26,7 +26,7 @@ export class Hover {
   }
 }
 
-const CUT_MS = 300; // a cursor that is dragged asks when it rests
+const AROUND_S = 0.1, CUT_MS = 300; // a cursor that is dragged asks when it rests
 
 // Cursors A and B, the table of their values and differences, and the result of the part between them.
 export class Cursors {
@@ -39,7 +39,7 @@ export class Cursors {
   put(which, time) {
     const { begin, end } = this.rows.extent;
     this.times[which] = Math.max(begin, Math.min(end, time));
-    this.rows.exactly(this.times[which]);
+    this.rows.once(`at ${this.times[which]}`, this.times[which] - AROUND_S, this.times[which] + AROUND_S); // so that its values are those of a row
     this.tell("");
     const [from, to] = this.times.toSorted((a, b) => a - b);
     if (!this.times.includes(null) && from < to) this.asking = setTimeout(() => this.cut(from, to), CUT_MS);

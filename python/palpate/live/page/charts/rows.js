@@ -1,22 +1,40 @@
-// All rows of the measurement, as far as they are known: views of its earlier parts, and the newest rows.
+// All rows of the measurement, as far as they are known: the newest rows, and views of its earlier parts at the resolution of the
+// screen: asked from the server, kept, and chosen from.
 
 import { indexOf } from "../store.js";
 import { extremes, nearest, span } from "./plot.js";
 
-const AROUND_S = 0.1, EXACT_ROWS = 512; // for a cursor: every row up to 2,500 pairs per second
+const EXACT_ROWS = 512; // in 0.2 s around a cursor every row up to 2,500 pairs per second
+const EVERY_MS = 70; // what is wanted is asked for together, fewer than 15 times a second
+const PATIENCE_MS = 3000; // then a request may have been lost with its connection
+const KEPT = 24, ROWS = 8192;
+const WIDER = 3; // windows in one view: a pan is drawn from it
+const NEAR = 0.4; // windows before the edge of a view the next one is asked for
+const COARSE = 1.5; // a view is fine enough if its bins are no longer than so many of the wanted ones
 
 export class Rows {
+  id = 0;
+  said = -EVERY_MS;
+
+  // say(message): to the server; changed(): a view has come.
   constructor(store, known, say, changed) {
-    Object.assign(this, { store, known });
-    this.views = new Views(say, changed);
-    store.view = (id, block) => this.views.take(id, block, this.extent.end);
-    store.again = () => this.views.clear();
+    Object.assign(this, { store, known, say, changed });
+    store.view = (id, block) => this.take(id, block);
+    store.again = () => this.clear();
+    this.clear();
+  }
+
+  clear() {
+    this.kept = []; // the newest used last
+    this.wanted = new Map(); // purpose -> request
+    this.asked = new Map(); // id -> request; answers of an earlier measurement are not taken
+    this.id += 1000;
   }
 
   // begin, end: of the measurement, in the source's seconds; held: from here on all rows are here.
   get extent() {
-    const { block, now, used } = this.store, first = used ? block.t[block.first] : Infinity;
-    const begin = Math.min(this.known.hello.origin_s ?? first, first), end = Math.max(this.known.state.end_s ?? 0, used ? now : 0);
+    const { block, used } = this.store, first = used ? block.t[block.first] : Infinity;
+    const begin = Math.min(this.known.hello.origin_s ?? first, first), end = Math.max(this.known.state.end_s ?? 0, used ? block.t[used - 1] : 0);
     return Number.isFinite(begin) ? { begin, end: Math.max(begin, end), held: Math.min(first, Math.max(begin, end)) } : { begin: 0, end: 0, held: 0 };
   }
 
@@ -24,7 +42,7 @@ export class Rows {
   pieces(from, to) {
     const { block } = this.store, { held } = this.extent, parts = [];
     if (from < held) {
-      const view = this.views.best(from, Math.min(to, held));
+      const view = this.best(from, Math.min(to, held));
       if (view) parts.push({ block: view.block, rows: span(view.block, from, Math.min(to, held)) });
     }
     if (to >= held) parts.push({ block, rows: span(block, Math.max(from, held), to) });
@@ -33,7 +51,7 @@ export class Rows {
 
   // The row nearest to a moment, with its values; from the finest rows that are known.
   at(time) {
-    const { held } = this.extent, view = time < held ? this.views.best(time, time) : null;
+    const { held } = this.extent, view = time < held ? this.best(time, time) : null;
     const block = view ? view.block : this.store.block, k = nearest(block, time);
     return k < 0 ? null : { t: block.t[k], hard: block.hard[k], soft: block.soft[k], ratio: block.ratio[k], error: block.error[k], statistic: block.statistic[k] };
   }
@@ -45,40 +63,9 @@ export class Rows {
     return range;
   }
 
-  // Asks for every row around a moment, so that its values are those of a row.
-  exactly(time) {
-    if (time < this.extent.held) this.views.ask(`at ${time}`, time - AROUND_S, time + AROUND_S, EXACT_ROWS);
-  }
-
-  // Asks for the rows of [from, to], which `take` gets, unless they are under way.
+  // Asks for the rows of [from, to], which `take` gets if it is given, unless they are here or under way.
   once(purpose, from, to, take) {
-    if (!this.views.expects(purpose)) this.views.ask(purpose, from, to, EXACT_ROWS, take);
-  }
-}
-
-// Rows of any part of the measurement at the resolution of the screen: asked from the server, kept, and chosen from.
-const EVERY_MS = 70; // what is wanted is asked for together, fewer than 15 times a second
-const PATIENCE_MS = 3000; // then a request may have been lost with its connection
-const KEPT = 24, ROWS = 8192;
-const WIDER = 3; // windows in one view: a pan is drawn from it
-const NEAR = 0.4; // windows before the edge of a view the next one is asked for
-const COARSE = 1.5; // a view is fine enough if its bins are no longer than so many of the wanted ones
-
-class Views {
-  // say(message): to the server; changed(): a view has come.
-  constructor(say, changed) {
-    this.say = say;
-    this.changed = changed;
-    this.clear();
-  }
-
-  clear() {
-    this.kept = []; // the newest used last
-    this.wanted = new Map(); // purpose -> request
-    this.asked = new Map(); // id -> request
-    this.id = (this.id ?? 0) + 1000; // answers of an earlier measurement are not taken
-    this.said ??= -EVERY_MS;
-    this.sent ??= 0;
+    if (from < this.extent.held && !this.expects(purpose)) this.ask(purpose, from, to, EXACT_ROWS, take);
   }
 
   // Asks for rows of [from, to]. Of each purpose only the newest request counts. take(block): gets them, in place of the view.
@@ -93,21 +80,20 @@ class Views {
     this.said = performance.now();
     for (const request of this.wanted.values()) {
       const { from, to, rows } = request;
-      if (this.say({ do: "view", id: ++this.id, from_s: from, to_s: to, rows }) === false) continue;
+      if (!this.say({ do: "view", id: ++this.id, from_s: from, to_s: to, rows })) continue;
       this.asked.set(this.id, { ...request, at: this.said });
-      this.sent++;
     }
     this.wanted.clear();
   }
 
-  // Takes an answer. known: the newest time that the measurement had; later rows are not in the view.
-  take(id, block, known) {
+  // Takes an answer; rows that are newer than the measurement now are not in the view.
+  take(id, block) {
     const request = this.asked.get(id);
     if (!request) return;
     this.asked.delete(id);
     if (request.take) return void request.take(block);
     this.kept = this.kept.filter((one) => one.purpose !== "all" || request.purpose !== "all");
-    this.kept.push({ ...request, to: Math.min(request.to, known), block: Object.assign(block, { bin: request.bin }) });
+    this.kept.push({ ...request, to: Math.min(request.to, this.extent.end), block: Object.assign(block, { bin: request.bin }) });
     if (this.kept.length > KEPT) this.kept.splice(this.kept.findIndex((one) => one.purpose !== "all"), 1);
     this.changed();
   }
@@ -125,9 +111,10 @@ class Views {
     return found ?? this.all;
   }
 
-  // Asks for what a window still needs: three times as wide, so that it can be moved. begin, end: of the measurement; held: from
-  // here on its rows are here anyway.
-  need(from, to, { begin, held, end }) {
+  // Asks for what a window still needs: three times as wide, so that it can be moved.
+  need(from, to) {
+    const { begin, held, end } = this.extent;
+    if (from >= held) return;
     const span = to - from, near = NEAR * span, margin = ((WIDER - 1) / 2) * span, bin = (2 * WIDER * span) / ROWS;
     const has = (one) => one.bin <= COARSE * bin && one.from <= Math.max(from - near, begin) && one.to >= Math.min(to + near, held) - 1e-9;
     if (![...this.kept, ...this.underWay()].some(has)) this.ask("window", Math.max(from - margin, begin), Math.min(to + margin, end), ROWS);

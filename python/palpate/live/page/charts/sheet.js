@@ -2,20 +2,10 @@
 
 import { make } from "../dom.js";
 
-// Width and height as they were observed: to ask an element would lay out the whole page first.
-const sizes = new WeakMap();
-
-export function sizeOf(place) {
-  return sizes.get(place) ?? [place.clientWidth, place.clientHeight];
-}
-
-// Calls back when an element gets another size.
-export function onResize(place, call) {
-  const observed = () => {
-    sizes.set(place, [place.clientWidth, place.clientHeight]);
-    call();
-  };
-  new ResizeObserver(observed).observe(place);
+// Keeps the width and height of an element as `size` of its chart, since to ask for them would lay out the whole page; and calls.
+export function observed(place, chart, call) {
+  chart.size = [0, 0];
+  new ResizeObserver(() => call((chart.size = [place.clientWidth, place.clientHeight]))).observe(place);
 }
 
 // Where in an element a pointer is.
@@ -35,15 +25,7 @@ export class Sheet {
     this.context = this.canvas.getContext("2d");
     this.place = place;
     place.append(this.canvas);
-    onResize(place, resized);
-    this.dress();
-  }
-
-  // Colours and sizes as the theme has them now.
-  dress() {
-    this.colours = new Map();
-    this.unit = unit();
-    this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
+    observed(place, this, resized);
   }
 
   colour(name) {
@@ -51,10 +33,13 @@ export class Sheet {
     return this.colours.get(name);
   }
 
-  // Empties the sheet; false if it has no room.
+  // Empties the sheet, for colours and sizes as the theme has them now; false if it has no room.
   begin() {
-    const [width, height] = sizeOf(this.place), dpr = devicePixelRatio;
+    const [width, height] = this.size, dpr = devicePixelRatio;
     if (width < 40 || height < 20) return false;
+    this.colours = new Map();
+    this.unit = unit();
+    this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
     const [w, h] = [Math.round(width * dpr), Math.round(height * dpr)];
     if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
     Object.assign(this, { width, height });
@@ -77,15 +62,10 @@ export class Sheet {
   }
 
   line(name, x1, y1, x2, y2, { dash = [], width = 1 } = {}) {
-    const { context } = this, sharp = width === 1 ? (v) => Math.round(v) + 0.5 : (v) => v;
-    context.strokeStyle = this.colour(name);
-    context.lineWidth = width;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(sharp(x1), sharp(y1));
-    context.lineTo(sharp(x2), sharp(y2));
-    context.stroke();
-    context.setLineDash([]);
+    const sharp = width === 1 ? (v) => Math.round(v) + 0.5 : (v) => v;
+    this.context.setLineDash(dash);
+    this.stroke(name, new Path2D(`M${sharp(x1)} ${sharp(y1)}L${sharp(x2)} ${sharp(y2)}`), width);
+    this.context.setLineDash([]);
   }
 
   stroke(name, path, width = 1.6) {

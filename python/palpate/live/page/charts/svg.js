@@ -2,7 +2,7 @@
 
 import { make } from "../dom.js";
 import { Hover } from "./readout.js";
-import { inside, onResize, sizeOf } from "./sheet.js";
+import { inside, observed } from "./sheet.js";
 
 const ruler_ = document.createElement("canvas").getContext("2d");
 
@@ -13,30 +13,24 @@ export function escaped(text) {
 const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L")}`;
 
 // What is drawn has a colour of the theme, by its name.
-export function line(points, colour, width = 2.2) {
-  return points.length > 1 ? `<path d="${path(points)}" fill="none" stroke="var(--${colour})" stroke-width="${width}" stroke-linejoin="round"/>` : "";
-}
+export const line = (points, colour, width = 2.2) =>
+  points.length > 1 ? `<path d="${path(points)}" fill="none" stroke="var(--${colour})" stroke-width="${width}" stroke-linejoin="round"/>` : "";
 
-export function area(upper, lower, colour) {
-  return upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" fill="var(--${colour})"/>` : "";
-}
+export const area = (upper, lower, colour) =>
+  upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" fill="var(--${colour})"/>` : "";
 
-export function label(x, y, text, name = "", anchor = "start") {
-  return `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" class="${name}" text-anchor="${anchor}">${escaped(text)}</text>`;
-}
+export const label = (x, y, text, name = "", anchor = "start") =>
+  `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" class="${name}" text-anchor="${anchor}">${escaped(text)}</text>`;
 
-export function ruler(x1, y1, x2, y2, colour, { width = 1, dash = "" } = {}) {
-  return `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" stroke="var(--${colour})" stroke-width="${width}" stroke-dasharray="${dash}"/>`;
-}
+export const ruler = (x1, y1, x2, y2, colour, { width = 1, dash = "" } = {}) =>
+  `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" stroke="var(--${colour})" stroke-width="${width}" stroke-dasharray="${dash}"/>`;
 
-export function box(x, y, width, height, colour) {
-  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${width.toFixed(1)}" height="${height.toFixed(1)}" fill="var(--${colour})"/>`;
-}
+export const box = (x, y, width, height, colour) =>
+  `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${width.toFixed(1)}" height="${height.toFixed(1)}" fill="var(--${colour})"/>`;
 
 // What is outside of the box is not drawn.
-export function clipped(x, y, width, height, inner) {
-  return `<svg x="${x}" y="${y}" width="${Math.max(0, width)}" height="${Math.max(0, height)}" viewBox="${x} ${y} ${Math.max(1, width)} ${Math.max(1, height)}">${inner}</svg>`;
-}
+export const clipped = (x, y, width, height, inner) =>
+  `<svg x="${x}" y="${y}" width="${Math.max(0, width)}" height="${Math.max(0, height)}" viewBox="${x} ${y} ${Math.max(1, width)} ${Math.max(1, height)}">${inner}</svg>`;
 
 // The newest one stands out.
 export function dot(x, y, radius, newest, colour, title = "") {
@@ -57,7 +51,7 @@ export class SvgChart {
   constructor(place, charts) {
     Object.assign(this, { place, charts, holder: make("div") });
     place.prepend(this.holder);
-    onResize(place, () => charts.redraw(place.id));
+    observed(place, this, () => charts.redraw(place.id));
     const hover = new Hover(place);
     place.addEventListener("pointermove", (event) => {
       const found = this.at?.(...inside(place, event));
@@ -65,10 +59,6 @@ export class SvgChart {
       else hover.hide();
     });
     place.addEventListener("pointerleave", () => hover.hide());
-  }
-
-  get size() {
-    return sizeOf(this.place);
   }
 
   show(inner, name) {

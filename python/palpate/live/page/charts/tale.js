@@ -55,7 +55,7 @@ const ENDING_S = 0.5; // a touch that has just ended is shown on, until the serv
 
 // A touch that goes on: since its first row after the last completed touch. null: none.
 export function runningOf(store, last) {
-  const { block, now } = store, after = last?.end_s ?? -Infinity;
+  const { block } = store, now = block.t[store.used - 1], after = last?.end_s ?? -Infinity;
   let used = store.used;
   while (used > block.first && !(block.flags[used - 1] & MEASURED) && now - block.t[used - 1] < ENDING_S) used--;
   let first = used;

@@ -20,11 +20,9 @@ class TimeChart {
   // charts: Charts
   constructor(place, charts) {
     Object.assign(this, { place, charts, rows: charts.rows, looking: charts.window, tale: charts.tale, cursors: charts.cursors });
-    this.sheet = new Sheet(place, () => this.dress());
+    this.sheet = new Sheet(place, () => charts.redraw("time"));
     this.hover = new Hover(place);
-    this.labels = [];
     this.selected = null; // [x, x] while a part is selected
-    this.shown = []; // dots
     this.held = new Map(); // pointers that are down -> x
     this.pointed = null; // x of the pointer that only points
     place.addEventListener("pointerdown", (event) => this.down(event));
@@ -47,11 +45,6 @@ class TimeChart {
   time(x) {
     const { from, left, right } = this.axis;
     return from + this.seconds(Math.max(left, Math.min(right, x)) - left);
-  }
-
-  dress() {
-    this.sheet.dress();
-    this.charts.redraw("time");
   }
 
   down(event) {
@@ -90,9 +83,10 @@ class TimeChart {
     start.moved ||= Math.abs(x - start.x) > STILL;
     if (!start.moved) return;
     if (start.drag) start.drag(x, x - start.last);
-    else this.select([Math.min(start.x, x), Math.max(start.x, x)]);
+    else this.selected = [Math.min(start.x, x), Math.max(start.x, x)];
     start.last = x;
     this.point(null);
+    this.charts.redraw("time");
   }
 
   up(event) {
@@ -100,7 +94,8 @@ class TimeChart {
     if (this.held.size) return;
     this.start = null;
     if (!known || !start) return;
-    if (selected) this.select(null);
+    this.selected = null;
+    this.charts.redraw("time");
     if (event.type !== "pointerup") return;
     if (!start.moved) this.click(x, y, event);
     else if (selected) (this.file ? this.charts.find : (...span) => this.looking.show(...span))(...selected.map((edge) => this.time(edge)));
@@ -113,9 +108,11 @@ class TimeChart {
     else this.looking.zoom(Math.exp(Math.max(-240, Math.min(240, event.deltaY * scale)) * WHEEL), this.time(x));
   }
 
-  select(selected) {
-    this.selected = selected;
-    this.charts.redraw("time");
+  draw() {
+    if (!this.sheet.begin()) return;
+    this.paint();
+    if (this.selected) this.sheet.fill("band", this.selected[0], this.top, this.selected[1] - this.selected[0], this.foot - this.top);
+    if (this.pointed !== null) this.tell(this.pointed); // after a zoom something else is there
   }
 
   // A label whose middle is at a moment, as far as the sheet has room.
@@ -124,14 +121,14 @@ class TimeChart {
     return { text, width, height, colour, places: [[x, y]] };
   }
 
-  // Of touches that lie together in a few pixels one, one that was left out first.
+  // Of touches that lie together in a few pixels one; those that were left out come first.
   sparse(touches) {
     const found = new Map();
     for (const touch of touches) {
       const at = Math.floor(this.x(touch.start_s) / (6 * this.sheet.unit));
       if (!found.has(at) || (found.get(at).kept && !touch.kept)) found.set(at, touch);
     }
-    return [...found.values()];
+    return [...found.values()].toSorted((a, b) => a.kept - b.kept);
   }
 
   // Touches and gaps as areas, `strength` of those that were left out.
@@ -141,10 +138,10 @@ class TimeChart {
       const x = this.x(start_s), width = Math.max(1, this.x(end_s) - x);
       sheet.fill(kept ? "fband" : "caution", x, top, width, foot - top, kept ? 1 : strength);
     }
-  }
-
-  hatch({ from_s, to_s }, top, foot) {
-    this.sheet.hatch(this.x(from_s), top, Math.max(2, this.x(to_s) - this.x(from_s)), foot - top);
+    for (const { from_s, to_s } of this.tale.events.gaps) {
+      const a = Math.max(0, this.x(from_s)), b = Math.min(sheet.width, this.x(to_s));
+      if (b >= a) sheet.hatch(a, top, Math.max(2, b - a), foot - top);
+    }
   }
 }
 
@@ -181,19 +178,16 @@ export class Overview extends TimeChart {
     this.hover.show(x, [clock(t - this.rows.extent.begin, 1), ...value, ...this.tale.said(t, near)]);
   }
 
-  draw() {
-    if (!this.sheet.begin()) return;
+  paint() {
     const { sheet } = this, { begin, end, held } = this.rows.extent, file = (this.file = Boolean(this.tale.known.found)), k = sheet.unit, top = 14 * k, foot = sheet.height - (file ? 26 * k : 2);
+    Object.assign(this, { top: 0, foot: file ? foot : sheet.height });
     this.axis = { from: begin, to: Math.max(end, begin + 1), left: file ? 34 * k : 0, right: sheet.width - (file ? 6 * k : 0) };
     this.ask(begin, end, held, sheet.width);
+    this.shade(file ? [] : this.tale.all, top, foot, 0.55);
     if (file) this.dots(4 * k, foot);
-    else {
-      this.shade(this.tale.all, top, foot, 0.55);
-      this.area(top, foot);
-    }
+    else this.area(top, foot);
     this.signs(top, foot);
     if (!file) this.drawWindow(sheet);
-    else if (this.selected) sheet.fill("band", this.selected[0], 0, this.selected[1] - this.selected[0], foot);
     sheet.name = `The whole ${this.looking.file ? "recording" : "measurement"}: ${clock(end - begin)}, ${this.tale.counted()}`;
   }
 
@@ -226,25 +220,23 @@ export class Overview extends TimeChart {
     context.strokeStyle = sheet.colour("ink");
     context.lineWidth = 2;
     context.strokeRect(a + 1, 1, b - a - 2, height - 2);
-    if (this.selected) sheet.fill("band", this.selected[0], 0, this.selected[1] - this.selected[0], height);
   }
 
   ask(begin, end, held, width) {
-    const { all } = this.rows.views;
+    const { all } = this.rows;
     const stale = !all || all.to < held - STALE * (end - begin) || all.rows < width;
-    if (held > begin && stale && !this.rows.views.expects("all")) this.rows.views.ask("all", begin, end, 2 * width);
+    if (held > begin && stale && !this.rows.expects("all")) this.rows.ask("all", begin, end, 2 * width);
   }
 
   area(top, foot) {
     const pieces = this.rows.pieces(this.axis.from, this.axis.to), range = [0, 0.2];
     for (const { block, rows } of pieces) extremes(block, ["hard"], rows, range);
     const x = (t) => this.x(t), y = (value) => foot - (Math.max(0, value) / (1.08 * range[1])) * (foot - top - 2);
-    this.points = pieces.reduce((sum, { block, rows }) => sum + bars(this.sheet, "past", block, "hard", rows, x, y, true), 0);
+    this.points = pieces.reduce((sum, { block, rows }) => sum + bars(this.sheet, "past", block, block.hard, rows, x, y, true), 0);
   }
 
   signs(top, foot) {
-    const { sheet } = this, { gaps, tares, marks } = this.tale.events;
-    for (const gap of gaps) this.hatch(gap, top, foot);
+    const { sheet } = this, { tares, marks } = this.tale.events;
     for (const t of tares) sheet.text("▴", this.x(t), foot - 5, { colour: "ink", align: "center" });
     for (const { t_s } of marks) sheet.line("ink", this.x(t_s), top, this.x(t_s), foot, { dash: [2, 3] });
   }
@@ -252,8 +244,7 @@ export class Overview extends TimeChart {
   // Numbers of the touches above them, M at a mark, where they have room: left out ones first.
   label(top) {
     const { sheet, tale } = this, height = 12 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: sheet.height };
-    const touches = this.sparse(tale.all).toSorted((a, b) => Number(a.kept) - Number(b.kept));
-    const numbers = touches.map(({ number, start_s, end_s, kept }) => this.centred(String(number), (start_s + end_s) / 2, top / 2, height, kept ? "ink" : "bad"));
+    const numbers = this.sparse(tale.all).map(({ number, start_s, end_s, kept }) => this.centred(String(number), (start_s + end_s) / 2, top / 2, height, kept ? "ink" : "bad"));
     this.labels = placed([...numbers, ...tale.events.marks.map(({ t_s }) => this.centred("M", t_s, top + height / 2, height, "ink"))], edges);
     for (const { text, x, y, colour } of this.labels) sheet.text(text, x, y, { colour, bold: colour === "bad" });
   }
@@ -298,23 +289,22 @@ export class Detail extends TimeChart {
     return low < high ? `${low.toFixed(4)} to ${high.toFixed(4)}` : Number.isNaN(row[name]) ? "–" : row[name].toFixed(4);
   }
 
-  draw() {
-    if (!this.sheet.begin()) return;
+  paint() {
     const { sheet } = this, { unit } = sheet, { from, to } = this.looking;
     Object.assign(this, { left: 46 * unit, right: sheet.width - 4 * unit, top: 17 * unit, foot: sheet.height - 18 * unit });
-    const { extent } = this.rows;
-    if (from < extent.held) this.rows.views.need(from, to, extent);
-    const pieces = this.rows.pieces(from, to), y = this.scale(pieces);
+    this.rows.need(from, to);
+    const pieces = this.rows.pieces(from, to);
+    const scale = (this.right - this.left) / (to - from), x = (t) => this.left + (t - from) * scale;
+    this.points = 0;
+    this.scale(pieces);
     this.axes(from, to);
     sheet.clipped(this.left, this.top, this.right - this.left, this.foot - this.top, () => {
       this.shade(this.touches(from, to), this.top, this.foot, 0.45);
-      for (const gap of this.tale.events.gaps) if (gap.to_s >= from && gap.from_s <= to) this.hatch(gap, this.top, this.foot);
-      this.lines(pieces, y);
+      for (const name of ["soft", "hard"]) for (const { block, rows } of pieces) this.points += trace(sheet, name, block, rows, x, this.y);
     });
     this.labels = [...this.touchLabels(from, to), ...this.signs(from, to)];
     for (const label of this.labels) sheet.text(label.text, label.x, label.y, { colour: label.colour, bold: label.colour === "bad", back: !("touch" in label) });
     this.drawCursors();
-    if (this.selected) sheet.fill("band", this.selected[0], this.top, this.selected[1] - this.selected[0], this.foot - this.top);
     this.nameIt(from, to, pieces);
   }
 
@@ -328,7 +318,6 @@ export class Detail extends TimeChart {
     const bottom = noise ? Math.min(0, 1.2 * range[0]) : low;
     const y = (value) => this.foot - ((value - bottom) / (high - bottom)) * (this.foot - this.top - 2);
     Object.assign(this, { y, values: ticks(low, high, step), step });
-    return y;
   }
 
   axes(from, to) {
@@ -349,27 +338,16 @@ export class Detail extends TimeChart {
     return this.tale.all.filter(({ start_s, end_s }) => end_s >= from && start_s <= to);
   }
 
-  lines(pieces, y) {
-    const { from, to } = this.looking, { left, right } = this, scale = (right - left) / (to - from), x = (t) => left + (t - from) * scale;
-    this.points = 0;
-    for (const name of ["soft", "hard"]) {
-      for (const { block, rows } of pieces) this.points += trace(this.sheet, name, block, name, rows, x, y);
-    }
-  }
-
   // Number and ratio above each touch, or the numbers alone if that is too much.
   touchLabels(from, to) {
     const { sheet } = this, height = 13 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: this.top }, touches = this.touches(from, to);
-    const some = this.sparse(touches), labels = (ratios) => {
-      const wanted = some.map((one) => {
-        const text = `${one.kept ? "" : "▲ "}${one.number}${ratios ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
-        const middle = (Math.max(from, one.start_s) + Math.min(to, one.end_s)) / 2;
-        return { ...this.centred(text, middle, this.top / 2, height, one.kept ? "ink" : "bad"), touch: one.number };
-      });
-      return placed(wanted.toSorted((a, b) => Number(b.colour === "bad") - Number(a.colour === "bad")), edges);
+    const label = (one, ratio) => {
+      const text = `${one.kept ? "" : "▲ "}${one.number}${ratio ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
+      const middle = (Math.max(from, one.start_s) + Math.min(to, one.end_s)) / 2;
+      return { ...this.centred(text, middle, this.top / 2, height, one.kept ? "ink" : "bad"), touch: one.number };
     };
-    const whole = some.length === touches.length ? labels(true) : [];
-    return whole.length && whole.length === touches.length ? whole : labels(false);
+    const some = this.sparse(touches), whole = placed(some.map((one) => label(one, true)), edges);
+    return whole.length === touches.length ? whole : placed(some.map((one) => label(one, false)), edges);
   }
 
   // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.

@@ -1,15 +1,16 @@
 // One touch: its estimate in per cent of the present one, with its standard error; below it the CUSUM.
 
 import { number, signed } from "../formatting.js";
+import { truthOf } from "../now.js";
 import { placed, placesOf, ticks, timeStep, wrapped } from "./axes.js";
 import { unit } from "./sheet.js";
-import { SvgChart, area, clipped, label, line, measure, ruler } from "./svg.js";
+import { SvgChart, area, box, clipped, dot, label, line, measure, ruler } from "./svg.js";
 
 const SCALES = [0.2, 0.5, 1, 2, 5, 10]; // per cent: steps, so that the eye learns them and nothing creeps
 const BEGIN_S = 0.4; // the first estimates of a touch may be far away: they do not set the scale
 const LONGEST = [2, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600]; // s, where the length of a touch is not known
 const CUSUM = "<title>CUSUM: the sum of what the estimate does not explain; above the dashed line the ratio has changed</title>";
-const OVER = 1.04, EARLIER = 8, LINES = 3;
+const OVER = 1.04, LINES = 3;
 
 export class TouchPlot extends SvgChart {
   title = document.getElementById("touchtitle");
@@ -52,7 +53,7 @@ export class TouchPlot extends SvgChart {
   curves({ touch, curve, earlier, dev, se, x, y }) {
     const known = curve.filter(({ error }) => Number.isFinite(error)), edge = (sign) => known.map((p) => [x(p.t), y(dev(p) + sign * se(p))]);
     const own = (one) => (point) => 100 * (point.ratio / one.at(-1).ratio - 1); // an earlier touch: from its own result
-    const past = earlier.slice(-EARLIER).map((one) => line(one.map((p) => [x(p.t), y(own(one)(p))]), "past", 1.1));
+    const past = earlier.map((one) => line(one.map((p) => [x(p.t), y(own(one)(p))]), "past", 1.1));
     return past.join("") + area(edge(1), edge(-1), "band") + line(curve.map((p) => [x(p.t), y(dev(p))]), touch.kept ? "ratio" : "bad");
   }
 
@@ -99,5 +100,30 @@ export class TouchPlot extends SvgChart {
     const near = flags.filter(({ t_s }) => Math.abs(x(t_s - touch.start_s) - px) < 6).map(({ text, name }) => text || name);
     const statistic = Number.isFinite(point.statistic) ? [`CUSUM ${number(point.statistic)}`] : [];
     return { x: x(point.t), lines: [`${point.t.toFixed(2)} s`, `ratio ${number(point.ratio, point.error)}`, `${signed(dev(point), 2)} %`, ...statistic, ...near] };
+  }
+}
+
+// The demo: estimate, its uncertainty and the truth, for the newest touches on each specimen.
+const RANGE = 8, SHOWN = 2; // per cent, both ways; touches of a specimen
+
+export class Intervals extends SvgChart {
+  draw() {
+    const { known: { hello }, tale } = this.charts, [width, height] = this.size, k = unit();
+    this.place.hidden = !hello.simulation?.demo;
+    if (this.place.hidden || width < 80 || height < 60) return;
+    const left = 56 * k, right = width - 10 * k, top = 22 * k, foot = height - 20 * k;
+    const x = (d) => left + ((Math.max(-RANGE, Math.min(RANGE, d)) + RANGE) / (2 * RANGE)) * (right - left);
+    const names = [...new Set(hello.simulation.truths.map(({ name }) => name))].toReversed(), high = (foot - top) / names.length;
+    const one = (touch, y, newest) => {
+      const { ratio } = truthOf(hello, touch), [d, e] = [touch.ratio - ratio, touch.uncertainty].map((value) => (100 * value) / ratio);
+      return ruler(x(d - e), y, x(d + e), y, newest ? "ratio" : "past", { width: newest ? 2.2 : 1 }) + dot(x(d), y, (newest ? 4.5 : 3) * k, newest, "past");
+    };
+    const rows = names.map((name, row) => {
+      const y = top + (row + 0.5) * high, known = tale.all.filter(({ specimen, uncertainty }) => specimen === name && uncertainty).slice(-SHOWN).toReversed();
+      return label(0, y + 4 * k, name, "value") + known.map((touch, i) => one(touch, y + (i ? 6 : -5) * k, !i)).join("");
+    });
+    const scale = [-6, -3, 0, 3, 6].map((d) => label(x(d), height - 5 * k, signed(d, 0), "", "middle"));
+    const inner = label(0, 12 * k, "Estimate ± and truth, % from the truth") + box(x(-3), top, x(3) - x(-3), foot - top, "fband") + ruler(x(0), top - 2, x(0), foot, "ink", { width: 2.4 }) + rows.join("") + scale.join("");
+    this.show(inner, "Estimate and truth of the newest touches");
   }
 }
