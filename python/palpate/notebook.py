@@ -156,6 +156,6 @@ class LivePage(AbstractContextManager["LivePage"]):
 
     def _ended(self) -> bool:
         now = time.monotonic()
-        if self._page.hub.pages or self._measurement.stream.recorder:
+        if self._page.pages or self._measurement.stream.recorder:
             self._seen_s = now
         return self._closing.is_set() or now - self._seen_s > _UNSEEN_S

@@ -18,8 +18,9 @@ from palpate.calibration.characterise import Specimen, calibrate, error_share
 from palpate.calibration.ratio_choice import Track, choose, fitted_exponent
 from palpate.calibration.specimen_files import write_session
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.live.calibration_fit import GuidedCalibration, KnownSpecimen
+from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.files import RunFiles
+from palpate.live.plan import KnownSpecimen
 from palpate.recording import session as stored
 from palpate.recording import sidecar
 from palpate.several import level, objections
@@ -198,12 +199,12 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     assert run("convert", tmp_path / "table.csv", "-o", path, "--map", "time=1,hard=2,soft=3").exit_code == 0
     touches = iter(enumerate(palpate.touches(palpate.read(path)), 1))
     known = [KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens]
-    used, folder = list[Calibration](), RunFiles(folder=tmp_path)
-    recorders: Any = iter([SimpleNamespace(path=path), None])
-    for _ in range(2):
-        GuidedCalibration(
-            lambda: known, folder, lambda found, _: used.append(found), lambda: (next(recorders), {})
-        ).save()
+    used = list[Calibration]()
+    for recorder in (SimpleNamespace(path=path), None):
+        bench: Any = SimpleNamespace(
+            known=lambda: known, files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder
+        )
+        GuidedCalibration(bench, bench, lambda found, _: used.append(found)).save()
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0
     assert len(used[0].ratios) >= 36  # one time for both channels: some have the flag "lag"

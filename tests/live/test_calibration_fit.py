@@ -1,6 +1,7 @@
 """Guided calibration: what it says after each touch, and the file at the end."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import palpate
@@ -8,9 +9,10 @@ import pytest
 from palpate import Calibration, Touch
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.live.calibration_fit import GuidedCalibration, KnownSpecimen
+from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
+from palpate.live.plan import KnownSpecimen
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
 from recording_bench import soon
@@ -33,15 +35,19 @@ class Bench:
         self.done, self.left_out = 0, set[int]()
         self.used: list[tuple[Calibration, Path]] = []
         self.files = RunFiles(folder=folder)
-        self.part = GuidedCalibration(
-            self.known,
-            self.files,
-            lambda found, path: self.used.append((found, path)),
-            following=lambda: self.following,
-            finish=lambda: self.finished.append(self.part.save()["file"]),
-        )
-        self.following: str | None = "40 OO"
-        self.finished: list[str] = []
+        self.progress = SimpleNamespace(next="40 OO")
+        self.newest_recorder, self.how = None, dict[str, Any]()
+        self.part, self.finished, self.unreported = self.guided(), list[str](), ""
+
+    def guided(self) -> GuidedCalibration:
+        """Return a guided calibration of this plan."""
+        own: Any = self
+
+        def finish() -> str:
+            self.finished.append(self.part.save()["file"])
+            return self.unreported
+
+        return GuidedCalibration(own, own, lambda found, path: self.used.append((found, path)), finish)
 
     def known(self) -> list[KnownSpecimen]:
         numbered = [(name, (n, t, n not in self.left_out)) for n, (name, t) in enumerate(self.order[: self.done], 1)]
@@ -79,7 +85,7 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
             assert low < getattr(PROBE, name) < high
     assert {point["fitted"] for point in last["points"]} == {expected.probe.ratio(E) for E in MODULI.values()}
 
-    bench.following = None  # nothing is lacking: it is saved without an order, once
+    bench.progress.next = None  # nothing is lacking: it is saved without an order, once
     soon(lambda: bench.part.document()["saved"] and not bench.part._running)
     assert (bench.part.document()["next"], bench.finished) == ("", ["probe.toml"])
     [(used, path)] = bench.used
@@ -89,6 +95,17 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
     assert bench.part.document()["saved"] == "probe.toml"
     assert bench.part.switch(on=False).startswith("Calibrating has ended")
+
+
+def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.part.switch(on=True)
+    bench.touch(len(bench.order))
+    bench.unreported, bench.progress.next = "Saved as probe.toml, but without a report: disk full.", None
+    soon(lambda: bench.part.document()["verdict"] == bench.unreported)
+    assert bench.part.document()["saved"] == "probe.toml"
 
 
 def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
@@ -103,11 +120,14 @@ def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches:
     assert bench.settled() == whole
 
 
-def test_what_is_not_possible_is_said(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+def test_what_is_not_possible_is_said(
+    tmp_path: Path, touches: dict[str, list[Touch]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench = Bench(tmp_path, touches)
-    few = GuidedCalibration(lambda: bench.known()[:2], bench.files, lambda *_: None)
-    with pytest.raises(RefusedCommand, match="needs 3 specimens at least, of different known moduli; 1 to go"):
-        few.switch(on=True)
+    monkeypatch.setattr(bench, "known", list)
+    with pytest.raises(RefusedCommand, match="needs 3 specimens at least, of different known moduli; 3 to go"):
+        bench.part.switch(on=True)
+    monkeypatch.undo()
     with pytest.raises(RefusedCommand, match="3 specimens at least; 3 to go"):
         bench.part.save()
     bench.done = len(bench.order)
@@ -116,7 +136,6 @@ def test_what_is_not_possible_is_said(tmp_path: Path, touches: dict[str, list[To
     found = reverse.touch(len(reverse.order))  # ratios that do not rise are an objection, not a failure
     assert found["verdict"]
     assert not found["sound"]
-    (tmp_path / "here.toml").write_text("precious")
-    with pytest.raises(ValueError, match="there is such a file"):
-        bench.part.save("here.toml")
-    assert (bench.files.named, bench.used, (tmp_path / "here.toml").read_text()) == ([], [], "precious")
+    (tmp_path / "probe.toml").write_text("precious")
+    assert bench.part.save()["file"] == "probe-2.toml"
+    assert (tmp_path / "probe.toml").read_text() == "precious"

@@ -19,7 +19,7 @@ from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
 from palpate.live.commands import Workbench
 from palpate.live.feed import HEADER, Kind, RefusedCommand
-from palpate.live.measurement import RecordedMeasurement, open_file
+from palpate.live.measurement import RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.touch_rows import TouchTable
 from palpate.recording.foreign import recorded
@@ -52,7 +52,7 @@ def ended(bench: Bench) -> Bench:
 def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     bench = begun(SOURCE, tmp_path)
     with client(bench) as page, page.websocket_connect("/ws") as socket:
-        for message, words in (("nonsense", "allowed: JSON"), ('{"do": "record"}', "already running")):
+        for message, words in (("nonsense", "Expecting value"), ('{"do": "record"}', "already running")):
             socket.send_text(message)
             assert words in heard(socket, "refused")["message"]
     soon(lambda: bench.measurement.last)
@@ -188,7 +188,7 @@ def opened(
     path: Path, how: dict[str, Any] | None = None, said: list[str] | None = None, **asked: Any
 ) -> Iterator[tuple[RecordedMeasurement, Workbench]]:
     """Open a file and wait until it is read."""
-    found = open_file(str(path), asked, how or {}, (said if said is not None else []).append)
+    found = RecordedMeasurement(str(path), asked, how or {}, (said if said is not None else []).append)
     bench = Workbench(found, str(path))
     found.start()
     soon(lambda: not found.running)
@@ -276,7 +276,7 @@ def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -
         assert found.touches
     path.write_text("nothing\n")
     with pytest.raises(palpate.RecordingError):
-        open_file(str(path), {}, {}, lambda _: None)
+        RecordedMeasurement(str(path), {}, {})
 
 
 def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,7 +58,7 @@ class Bench:
         self.do("plan", text=THREE, wanted=wanted, title="gels", operator="A. B.")
 
     def do(self, do: str, /, **given: Any) -> str:
-        return str(getattr(self.plan, COMMANDS[do].obeys.removeprefix("plan."))(**given))
+        return str(getattr(self.plan, COMMANDS[do].removeprefix("plan."))(**given))
 
     def begin(self) -> None:
         """Begin the next measurement."""

@@ -10,8 +10,8 @@ import pytest
 from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
 from page_states import Canned
-from palpate.live.hub import Page
 from palpate.live.levels import Levels
+from palpate.live.open_page import Page
 from palpate.live.plan import Done
 from recording_bench import soon
 from selenium.webdriver.common.keys import Keys

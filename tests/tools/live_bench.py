@@ -12,6 +12,7 @@ from palpate.live.connection_state import ConnectionState
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.plan import TouchPlan
+from palpate.live.touch_rows import TouchTable
 from palpate.samples import Sample
 from palpate.sources import Source
 from palpate.stream import Stream
@@ -101,7 +102,8 @@ class Played(LiveMeasurement):
         self.stream = Stream(source, notify=lambda _: None, capacity=2, **settings)
         self.at_s = 0.0
         self.told: list[tuple[float, dict[str, Any]]] = []
-        self.page_state = ConnectionState(self, TouchPlan(self), clock=lambda: self.at_s)
+        plan = TouchPlan(self)
+        self.page_state = ConnectionState(self, plan, TouchTable(self, plan), clock=lambda: self.at_s)
 
     def play(self, until_s: float = math.inf, at: dict[float, Any] | None = None) -> "Played":
         """Play to a time or the end; `at`: what to do with the stream, by time."""

@@ -90,7 +90,7 @@ def live(
     from palpate.live.commands import Workbench
     from palpate.live.compare import LETTERS
     from palpate.live.files import RunFiles
-    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, open_file, opener
+    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, opener
     from palpate.live.server import address_of, listen, serve
 
     context = click.get_current_context()
@@ -111,7 +111,7 @@ def live(
                 raise click.UsageError(f'{"--record" if file else "--lsl"}: {said} "FILE?speed=1"')
             if context.get_parameter_source("scene") is ParameterSource.DEFAULT:
                 how["scene"] = None  # the recording's
-            measurement = open_file(source, asked, how, _say_line, folder)
+            measurement = RecordedMeasurement(source, asked, how, _say_line, folder)
             measurement.files.others = [Path(each) for each in sources] if others else []
         else:
             asked |= {} if plugged_in else {"paced": True}

@@ -1,12 +1,13 @@
 """The web application of the page: its files, the web socket and the downloads."""
 
 import asyncio
+import os
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import quote
 
 from starlette.applications import Starlette
@@ -19,22 +20,17 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from palpate.errors import PalpateError
 from palpate.live.access import Gatekeeper
 from palpate.live.commands import COMMANDS, Workbench, parse
-from palpate.live.feed import RefusedCommand, message_of
-from palpate.live.hub import PAGES, Hub, Page
+from palpate.live.feed import message_of
+from palpate.live.open_page import TOUCHES, Page
 
 _PAGE = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-TYPES = {
-    ".csv": "text/csv",
-    ".json": "application/json",
-    ".toml": "application/toml",
-    ".html": "text/html; charset=utf-8",
-}
 READ_ONLY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
 """Of a report, whose text comes from files: no script runs in it, it asks for nothing, and it is a stranger to the page."""
 _PART = 1 << 16
+_STATES_PER_S = 5
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
@@ -51,11 +47,13 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 class PageApp:
-    """The web application of one workbench."""
+    """The web application of one workbench, and its open pages; all of it runs in the event loop of the server."""
 
     def __init__(self, bench: Workbench) -> None:
-        self._bench = bench
-        self.hub: Hub = Hub(bench)
+        self.pages: set[Page] = set()
+        self._bench, self._measurement = bench, bench.measurement
+        self._number = self._measurement.number
+        self._told: dict[str, str] = {}
 
     def app(
         self, host: str, port: int, token: str | None = None, ticket: str | None = None, *, framed: bool = False
@@ -67,54 +65,96 @@ class PageApp:
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:
-        async with _beside(self.hub.run()):
+        async with _beside(self._send()):
             yield
+
+    async def _send(self) -> None:
+        """Send rows when they come, and states, until cancelled."""
+        loop = asyncio.get_running_loop()
+
+        def look() -> None:
+            with suppress(RuntimeError):  # the server has ended
+                loop.call_soon_threadsafe(self._look)
+
+        self._measurement.on_rows = look
+        while True:
+            self._look()
+            self._send_state()
+            await asyncio.sleep(1 / _STATES_PER_S)
+
+    def _look(self) -> None:
+        if self._number != self._measurement.number:
+            self._number = self._measurement.number
+            self._send_state()
+            for page in self.pages:
+                page.begin(self._measurement.levels)
+        for page in self.pages:
+            page.wake()
+        if self._bench.is_news():
+            self._send_state()
+
+    def _send_state(self) -> None:
+        """Send the state to every page, and each other document that has changed."""
+        for kind in self._bench.documents:
+            if kind != TOUCHES:
+                self._announce(kind)
+        touches = self._bench.documents[TOUCHES]()
+        state = message_of("state", **self._bench.state())
+        for page in self.pages:
+            page.show_touches(touches)
+            page.tell("state", state)
+
+    def _announce(self, kind: str) -> None:
+        """Send a document to every page, if it has changed."""
+        message = message_of(kind, **self._bench.documents[kind]())
+        if self._told.get(kind) != message:
+            self._told[kind] = message
+            for page in self.pages:
+                page.tell(kind, message)
 
     async def _download(self, request: Request) -> Response:
         name = request.path_params["name"]
-        path = self._bench.measurement.files.find(name)
+        path = self._measurement.files.find(name)
         if path is None or not path.is_file():
             return PlainTextResponse("this run has no such recording\n", 404)
-        suffix = path.suffix.lower()
-        kind, shown = TYPES.get(suffix, "application/octet-stream"), suffix == ".html"
+        shown = path.suffix.lower() == ".html"
+        kind = "text/html; charset=utf-8" if shown else "application/octet-stream"
         headers = {"Content-Disposition": f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(name)}"}
-        if suffix == ".json":  # a recording that runs replaces it: size and content are of one file
-            return Response(await asyncio.to_thread(path.read_bytes), headers=headers, media_type=kind)
         if shown:
             headers["Content-Security-Policy"] = READ_ONLY
-        size = path.stat().st_size
+        file = path.open("rb")  # now: a sidecar is replaced while its recording runs
+        size = os.fstat(file.fileno()).st_size
         headers["Content-Length"] = str(size)
-        return StreamingResponse(_parts(path, size), headers=headers, media_type=kind)
+        return StreamingResponse(_parts(file, size), headers=headers, media_type=kind)
 
     async def _page(self, socket: WebSocket) -> None:
-        if len(self.hub.pages) >= PAGES:
-            await socket.close(1013, f"too many open pages, allowed: {PAGES}; close one")
-            return
         await socket.accept()
         page = Page(socket, self._bench)
-        self.hub.join(page)
+        self._announce("hello")
+        for kind, message in self._told.items():
+            page.tell(kind, message)
+        page.show_touches(self._bench.documents[TOUCHES]())
+        self.pages.add(page)
         try:
             async with _beside(page.send()):
                 async for message in socket.iter_text():
                     await self._hear(page, message)
         finally:
-            self.hub.pages.discard(page)
+            self.pages.discard(page)
 
     async def _hear(self, page: Page, message: str) -> None:
         try:
             do, given = parse(message)
-            if COMMANDS[do].obeys.startswith("page."):
-                answer = page.do(do, **given)
+            part, _, name = COMMANDS[do].partition(".")
+            if part == "page":
+                answer = {"message": getattr(page, name)(**given)}
             else:
                 answer = await asyncio.to_thread(self._bench.do, do, **given)
-                self.hub.send_state()
-            told = message_of("done", do=do, **answer) if answer else ""
-        except RefusedCommand as refusal:
-            told = message_of("refused", message=str(refusal))
-        except (ValueError, PalpateError) as error:
-            told = message_of("failed", message=str(error))
-        if told:  # behind the state, so that the page shows it when the answer arrives
-            page.tell(object(), told)
+                self._send_state()
+            told = message_of("done", do=do, **answer)
+        except (ValueError, RuntimeError, PalpateError) as error:
+            told = message_of("refused", message=str(error))
+        page.tell(object(), told)  # behind the state, so that the page shows it when the answer arrives
 
 
 @asynccontextmanager
@@ -129,9 +169,9 @@ async def _beside(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
             await running
 
 
-async def _parts(path: Path, size: int) -> AsyncIterator[bytes]:
+async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:
     """Yield a file in parts, up to its size at the time of the request: a recording that runs grows."""
-    with path.open("rb") as file:
+    with file:
         while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
             size -= len(part)
             yield part

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,10 @@ from palpate.calibration.ratio_choice import Choice, Track, choose
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
-from palpate.live.files import RunFiles
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import KnownSpecimen, TouchPlan
 from palpate.recording.own_file import Recorded
-from palpate.recording.recorder import Recorder
 from palpate.report import calibration_page
-from palpate.several import RatioOf, hold, objections
 from palpate.touch import tracked
 
 FEWEST = 3  # specimens of different moduli that eq. (2) needs
@@ -30,46 +29,22 @@ _POINTS = 81
 _NEAR_S = 0.5  # two begins of one touch
 
 
-@dataclass(frozen=True)
-class KnownSpecimen:
-    """A specimen of known modulus, and its touches: number, touch, and whether it is kept."""
-
-    name: str
-    modulus: float  # MPa
-    touches: tuple[tuple[int, Touch, bool], ...] = ()
-    ratio_of: RatioOf = hold
-
-    @property
-    def kept(self) -> list[Touch]:
-        """The touches that are kept."""
-        return [touch for _, touch, kept in self.touches if kept]
-
-    @property
-    def usable(self) -> list[Touch]:
-        """The kept touches that a fit can use."""
-        return [touch for touch in self.kept if not objections(touch, (), self.ratio_of)]
-
-
 class GuidedCalibration:
     """Fits a calibration to the touches so far, in a thread of its own.
 
-    `known` returns the specimens of known modulus with their touches; `use` takes a saved calibration and its path: the
-    measurement goes on with it. `recorded` returns the newest recorder, and scene and settings: if its recording has all
-    touches, ratio, exponent and age are chosen by it. `following` returns the name of the specimen to touch next. `finish`
-    saves all, when nothing is lacking any more and the fit is sound.
+    `use` takes a saved calibration and its path: the measurement goes on with it. `finish` saves all, when nothing is
+    lacking any more and the fit is sound; it returns what to say in place of the verdict, or "".
     """
 
     def __init__(
         self,
-        known: Callable[[], Sequence[KnownSpecimen]],
-        files: RunFiles,
+        measurement: LiveMeasurement,
+        plan: TouchPlan,
         use: Callable[[Calibration, Path], None],
-        recorded: Callable[[], tuple[Recorder | None, dict[str, Any]]] = lambda: (None, {}),
-        following: Callable[[], str | None] = lambda: None,
-        finish: Callable[[], object] = lambda: None,
+        finish: Callable[[], str] = lambda: "",
     ) -> None:
-        self._following, self._finish = following, finish
-        self._known, self._files, self._use, self._recorded = known, files, use, recorded
+        self._measurement, self._plan, self._use, self._finish = measurement, plan, use, finish
+        self._files = measurement.files
         self._on, self._saved, self._lacked = False, "", True
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
         self._seen: Any = None
@@ -80,13 +55,13 @@ class GuidedCalibration:
         """Return the message: the newest fit that is ready, and never one of other touches with these."""
         if not self._on:
             return {"on": False}
-        known = self._known()
+        known = self._plan.known()
         if self._running and self._running.done():
             self._shown, self._running = self._running.result(), None
         if known != self._seen and self._running is None:
             self._seen = known
             self._running = self._worker.submit(self._grown, known)
-        following = self._following()
+        following = self._plan.progress.next
         if self._lacked and not following and self._running is None and self._shown.get("sound"):
             self._lacked, self._running = False, self._worker.submit(self._finished)
         self._lacked |= bool(following)
@@ -102,7 +77,7 @@ class GuidedCalibration:
         if not on:
             self._on = False
             return "Calibrating has ended; nothing is lost."
-        known = self._known()
+        known = self._plan.known()
         if len(known) < FEWEST:
             raise RefusedCommand(
                 f"Calibrating needs {FEWEST} specimens at least, of different known moduli; {FEWEST - len(known)} to go. "
@@ -111,43 +86,40 @@ class GuidedCalibration:
         self._on, self._seen, self._lacked = True, None, True
         return f"Calibrating with {len(known)} specimens of known modulus."
 
-    def save(self, name: str | None = None) -> Document:
+    def save(self) -> Document:
         """Save the calibration, and a report of it; return the answer."""
-        path = self._files.checked(name, ".toml") if name else self._files.free("probe.toml")
-        if lacking := too_few(known := self._known()):
+        if lacking := too_few(known := self._plan.known()):
             raise RefusedCommand(lacking)
         _, specimens, found = self._fit(known)
+        path = self._files.free("probe.toml")
         found.save(path)
         self._files.made(path, "calibration")
-        self._report(path, found, specimens)
-        self._saved = path.name
-        self._use(found, path)
-        doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
-        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name}
-
-    def _report(self, path: Path, found: Calibration, specimens: list[Specimen]) -> None:
         with suppress(MissingExtra):
             text = calibration_page(found, specimens)
             beside = self._files.free(f"{path.stem}-calibration.html")
             write(beside, text.encode())
             self._files.made(beside, "report")
+        self._saved = path.name
+        self._use(found, path)
+        doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
+        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name}
 
     def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
-        (recorder, how), about = self._recorded(), dict[str, str]()
+        recorder, how = self._measurement.newest_recorder, self._measurement.how
+        about = {"scene": how.get("scene", "handheld")}
         if recorder and (track := _track(Recorded(recorder.path), how, known)):
             chosen = choose([track])
-            about, known = {**chosen.about}, _measured_again(known, track, chosen)
+            about, known = {**about, **chosen.about}, _measured_again(known, track, chosen)
         specimens = [Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable]
-        return list(known), specimens, calibrate(specimens, about={"scene": how.get("scene", "handheld"), **about})
+        return list(known), specimens, calibrate(specimens, about=about)
 
     def _finished(self) -> Document:
-        shown = self._shown
         try:
-            self._finish()
+            said = self._finish()
         except (OSError, ValueError, PalpateError) as failure:
-            return {**shown, "verdict": f"Not saved: {getattr(failure, 'strerror', None) or failure}."}
-        return shown
+            said = f"Not saved: {getattr(failure, 'strerror', None) or failure}."
+        return {**self._shown, "verdict": said or self._shown["verdict"]}
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
         found, verdict = None, too_few(known)

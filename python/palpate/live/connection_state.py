@@ -6,16 +6,15 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from palpate._core import Touch
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
 from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, slow, view_of
+from palpate.live.touch_rows import TouchTable
 from palpate.sentences import advice
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
-from palpate.uncertainty import Uncertainty
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
 RATE_S, LATE_S = 2.0, 10.0  # pairs a second are known from then on; they, and late pairs, are counted over this time
@@ -33,12 +32,10 @@ class ConnectionState(Listener):
         self,
         measurement: LiveMeasurement,
         plan: TouchPlan,
-        result: Callable[[Touch], str] = lambda touch: f"ratio {Uncertainty.of(touch)}",
+        table: TouchTable,
         clock: Callable[[], float] = time.monotonic,
-        known: Callable[[Touch], Uncertainty] = Uncertainty.of,
     ) -> None:
-        self._measurement, self._plan, self._result_of, self._clock = measurement, plan, result, clock
-        self._known_of = known
+        self._measurement, self._plan, self._table, self._clock = measurement, plan, table, clock
         self._slow_s = math.inf  # when the computer was found to be slow; -inf: that was understood, or is over
         self._signal = SignalFollower(measurement, clock)
         self._shown: list[str] = []
@@ -93,7 +90,9 @@ class ConnectionState(Listener):
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
         last, recorder = measurement.newest_recorder, measurement.recorder
-        pressed, last_s = measurement.pressed, measurement.last_s
+        pressed, last_s, following = measurement.pressed, measurement.last_s, self._plan.document["next"]
+        if state in ("contact", "adapting") and self._plan.progress.since_s > last_s - seen.contact_s:
+            following = None  # the list was changed during this touch, which is on what was next before
         return Facts(
             state,
             seen=seen,
@@ -114,7 +113,7 @@ class ConnectionState(Listener):
             unrecorded=last.dropped if last and last.error else 0,
             error=measurement.error,
             result=self._result(),
-            next=self._plan.document["next"],
+            next=following,
             finished=self._plan.finished(),
             slow_told=self._slow_s == -math.inf,
             hand=(pressed(last_s), pressed(last_s, 1)) if measurement.demo else None,
@@ -166,8 +165,8 @@ class ConnectionState(Listener):
             seconds = self._measurement.tracker.settings.get("seconds")
             of = f" of {seconds / self._period_s:.0f}" if seconds and self._period_s > 0 else ""
             late = f"late: {touch.samples}{of} pairs" if "late" in touch.flags else ""
-            swapped, known = swapped.removeprefix("swapped: "), self._known_of(touch)
-            text = self._result_of(touch)
+            swapped, known = swapped.removeprefix("swapped: "), self._table.known(touch)
+            text = self._table.result(touch)
             self._known = key, LastTouch(number, text, why, flags, swapped, touch.revised, late, known)
         return self._known[1]
 

@@ -8,8 +8,8 @@ from palpate.ad7746.datasheet import CONVERSION_S, SUPPLY_V
 from palpate.live import state_rules
 from palpate.live.connection_state import ConnectionState, can_centre
 from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import LiveMeasurement
-from palpate.live.signal_state import CHANNELS, PRESSED
+from palpate.live.measurement import PRESSED, LiveMeasurement
+from palpate.live.signal_state import CHANNELS
 from palpate.live.state_rules import Facts
 from palpate.sources.board import CONVERTER
 from palpate.sources.options import split

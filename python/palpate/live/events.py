@@ -1,15 +1,13 @@
-"""What is marked on the axis of time: marks, tares, gaps, and flags; and the buttons Mark, Tare and Tare anyway."""
+"""What is marked on the axis of time: marks, tares, gaps, and flags."""
 
 from collections import deque
 from typing import Any
 
 import numpy as np
 
-from palpate.errors import PalpateError
-from palpate.live.feed import Document, Flag, RefusedCommand
+from palpate.live.feed import Document, Flag
 from palpate.live.levels import ROWS
-from palpate.live.measurement import MOST, LiveMeasurement, Mark, RecordedMeasurement
-from palpate.recording.recorder import Recorder
+from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.sentences import advice
 from palpate.sources.base import Gap
 from palpate.stream import Batch, Listener, Stream
@@ -24,13 +22,10 @@ class Events(Listener):
 
     def __init__(self, measurement: LiveMeasurement | RecordedMeasurement) -> None:
         self._measurement = measurement
-        self._number = 0
         self._forget()
         measurement.listeners.append(self)
-        measurement.recording_begun.append(self._recording_begun)
 
     def _forget(self) -> None:
-        self._asked: bool | None = None  # a tare, and whether also in contact
         self._gaps: deque[Document] = deque(maxlen=_MOST_GAPS)
         self._texts: list[Gap] = []  # gaps whose samples have not come yet
         self._last = np.empty(0, np.int64), np.empty(0)
@@ -51,86 +46,9 @@ class Events(Listener):
         self._texts.append(gap)
 
     def batch(self, batch: Batch) -> None:
-        """Find holes and flags; tare, which only the thread of the measurement may do."""
-        if len(batch.samples):
-            self._find_holes(batch)
-        asked, self._asked = self._asked, None
-        if asked is not None:
-            self._tare_now(force=asked)
-
-    def tare(self, *, force: bool = False) -> str:
-        """Ask for a tare; return the message."""
-        measurement = self._live
-        measurement.require_running("tare")
-        if not force and measurement.moment.state in ("contact", "done"):
-            raise RefusedCommand(
-                "tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway"
-            )
-        self._asked = measurement.forced = force
-        return "Measuring the baseline: do not touch anything."
-
-    def tare_anyway(self) -> str:
-        """Ask for a tare, also in contact; return the message."""
-        return self.tare(force=True)
-
-    def mark(self) -> Document:
-        """Stamp a mark now, with the last sample that the page could show."""
-        measurement = self._live
-        measurement.require_running("mark")
-        if measurement.last is None:
-            raise RefusedCommand("mark: no sample has come yet; wait a moment")
-        self._number += 1
-        mark = Mark(self._number, measurement.last_s, sample=measurement.last)
-        if recorder := measurement.recorder:
-            self._put(mark, recorder)
-        if measurement.outlets:
-            measurement.outlets.mark("mark", "")
-        measurement.marks.append(mark)
-        return {"id": mark.id, "message": "Marked." if recorder else "Marked; nothing is recorded yet."}
-
-    def mark_text(self, id: int, text: str) -> Document:
-        """Give a mark its text; return the answer."""
-        mark = next((mark for mark in self._live.marks if mark.id == id), None)
-        if mark is None:
-            raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
-        mark.text = text
-        told = f"Marked: {text}" if text else "Marked."
-        if mark.within and mark.within[0] is self._live.recorder:
-            mark.within[0].rename_mark(mark.within[1], text)
-        elif mark.within:
-            told += " Its recording is closed, and keeps the text it had."
-        return {"id": id, "message": told}
-
-    @property
-    def _live(self) -> LiveMeasurement:
-        assert isinstance(self._measurement, LiveMeasurement)
-        return self._measurement
-
-    def _recording_begun(self, recorder: Recorder) -> None:
-        """Put the marks that are within a recording, since it begins earlier, into it."""
-        for mark in self._measurement.marks.copy():
-            if recorder.first_s is not None and mark.t_s >= recorder.first_s:
-                self._put(mark, recorder)
-
-    def _put(self, mark: Mark, recorder: Recorder) -> None:
-        try:
-            mark.within = (recorder, recorder.mark(mark.text, mark.sample))
-        except (ValueError, PalpateError) as error:  # a recording with 10,000 marks, or one that fails
-            self._measurement.say(str(error))
-
-    def _tare_now(self, *, force: bool) -> None:
-        measurement = self._live
-        try:
-            measurement.stream.tare(force=force)
-        except RuntimeError as refusal:  # pressed after the command
-            measurement.say(str(refusal))
-            return
-        measurement.tares.append(measurement.last_s)
-        if measurement.outlets:
-            measurement.outlets.mark("tare")
-
-    def _find_holes(self, batch: Batch) -> None:
         """Note where pairs are missing: at each gap of the source, and where a hole can be seen."""
+        if not len(batch.samples):
+            return
         new = batch.samples["seq"], batch.samples["t_hard_ns"] * 1e-9
         seq, t_s = (np.append(last, each) for last, each in zip(self._last, new, strict=True))
         self._last = seq[-1:], t_s[-1:]

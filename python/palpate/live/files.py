@@ -15,8 +15,8 @@ from palpate.report import write
 
 Kind = Literal["recording", "settings", "calibration", "report"]
 LONGEST = 100  # characters of a name, at most
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
-_ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*\.csv")
+_ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first, and .csv at the end"
 
 
 class RunFiles:
@@ -66,10 +66,15 @@ class RunFiles:
     def next(self, name: str | None = None) -> Path:
         """Return the path of the next recording; without a name: the proposed one.
 
-        The first is the one that the user gave, even if that file exists. Raises ValueError as `checked`.
+        The first is the one that the user gave, even if that file exists. ValueError if the name is not allowed, or there
+        is such a file.
         """
         if name is not None:
-            return self.checked(name)
+            if len(name) > LONGEST or not _NAME.fullmatch(name):
+                raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}")
+            if not self._is_free(path := self._folder / name):
+                raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
+            return path
         made = len(self._recordings())
         if self._first and not made:
             return self._first
@@ -77,14 +82,6 @@ class RunFiles:
         numbers = count(made + 1 if self._first else 1)
         paths = (self._folder / f"{stem}-{number}.csv" for number in numbers)
         return next(path for path in paths if self._is_free(path))
-
-    def checked(self, name: str, suffix: str = ".csv") -> Path:
-        """Return the path of a new file; ValueError if the name is not allowed, or there is such a file."""
-        if len(name) > LONGEST or not _NAME.fullmatch(name) or not name.endswith(suffix):
-            raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}, and {suffix} at the end")
-        if not self._is_free(path := self._folder / name):
-            raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
-        return path
 
     def free(self, name: str) -> Path:
         """Return the path of a new file of this name, with a number behind it if there is such a file."""

@@ -3,11 +3,12 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from math import nan
 from pathlib import Path
 from threading import Event, Lock, Thread
@@ -28,18 +29,18 @@ from palpate.recording.foreign import AnyRecording
 from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.verification import judged
-from palpate.samples import Block, Sample, samples_of
+from palpate.samples import Sample, samples_of, usable
 from palpate.sources import Gap, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listener import Listeners
-from palpate.touch import feed_recording, tracked, tracker_of
+from palpate.touch import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
-_STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
+PRESSED = ("contact", "done")  # states in contact
 
 
 class Moment(NamedTuple):
@@ -65,7 +66,6 @@ class Mark:
 class Measurement(Listener):
     """What the page shows of a measurement, from whichever source; its parts listen to the same events."""
 
-    kind: str
     tracker: Tracker
     file: Any = None  # what the page says of a file that is shown; None: something is measured
     last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
@@ -114,7 +114,7 @@ class Measurement(Listener):
         """The state as the page names it."""
         moment = self.moment
         if moment.state != "contact":
-            return _STATES[moment.state]
+            return "no contact" if moment.state == "waiting" else moment.state
         knows = self.tracker.scene in ("handheld", "sliding")
         return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
 
@@ -127,8 +127,6 @@ class LiveMeasurement(Measurement):
     Streaming Layer that the measurements are sent to. `demo`: after a measurement with a simulation the next one begins,
     with another seed.
     """
-
-    kind = "live"
 
     def __init__(
         self,
@@ -149,6 +147,8 @@ class LiveMeasurement(Measurement):
         self.outlets: Outlets | None = None
         self._open, self.how, self._lsl = open_source, how, lsl
         self._options: dict[str, Any] = {}
+        self._tare: bool | None = None  # asked for, and whether also in contact
+        self._mark_numbers = count(1)
         self.moment = Moment("ended")  # until it starts
 
     def start(self, **options: Any) -> None:
@@ -230,6 +230,20 @@ class LiveMeasurement(Measurement):
         if (recorder := self.stream.recorder) and recorder.error:
             with suppress(PalpateError):
                 self._end_recording()
+        asked, self._tare = self._tare, None
+        if asked is not None:
+            self._tare_now(force=asked)
+
+    def _tare_now(self, *, force: bool) -> None:
+        """Measure the baseline again, which only the thread of the measurement may do."""
+        try:
+            self.stream.tare(force=force)
+        except RuntimeError as refusal:  # pressed after the command
+            self.say(str(refusal))
+            return
+        self.tares.append(self.last_s)
+        if self.outlets:
+            self.outlets.mark("tare")
 
     @property
     def last_s(self) -> float:
@@ -291,9 +305,59 @@ class LiveMeasurement(Measurement):
         self.start()
         return "A new measurement has started."
 
+    def tare(self, *, force: bool = False) -> str:
+        """Ask for a tare; return the message."""
+        self.require_running("tare")
+        if not force and self.moment.state in PRESSED:
+            raise RefusedCommand(
+                "tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway"
+            )
+        self._tare = self.forced = force
+        return "Measuring the baseline: do not touch anything."
+
+    def tare_anyway(self) -> str:
+        """Ask for a tare, also in contact; return the message."""
+        return self.tare(force=True)
+
+    def mark(self) -> Document:
+        """Stamp a mark now, with the last sample that the page could show."""
+        self.require_running("mark")
+        if self.last is None:
+            raise RefusedCommand("mark: no sample has come yet; wait a moment")
+        mark = Mark(next(self._mark_numbers), self.last_s, sample=self.last)
+        if recorder := self.recorder:
+            self._put(mark, recorder)
+        if self.outlets:
+            self.outlets.mark("mark", "")
+        self.marks.append(mark)
+        return {"id": mark.id, "message": "Marked." if recorder else "Marked; nothing is recorded yet."}
+
+    def mark_text(self, id: int, text: str) -> Document:
+        """Give a mark its text; return the answer."""
+        mark = next((mark for mark in self.marks if mark.id == id), None)
+        if mark is None:
+            raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
+        mark.text = text
+        told = f"Marked: {text}" if text else "Marked."
+        if mark.within and mark.within[0] is self.recorder:
+            mark.within[0].rename_mark(mark.within[1], text)
+        elif mark.within:
+            told += " Its recording is closed, and keeps the text it had."
+        return {"id": id, "message": told}
+
+    def _put(self, mark: Mark, recorder: Recorder) -> None:
+        try:
+            mark.within = (recorder, recorder.mark(mark.text, mark.sample))
+        except (ValueError, PalpateError) as error:  # a recording with 10,000 marks, or one that fails
+            self.say(str(error))
+
     def _begin_recording(self, recorder: Recorder) -> None:
+        """Tell of a recording; the marks that are within it, since it begins earlier, are put into it."""
         self.records, self.newest_recorder = True, recorder
         self.files.made(recorder.path, "recording")
+        for mark in self.marks.copy():
+            if recorder.first_s is not None and mark.t_s >= recorder.first_s:
+                self._put(mark, recorder)
         for add in self.recording_begun:
             add(recorder)
 
@@ -313,8 +377,7 @@ class LiveMeasurement(Measurement):
             raise
 
     def _run(self, stream: Stream) -> None:
-        errors = self._errors_of(stream)
-        while self._goes_on and not errors:
+        while not (errors := self._errors_of(stream)) and self._goes_on:
             self._tell_end(stream)
             try:
                 stream = self._begin({})
@@ -323,7 +386,6 @@ class LiveMeasurement(Measurement):
                 break
             if not self._goes_on:
                 stream.stop()
-            errors = self._errors_of(stream)
         self.touches = stream.touches
         self.error = "; ".join(dict.fromkeys(str(error) or type(error).__name__ for error in errors))
         self.failed |= any(isinstance(error, RecordingError) for error in errors)
@@ -355,21 +417,23 @@ class LiveMeasurement(Measurement):
 
 
 class RecordedMeasurement(Measurement):
-    """A recording: it is tracked as a whole at once, and nothing is measured.
+    """A recording: it is tracked as a whole at once, and nothing is measured. Errors as of `palpate.read`.
 
     Its touches are those of `palpate replay`, bit for bit. Damaged places are left out. `how`: scene and settings of the
-    tracker, in place of those of the recording. A table without times and without a rate is a ValueError.
+    tracker, in place of those of the recording. A table without times and without a rate is a ValueError. Reports go to
+    `folder`, or beside it.
     """
-
-    kind = "file"
 
     def __init__(
         self,
-        recording: AnyRecording,
+        source: str,
+        given_beside: dict[str, Any],
         how: dict[str, Any],
         tell: Callable[[str], None] = lambda _: None,
         folder: Path | None = None,
     ) -> None:
+        opened: Any = sources.open(source, **given_beside)
+        recording: AnyRecording = opened.recording
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
         super().__init__(RunFiles(folder=folder or recording.path.parent), tell, whole=True)
@@ -379,11 +443,7 @@ class RecordedMeasurement(Measurement):
         own: dict[str, Any] = {} if how.get("scene") else {"scene": "handheld", **recording.settings}
         settings: Any = own | {name: value for name, value in how.items() if name != "scene" or value}
         self.recording, self._damage = recording, list[Damage]()
-        self._marked = dict(recording.gap_marks)
-        self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
-        self._opened: Any = copy(recording)
-        vars(self._opened)["blocks"] = self._blocks
-        self.tracker = tracker_of(self._opened, settings.pop("scene"), settings)
+        self.tracker = tracker_of(recording, settings.pop("scene"), settings)
         self.document: Document = recording.document or {}
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
@@ -419,8 +479,7 @@ class RecordedMeasurement(Measurement):
     def cut(self, from_s: float, to_s: float) -> Touch:
         """Return the touch between two times; as `palpate.touches` with a window."""
         opened: Any = copy(self.recording)
-        if isinstance(opened, Recorded):
-            vars(opened)["blocks"] = partial(opened.blocks, list[Damage]())
+        vars(opened)["blocks"] = partial(opened.blocks, list[Damage]())
         settings: Any = self.tracker.settings
         [touch] = tracked(opened, scene=self.tracker.scene, windows=[(from_s, to_s)], **settings).touches
         return touch
@@ -435,33 +494,31 @@ class RecordedMeasurement(Measurement):
 
     def _run(self) -> None:
         try:
-            for *_, estimates, _ in feed_recording(self.tracker, self._opened):
-                self._follow(Batch(self._block, estimates, (), 0))
-                if self._stopping.is_set():
-                    return
-            self._finish()
+            self._read()
         except (PalpateError, ValueError, OSError) as error:
             self.error = str(error)
             self.say(f"Error: {error}")
         self.moment = Moment("ended")
         self.on_rows()
 
-    def _blocks(self) -> Iterator[Block]:
-        """Yield the samples without damaged places; note the block that the tracker has."""
-        recording = self.recording
-        for block in recording.blocks(self._damage) if isinstance(recording, Recorded) else recording.blocks():
-            self._block = block
-            yield block
-
-    def _follow(self, batch: Batch) -> None:
-        """Pass on a batch, with the gaps in it; a block ends where the baseline was measured again."""
-        last = int(batch.samples["seq"][-1])
-        while self._gaps and self._gaps[0].seq <= last:
-            self.events.tell("gap", self._gaps.popleft())
-        self.events.batch(batch)
-        if last in self._opened.tares and last not in self._marked:
-            self.tares.append(float(batch.samples["t_hard_ns"][-1] * 1e-9))
-        self.on_rows()
+    def _read(self) -> None:
+        """Estimate block by block, as `palpate.touches`: a block ends at each gap and tare."""
+        tracker, gaps, tares = self.tracker, dict(self.recording.gap_marks), self.recording.tares
+        for seq, text in sorted(gaps.items()):  # each is shown when its sample comes
+            self.events.tell("gap", Gap(seq + 1, text))
+        for block in self.recording.blocks(self._damage):
+            readings = usable(block, tracker.settings["full_scale"])
+            estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
+            self.events.batch(Batch(block, estimates, (), 0))
+            if (last := int(block["seq"][-1])) in gaps:
+                tracker.gap()
+            elif last in tares:
+                tracker.tare(force=True)
+                self.tares.append(float(block["t_hard_ns"][-1] * 1e-9))
+            self.on_rows()
+            if self._stopping.is_set():
+                return
+        self._finish()
 
     def _finish(self) -> None:
         self.tracker.finish()
@@ -473,18 +530,6 @@ class RecordedMeasurement(Measurement):
                 self.say(line)
         self.events.tell("ended", None)
         self._verdict = found.verdict
-
-
-def open_file(
-    source: str,
-    given_beside: dict[str, Any],
-    how: dict[str, Any],
-    tell: Callable[[str], None],
-    folder: Path | None = None,
-) -> RecordedMeasurement:
-    """Return a file as a recording to look at; reports go to the folder, or beside it. Errors as of `palpate.read`."""
-    opened: Any = sources.open(source, **given_beside)
-    return RecordedMeasurement(opened.recording, how, tell, folder)
 
 
 def is_file(source: str) -> bool:

@@ -14,7 +14,6 @@ from typing import Any
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.errors import PalpateError, quoted
-from palpate.live.calibration_fit import KnownSpecimen
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.recording import session as stored
@@ -22,7 +21,7 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
 from palpate.sentences import advice, reasons
-from palpate.several import KINDS, RatioOf, objections
+from palpate.several import KINDS, RatioOf, hold, objections
 from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 from palpate.uncertainty import Scatter
@@ -31,6 +30,45 @@ DISCARDED = "discarded"
 _NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, as 30 OO; 0.143"
 _NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _SHOWN = 99  # the newest touches of a specimen
+
+
+@dataclass
+class Done:
+    """A touch that has ended; its number counts from 1, in an earlier measurement it is 0 and less."""
+
+    number: int
+    touch: Touch
+    specimen: str | None
+    left_out: str | None = None  # why; "": it is kept; None: its flags decide
+    why: str = ""  # why it is left out now; "": it is kept
+
+    def judge(self, against: Callable[[Touch], Sequence[str]]) -> None:
+        """Find why it is left out."""
+        if self.left_out is not None:
+            self.why = self.left_out
+            return
+        told = reasons(advice(self.touch), against(self.touch))
+        self.why = (told or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
+
+
+@dataclass(frozen=True)
+class KnownSpecimen:
+    """A specimen of known modulus, and its touches: number, touch, and whether it is kept."""
+
+    name: str
+    modulus: float  # MPa
+    touches: tuple[tuple[int, Touch, bool], ...] = ()
+    ratio_of: RatioOf = hold
+
+    @property
+    def kept(self) -> list[Touch]:
+        """The touches that are kept."""
+        return [touch for _, touch, kept in self.touches if kept]
+
+    @property
+    def usable(self) -> list[Touch]:
+        """The kept touches that a fit can use."""
+        return [touch for touch in self.kept if not objections(touch, (), self.ratio_of)]
 
 
 def _order(obey: Callable[..., str]) -> Callable[..., str]:
@@ -150,18 +188,17 @@ class TouchPlan(Listener):
         done, found = [self._done(touch) for touch in touches], specimens_of(text, self._head["wanted"] or 1)
         if text.strip() and not found:
             raise RefusedCommand(f"name: got {quoted(text)}, allowed: {_NAME}, and {_MODULUS}")
-        for one in found:
-            known = self.progress.named(one.name)
+        name, told, specimens = None, "", self.progress.specimens
+        for one in found:  # a line is one at most
+            name, known = one.name, self.progress.named(one.name)
             if not known:
-                self.progress.specimens.append(one)
-            elif one.modulus_MPa is not None:
-                self.progress.specimens[self.progress.specimens.index(known)] = replace(
-                    known, modulus_MPa=one.modulus_MPa
-                )
+                specimens.append(one)
+            elif one.modulus_MPa not in (None, known.modulus_MPa):
+                told = f" Its modulus is {one.modulus_MPa:g} MPa now, before {known.modulus_MPa or 'unknown'}."
+                specimens[specimens.index(known)] = replace(known, modulus_MPa=one.modulus_MPa)
         for each in done:
-            each.specimen = found[0].name if found else None
-        touched = "1 touch" if len(done) == 1 else f"{len(done)} touches"
-        return f"{touched}: {found[0].name if found else 'no specimen'}."
+            each.specimen = name
+        return f"{'1 touch' if len(done) == 1 else f'{len(done)} touches'}: {name or 'no specimen'}.{told}"
 
     @_order
     def discard(self, touch: int) -> str:
@@ -276,30 +313,11 @@ class TouchPlan(Listener):
             raise RefusedCommand(f"name: got {name!r:.60}, allowed: a specimen of the list: {names}")
         return name
 
-    def _done(self, number: int) -> "Done":
+    def _done(self, number: int) -> Done:
         present = self.progress.present
         if not 1 <= number <= len(present):
             raise RefusedCommand(f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}")
         return present[number - 1]
-
-
-@dataclass
-class Done:
-    """A touch that has ended; its number counts from 1, in an earlier measurement it is 0 and less."""
-
-    number: int
-    touch: Touch
-    specimen: str | None
-    left_out: str | None = None  # why; "": it is kept; None: its flags decide
-    why: str = ""  # why it is left out now; "": it is kept
-
-    def judge(self, against: Callable[[Touch], Sequence[str]]) -> None:
-        """Find why it is left out."""
-        if self.left_out is not None:
-            self.why = self.left_out
-            return
-        told = reasons(advice(self.touch), against(self.touch))
-        self.why = (told or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
 
 
 class Progress:
@@ -387,6 +405,11 @@ class Progress:
         longer = self.specimens[self.specimens.index(specimen)] = replace(specimen, wanted=wanted)
         self.chosen = None
         return longer
+
+    @property
+    def since_s(self) -> float:
+        """Since when the next specimen is the next one, s: a touch that began before is not on it."""
+        return self._nexts[-1][0]
 
     @property
     def next(self) -> str | None:

@@ -1,4 +1,4 @@
-"""The server of the page: its socket, its address, and its limits; it runs until SIGINT or SIGTERM."""
+"""The server of the page: its socket, and its address; it runs until SIGINT or SIGTERM."""
 
 import asyncio
 import socket
@@ -7,14 +7,9 @@ from collections.abc import Callable
 
 import uvicorn
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from palpate.live.commands import LONGEST
 
-PATIENCE_S = 5.0  # for the first request of a connection to arrive
-HEAD = 16384  # bytes of a request; a browser sends about 700, and the cookies of other programs at the same host
-CONNECTIONS = 128  # open connections; a request on another one is refused
-_BACKLOG = 64  # connections accepted at once
 _GRACE_S = 1
 _SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
 _NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
@@ -32,7 +27,7 @@ def listen(host: str, port: int) -> socket.socket:
         option = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
         listening.setsockopt(socket.SOL_SOCKET, option, 1)
         listening.bind(address)
-        listening.listen(_BACKLOG)
+        listening.listen()
     except OSError as error:
         listening.close()
         raise ValueError(
@@ -54,16 +49,13 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
     # The previous handlers of the signals run after the last page is closed.
     config = uvicorn.Config(
         app,
-        http=_Connection,
+        http="h11",
         ws="websockets-sansio",
         lifespan="on",
         log_config=None,
         access_log=False,
         server_header=False,
         proxy_headers=False,
-        backlog=_BACKLOG,
-        limit_concurrency=CONNECTIONS,
-        h11_max_incomplete_event_size=HEAD,
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_GRACE_S,
@@ -74,18 +66,6 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
         asyncio.run(_Server(config, ended).serve([listening]))
     finally:
         sys.setswitchinterval(before)
-
-
-class _Connection(H11Protocol):
-    """A connection; one whose request does not arrive is closed, or it would stay for ever."""
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(transport)
-        self.loop.call_later(PATIENCE_S, self._expire)
-
-    def _expire(self) -> None:
-        if self.scope is None:  # there is no request yet
-            self.transport.close()
 
 
 class _Server(uvicorn.Server):

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from palpate import digits
 from palpate.ad7746.datasheet import NOISE_PF
-from palpate.live.measurement import LiveMeasurement
+from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.samples import Status
 from palpate.sources import Gap
 from palpate.stream import Batch, Listener, Stream
 
 CHANNELS = ("hard", "soft")
-PRESSED = ("contact", "done")
 _SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
 _MEDIAN_STEP = 0.954  # of the absolute difference of two samples, in standard deviations of the noise
 _ADAPTS, _MOST = 0.03, 32  # change of the noise with each sample, relative; of so many samples of a batch at most

@@ -156,14 +156,12 @@ def file_state(file: Mapping[str, Any]) -> Document:
 def _device_faults(facts: Facts) -> Iterator[View]:
     """Yield what is wrong with the measurement, the device and the recording, the most urgent first."""
     missing = f" {_count(facts.unrecorded, 'pair')} not recorded." if facts.unrecorded else ""
-    if facts.state == "ended" and (facts.error or not facts.finished):
-        again = "Measure again begins a new measurement."
-        level, title, text = "note", "Ended.", f"The source has no more samples. {again}"
-        if facts.error:
-            level, title = "fault", "The measurement ended with an error."
-            text = f"{_sentence(facts.error)}{missing} {again}"
-        tone = "fault" if facts.error else "idle"
-        yield StatusLine("ended", level, title, text), Now("Stop", "the measurement has ended", tone)
+    again, ended = "Measure again begins a new measurement.", "the measurement has ended"
+    if facts.error:
+        text = f"{_sentence(facts.error)}{missing} {again}"
+        yield StatusLine("ended", "fault", "The measurement ended with an error.", text), Now("Stop", ended, "fault")
+    elif facts.state == "ended" and not facts.finished:
+        yield StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}"), Now("Stop", ended)
     if text := facts.troubles.get("unplugged", ""):
         text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
         now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")

@@ -9,7 +9,7 @@ from palpate._core import Touch
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.calibration import Calibration
 from palpate.live.feed import Document
-from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import PRESSED, LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.recording import sidecar
 from palpate.sentences import advice
@@ -48,7 +48,7 @@ class TouchTable:
         named = device["device"] if isinstance(device.get("device"), dict) else device
         return {
             "measurement": measurement.number,
-            "kind": measurement.kind,
+            "kind": "file" if measurement.file else "live",
             "file": measurement.file,
             "origin_s": measurement.levels.span and measurement.levels.span[0],
             "seconds": tracker.settings.get("seconds"),
@@ -70,7 +70,7 @@ class TouchTable:
         """Return the values that change during a measurement."""
         measurement = self._measurement
         moment = measurement.moment
-        measured = moment.state in ("contact", "done")
+        measured = moment.state in PRESSED
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
         return {
             "state": measurement.state,
