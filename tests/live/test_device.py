@@ -61,7 +61,7 @@ def test_a_source_without_settings(tmp_path: Path) -> None:
     soon(lambda: values(device(bench))["Soft"].endswith(" pF"))
     document = device(bench)
     assert (document["options"], document["can_centre"]) == ({}, False)
-    with pytest.raises(RefusedCommand, match="centre: this source has no range"):
+    with pytest.raises(RuntimeError, match="centre: got a source that cannot set its range"):
         bench.obey("centre")
     with pytest.raises(RefusedCommand, match="device: this source has no settings"):
         bench.obey("device", capf=2)

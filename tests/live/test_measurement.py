@@ -52,7 +52,7 @@ def ended(bench: Bench) -> Bench:
 def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     bench = begun(SOURCE, tmp_path)
     with client(bench) as page, page.websocket_connect("/ws") as socket:
-        for message, words in (("nonsense", "Expecting value"), ('{"do": "record"}', "already running")):
+        for message, words in (("nonsense", "Expecting value"), ('{"do": "record"}', "already recording")):
             socket.send_text(message)
             assert words in heard(socket, "refused")["message"]
     soon(lambda: bench.measurement.last)
@@ -150,7 +150,10 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     assert [(flag["touch"], flag["name"]) for flag in flags] == [
         (number, name) for number, touch in enumerate(measurement.touches, 1) for name in touch.flags
     ]
-    plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, TouchPlan(measurement, calibration))
+    by_calibration = TouchPlan(measurement, calibration)
+    for number, touch in enumerate(measurement.touches, 1):
+        by_calibration.touch(number, touch)
+    plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, by_calibration)
     for table in (plain, calibrated):
         together = table.document()["together"]
         assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (None, False, None)

@@ -47,7 +47,7 @@ class Bench:
     """A plan without a measurement: touches come when the test says so."""
 
     def __init__(self, wanted: int = 2, calibration: Calibration | None = None) -> None:
-        self.touches, self.last_s = list[Any](), 0.0
+        self.touches, self.last_s, self.document = list[Any](), 0.0, dict[str, Any]()
         self.listeners, self.recording_begun, self.said = list[Any](), list[Any](), list[str]()
         self.recorder: Recorder | None = Recorder()
         self.newest_recorder: Recorder | None = self.recorder

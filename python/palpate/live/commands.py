@@ -14,7 +14,7 @@ from palpate.live.connection_state import ConnectionState
 from palpate.live.device import Device
 from palpate.live.events import Events
 from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
@@ -61,13 +61,13 @@ class Workbench:
 
     def __init__(
         self,
-        measurement: LiveMeasurement | RecordedMeasurement,
+        measurement: AnyMeasurement,
         source: str,
         calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
         calibration_file: Path | None = None,
     ) -> None:
-        self.measurement: LiveMeasurement | RecordedMeasurement = measurement
+        self.measurement: AnyMeasurement = measurement
         self._calibration_file = calibration_file
         self._head: Document = {}  # of reports
         plan = self._plan = TouchPlan(measurement, calibration)
@@ -78,7 +78,7 @@ class Workbench:
             "events": Events(measurement).document,
             "session": lambda: plan.document,
         }
-        self._parts: dict[str, object] = {"bench": self, "plan": plan}
+        self._parts: dict[str, object] = {"bench": self, "files": measurement.files, "plan": plan}
         if isinstance(measurement, RecordedMeasurement):
             self._shown: Callable[[], Document] = lambda: file_state(measurement.file)
             self.is_news: Callable[[], bool] = lambda: False
@@ -126,10 +126,6 @@ class Workbench:
             return f"Saved as {file}, but without a report: {failure}."
         return ""
 
-    def stop_report(self) -> str:
-        """Stop the report that is written; return the message."""
-        return self.measurement.files.stop_report()
-
     def compare(self) -> Document:
         """Return the recordings to compare, beside each other."""
         return compared(self.measurement.files.compared(), self._table.calibration)
@@ -175,7 +171,7 @@ COMMANDS = {
     "calibrating": "calibration.switch",
     "save calibration": "calibration.save",
     "report": "bench.report",
-    "stop report": "bench.stop_report",
+    "stop report": "files.stop_report",
     "compare": "bench.compare",
     "settings": "bench.settle",
     "cut": "bench.cut",

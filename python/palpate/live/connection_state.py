@@ -112,6 +112,7 @@ class ConnectionState(Listener):
             recording_error=str(last.error or "") if last else "",
             unrecorded=last.dropped if last and last.error else 0,
             error=measurement.error,
+            forced=measurement.forced,
             result=self._result(),
             next=following,
             finished=self._plan.finished(),

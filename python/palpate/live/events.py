@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.live.feed import Document, Flag
 from palpate.live.levels import ROWS
-from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import AnyMeasurement
 from palpate.sentences import advice
 from palpate.sources.base import Gap
 from palpate.stream import Batch, Listener, Stream
@@ -20,7 +20,7 @@ _AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}  # shown at t
 class Events(Listener):
     """The events of a measurement: follows its samples."""
 
-    def __init__(self, measurement: LiveMeasurement | RecordedMeasurement) -> None:
+    def __init__(self, measurement: AnyMeasurement) -> None:
         self._measurement = measurement
         self._forget()
         measurement.listeners.append(self)

@@ -4,7 +4,6 @@ import re
 from datetime import date
 from itertools import chain, count
 from pathlib import Path
-from threading import Event, Lock
 from typing import Any, Literal
 
 from palpate.errors import quoted
@@ -22,7 +21,7 @@ _ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or 
 class RunFiles:
     """The files of one run of `palpate live`.
 
-    `first` is the first recording, NAME.csv; NAME-2.csv, NAME-3.csv, ... are proposed for the next ones. Without it, names
+    `first` is the first recording, NAME.csv, which begins with the measurement; NAME-2.csv, NAME-3.csv, ... are proposed for the next ones. Without it, names
     with the date are proposed, palpate-2026-11-22-1.csv. `folder`: the folder of `first`, or the present one.
 
     Examples
@@ -35,19 +34,14 @@ class RunFiles:
     """
 
     def __init__(self, first: Path | str | None = None, folder: Path | str | None = None) -> None:
-        self._first = None if first is None else Path(first)
-        if self._first:
-            sidecar_path(self._first)
-        self._folder = Path(folder) if folder is not None else self._first.parent if self._first else Path()
+        self.first: Path | None = None if first is None else Path(first)
+        if self.first:
+            sidecar_path(self.first)
+        self._folder = Path(folder) if folder is not None else self.first.parent if self.first else Path()
         self._made: dict[Path, Kind] = {}
-        self._writing, self._stopped = Lock(), Event()
+        self._stopped = False
         self.progress: str = ""  # of the report that is written
         self.others: list[Path] = []  # recordings to compare with the first one
-
-    @property
-    def allowed(self) -> bool:
-        """Whether the user has given a name: then the first recording begins with the measurement."""
-        return self._first is not None
 
     def as_dict(self) -> dict[str, Any]:
         """Return what the page shows of them."""
@@ -76,10 +70,10 @@ class RunFiles:
                 raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
             return path
         made = len(self._recordings())
-        if self._first and not made:
-            return self._first
-        stem = self._first.stem if self._first else f"palpate-{date.today():%Y-%m-%d}"
-        numbers = count(made + 1 if self._first else 1)
+        if self.first and not made:
+            return self.first
+        stem = self.first.stem if self.first else f"palpate-{date.today():%Y-%m-%d}"
+        numbers = count(made + 1 if self.first else 1)
         paths = (self._folder / f"{stem}-{number}.csv" for number in numbers)
         return next(path for path in paths if self._is_free(path))
 
@@ -104,29 +98,27 @@ class RunFiles:
         """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
         if not (recordings := self._recordings()):
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
-        if not self._writing.acquire(blocking=False):
+        if self.progress:
             raise RefusedCommand("report: one is being written; wait for it")
+        newest, self._stopped = recordings[-1], False
+        path = self.free(f"{newest.stem}-report.html")
+        self._tell(newest.name)
         try:
-            newest = recordings[-1]
-            path = self.free(f"{newest.stem}-report.html")
-            self._stopped.clear()
-            self._tell(newest.name)
             write(path, [newest], calibration, tell=self._tell, **head)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:
             self.progress = ""
-            self._writing.release()
         self.made(path, "report")
         return {"message": f"The report is {path.name}.", "file": path.name}
 
     def stop_report(self) -> str:
         """Stop the report that is written; return the message."""
-        self._stopped.set()
+        self._stopped = True
         return "The report is stopped."
 
     def _tell(self, progress: str) -> None:
-        if self._stopped.is_set():
+        if self._stopped:
             raise RefusedCommand("report: stopped; nothing is written")
         self.progress = f"Report: {progress}"
 

@@ -76,6 +76,7 @@ class Measurement(Listener):
     def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
         self.files = files
         self.number: int = 0  # of the measurement, counted from 1
+        self.document: Document = {}  # the sidecar of a file that is shown
         self.error: str = ""  # that ended the measurement
         self.failed: bool = False  # a recording failed: the one written, or a file as the source
         self.events = Listeners(tell)
@@ -143,7 +144,7 @@ class LiveMeasurement(Measurement):
         self._goes_on = demo
         self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
-        self.records: bool = files.allowed  # whether this measurement, and so the next one, is recorded
+        self.records: bool = files.first is not None  # whether this measurement, and so the next one, is recorded
         self.outlets: Outlets | None = None
         self._open, self.how, self._lsl = open_source, how, lsl
         self._options: dict[str, Any] = {}
@@ -281,8 +282,6 @@ class LiveMeasurement(Measurement):
     def record(self, name: str | None = None) -> str:
         """Begin a recording, with the samples that are kept; return the message."""
         self.require_running("record")
-        if self.stream.recorder:
-            raise RefusedCommand("record: a recording is already running; stop it first")
         path = self.files.next(name)
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
@@ -444,7 +443,7 @@ class RecordedMeasurement(Measurement):
         settings: Any = own | {name: value for name, value in how.items() if name != "scene" or value}
         self.recording, self._damage = recording, list[Damage]()
         self.tracker = tracker_of(recording, settings.pop("scene"), settings)
-        self.document: Document = recording.document or {}
+        self.document = recording.document or {}
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
         self.moment = Moment("waiting")
@@ -523,13 +522,16 @@ class RecordedMeasurement(Measurement):
     def _finish(self) -> None:
         self.tracker.finish()
         self.touches = self.tracker.touches
+        self.events.tell("ended", None)
         found = judged(self.recording, self._damage)
         long = "too long to show every sample: at first only lowest and highest values are shown"
         for line in (self.recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
             if line:
                 self.say(line)
-        self.events.tell("ended", None)
         self._verdict = found.verdict
+
+
+AnyMeasurement = LiveMeasurement | RecordedMeasurement
 
 
 def is_file(source: str) -> bool:

@@ -3,7 +3,7 @@
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from decimal import Decimal
 from functools import wraps
 from math import inf, isfinite
@@ -15,7 +15,7 @@ from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.errors import PalpateError, quoted
 from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
 from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
@@ -27,6 +27,7 @@ from palpate.tables.units import to_number
 from palpate.uncertainty import Scatter
 
 DISCARDED = "discarded"
+_EMPTY = stored.Plan()
 _NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, as 30 OO; 0.143"
 _NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _SHOWN = 99  # the newest touches of a specimen
@@ -92,25 +93,17 @@ class TouchPlan(Listener):
     `rows`: what is known of each touch of the measurement: specimen, kept, and why it is not.
     """
 
-    def __init__(
-        self, measurement: LiveMeasurement | RecordedMeasurement, calibration: Calibration | None = None
-    ) -> None:
+    def __init__(self, measurement: AnyMeasurement, calibration: Calibration | None = None) -> None:
         self._measurement = measurement
-        self.progress = Progress(calibration)
+        self._recorded = isinstance(measurement, RecordedMeasurement)
+        # Title, operator, notes and the kind of ratio; of a recording also the touches before it is read.
+        self._plan = plan = stored.plan_of(measurement.document)
+        self._stored: tuple[Recorder | None, stored.Plan] = None, plan  # a recorder, and what it has
+        self._wanted = max((one.wanted for one in plan.specimens), default=1 if self._recorded else 4)
+        self.progress = Progress(calibration, plan)
         self._lock = RLock()
-        self._head: Document = {"title": "", "operator": "", "wanted": 4}
-        self._notes: list[stored.Note] = []
-        self._stored: tuple[Recorder | None, stored.Plan] = None, stored.Plan()  # a recorder, and what it has
-        self._recorded: stored.Plan | None = None
         self._unmatched: list[stored.Entry] = []  # of a recording: of touches that are not found with these settings
         self._files = 0
-        if isinstance(measurement, RecordedMeasurement):
-            self._recorded = plan = stored.plan_of(measurement.document)
-            self._stored = None, plan
-            wanted = max((one.wanted for one in plan.specimens), default=0)
-            self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
-            self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
-            self.progress.kind = plan.ratio
         if isinstance(measurement, LiveMeasurement) and measurement.demo:
             self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
         measurement.listeners.append(self)
@@ -126,35 +119,36 @@ class TouchPlan(Listener):
         """Begin with the next measurement."""
         with self._lock:
             self.progress.begin()
-            self._notes = []
+            self._plan = replace(self._plan, notes=())
             self._changed()
 
     def touch(self, number: int, touch: Touch) -> None:
         """Take a touch when it has ended, or was revised."""
         with self._lock:
-            self.progress.take(self._measurement.touches)
+            self.progress.take(number, touch)
             self._changed()
 
     def ended(self, error: BaseException | None) -> None:
         """Take the touches of a recording when it has been read."""
-        measurement = self._measurement
-        if self._recorded and isinstance(measurement, RecordedMeasurement):
-            known = self._recorded.matched(measurement.touches, measurement.recording.survey.period_s)
+        if isinstance(measurement := self._measurement, RecordedMeasurement):
+            known = self._plan.matched(measurement.touches, measurement.recording.survey.period_s)
             self.progress.present = [
                 Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
                 for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
             ]
             found = set(known)
-            self._unmatched = [entry for entry in self._recorded.touches if entry not in found]
+            self._unmatched = [entry for entry in self._plan.touches if entry not in found]
             self._changed()
 
     @_order
-    def set_list(self, text: str, wanted: int, unit: str = "MPa", **head: str) -> str:
+    def set_list(self, text: str, wanted: int, unit: str = "MPa", **head: Any) -> str:
         """Take another list of specimens; return the message."""
         specimens = specimens_of(text, wanted, unit)
+        self._plan, self._wanted, progress = replace(self._plan, **head), wanted, self.progress
         self._files = len(self._measurement.files.named)  # made for earlier lists
-        self._head |= {"wanted": wanted, **head}
-        self.progress.replace(specimens)
+        progress.specimens, progress.over = specimens, False
+        if progress.chosen and not progress.named(progress.chosen[1]):
+            progress.chosen = None
         touches = "1 touch" if wanted == 1 else f"{wanted} touches"
         found = "1 specimen" if len(specimens) == 1 else f"{len(specimens)} specimens"
         return f"{found}, {touches} of each." if specimens else "No specimens."
@@ -185,17 +179,17 @@ class TouchPlan(Listener):
     @_order
     def name(self, touches: list[int], text: str) -> str:
         """Give touches a specimen, written as in a list, "": none; a new one comes into the list; return the message."""
-        done, found = [self._done(touch) for touch in touches], specimens_of(text, self._head["wanted"] or 1)
+        done, found = [self._done(touch) for touch in touches], specimens_of(text, self._wanted)
         if text.strip() and not found:
             raise RefusedCommand(f"name: got {quoted(text)}, allowed: {_NAME}, and {_MODULUS}")
-        name, told, specimens = None, "", self.progress.specimens
+        name, told = None, ""
         for one in found:  # a line is one at most
             name, known = one.name, self.progress.named(one.name)
             if not known:
-                specimens.append(one)
+                self.progress.specimens.append(one)
             elif one.modulus_MPa not in (None, known.modulus_MPa):
                 told = f" Its modulus is {one.modulus_MPa:g} MPa now, before {known.modulus_MPa or 'unknown'}."
-                specimens[specimens.index(known)] = replace(known, modulus_MPa=one.modulus_MPa)
+                self.progress.change(known, modulus_MPa=one.modulus_MPa)
         for each in done:
             each.specimen = name
         return f"{'1 touch' if len(done) == 1 else f'{len(done)} touches'}: {name or 'no specimen'}.{told}"
@@ -217,15 +211,21 @@ class TouchPlan(Listener):
 
     @_order
     def more(self) -> str:
-        """Want one touch more of the specimen of the last touch; return the message."""
-        if not (specimen := self.progress.more()):
+        """Want one touch more of the specimen of the last touch, else of the next one; return the message."""
+        progress = self.progress
+        specimen = progress.named(progress.last or progress.next)
+        wanted = max(specimen.wanted, len(progress.kept[specimen.name])) + 1 if specimen else 0
+        if not specimen or wanted > stored.MOST_WANTED:
             raise RefusedCommand(f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list")
-        return f"{specimen.name}: {specimen.wanted} touches are wanted."
+        progress.change(specimen, wanted=wanted)
+        progress.chosen = None
+        return f"{specimen.name}: {wanted} touches are wanted."
 
     @_order
     def note(self, text: str) -> str:
         """Add a note; return the message."""
-        self._notes.append(stored.Note(self._measurement.last_s, text))
+        note = stored.Note(self._measurement.last_s, text)
+        self._plan = replace(self._plan, notes=(*self._plan.notes, note))
         return f"Noted: {text}"
 
     def _changed(self, *, ordered: bool = False) -> None:
@@ -237,11 +237,13 @@ class TouchPlan(Listener):
         if self._recorded:
             following, count = None, {"kept": sum(row["kept"] for row in rows), "of": len(rows)}
         self.document: Document = {
-            **self._head,
+            "title": self._plan.title,
+            "operator": self._plan.operator,
+            "wanted": self._wanted,
             "specimens": [progress.specimen_row(one) for one in progress.specimens],
             "next": following,
             "count": count,
-            "notes": [{"t_s": note.t_s, "text": note.text} for note in self._notes],
+            "notes": [asdict(note) for note in self._plan.notes],
             "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
             "done": None if self._recorded else progress.result(),
         }
@@ -255,7 +257,7 @@ class TouchPlan(Listener):
     def _amend(self, path: Path, first_s: float, recorder: Recorder | None) -> None:
         """Give a recording that has ended the session as it is now."""
         plan, (of, has) = self._within(first_s), self._stored
-        amend(path, plan, has if of is recorder else stored.Plan())
+        amend(path, plan, has if of is recorder else _EMPTY)
         self._stored = recorder, plan
 
     def _require_amendable(self) -> None:
@@ -270,7 +272,7 @@ class TouchPlan(Listener):
         with self._lock:
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
             of, has = self._stored
-            if plan == (has if of is recorder else stored.Plan()):
+            if plan == (has if of is recorder else _EMPTY):
                 return
             try:
                 recorder.session(plan)
@@ -297,10 +299,10 @@ class TouchPlan(Listener):
             for done in progress.present[0 if self._recorded else -stored.MOST_TOUCHES :]
             if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
         )
-        notes = tuple(note for note in self._notes if note.t_s >= first_s)
+        notes = tuple(note for note in self._plan.notes if note.t_s >= first_s)
         ratio = progress.calibration.ratio if progress.calibration else progress.kind
-        title, operator, touches = self._head["title"], self._head["operator"], (*entries, *self._unmatched)
-        return stored.Plan(title, operator, tuple(progress.specimens), touches, notes, ratio)
+        specimens, touches = tuple(progress.specimens), (*entries, *self._unmatched)
+        return replace(self._plan, specimens=specimens, touches=touches, notes=notes, ratio=ratio)
 
     def _following(self) -> str:
         self.progress.settle(self._measurement.last_s)
@@ -328,16 +330,16 @@ class Progress:
     lacks touches.
     """
 
-    def __init__(self, calibration: Calibration | None = None) -> None:
-        self.specimens: list[Specimen] = []
+    def __init__(self, calibration: Calibration | None = None, plan: stored.Plan = _EMPTY) -> None:
+        self.specimens = list(plan.specimens)
         self.present: list[Done] = []  # the touches of this measurement
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
-        self.kind = "hold"  # of the ratio that counts without a calibration
+        self.kind = plan.ratio  # that counts without a calibration
         self.name_at: Callable[[float], str] = lambda _: ""  # what is touched at a time, whatever is next
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
-        self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
+        self.kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
         self.means: dict[str, float] = {}  # of these, by specimen
         self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
         self.over = False  # the user goes on with other objects
@@ -364,47 +366,33 @@ class Progress:
         self._nexts = [(-inf, None)]
         self.settle(-inf)
 
-    def take(self, touches: Sequence[Touch]) -> None:
-        """Take all touches of this measurement: those that are new, and those that were revised since."""
-        for done, touch in zip(self.present, touches, strict=False):
-            done.touch = touch
-        for touch in touches[len(self.present) :]:
-            name = self.name_at(touch.start_s) or next(
-                (name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s), None
-            )
-            self.present.append(Done(len(self.present) + 1, touch, name))
-            if self.chosen and not self.chosen[0] > touch.start_s:
-                self.chosen = None
-            self.settle(touch.start_s)
+    def take(self, number: int, touch: Touch) -> None:
+        """Take a touch that is new, or was revised."""
+        if number <= len(self.present):
+            self.present[number - 1].touch = touch
+            return
+        before = (name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s)
+        self.present.append(Done(number, touch, self.name_at(touch.start_s) or next(before, None)))
+        if self.chosen and not self.chosen[0] > touch.start_s:
+            self.chosen = None
+        self.settle(touch.start_s)
 
     def settle(self, t_s: float) -> None:
         """Judge each touch after a change at a time, s, and note what comes next from then on."""
-        self._on, self._kept = defaultdict(list), defaultdict(list)
+        self._on, self.kept = defaultdict(list), defaultdict(list)
         for done in (*self._earlier, *self.present):
             done.judge(self.objections)
             if done.specimen:
                 self._on[done.specimen].append(done)
                 if not done.why and isfinite(ratio := self.ratio_of(done.touch)[0]):
-                    self._kept[done.specimen].append(ratio)
-        self.means = {name: sum(kept) / len(kept) for name, kept in self._kept.items() if kept}
+                    self.kept[done.specimen].append(ratio)
+        self.means = {name: sum(kept) / len(kept) for name, kept in self.kept.items() if kept}
         if (name := self.next) != self._nexts[-1][1]:
             self._nexts.append((t_s, name))
 
-    def replace(self, specimens: list[Specimen]) -> None:
-        """Take another list; a touch stays with its specimen."""
-        self.specimens, self.over = specimens, False
-        if self.chosen and not self.named(self.chosen[1]):
-            self.chosen = None
-
-    def more(self) -> Specimen | None:
-        """Want one touch more of the specimen of the last touch, else of the next one; None: there is none."""
-        specimen = self.named(self._last or self.next)
-        wanted = max(specimen.wanted, len(self._kept[specimen.name])) + 1 if specimen else 0
-        if not specimen or wanted > stored.MOST_WANTED:
-            return None
-        longer = self.specimens[self.specimens.index(specimen)] = replace(specimen, wanted=wanted)
-        self.chosen = None
-        return longer
+    def change(self, specimen: Specimen, **values: Any) -> None:
+        """Give a specimen of the list other values."""
+        self.specimens[self.specimens.index(specimen)] = replace(specimen, **values)
 
     @property
     def since_s(self) -> float:
@@ -416,10 +404,10 @@ class Progress:
         """Name of the specimen of the next touch; None: nothing is lacking."""
         if self.chosen:
             return self.chosen[1]
-        last = self._last
+        last = self.last
         first = next((place for place, one in enumerate(self.specimens) if one.name == last), 0)
         in_turn = [*self.specimens[first:], *self.specimens[:first]]
-        return next((one.name for one in in_turn if len(self._kept[one.name]) < one.wanted), None)
+        return next((one.name for one in in_turn if len(self.kept[one.name]) < one.wanted), None)
 
     def named(self, name: str | None) -> Specimen | None:
         """Return the specimen with this name; None: it is not in the list."""
@@ -430,12 +418,12 @@ class Progress:
         one = self.named(self.next)
         if one is None:
             return None
-        nth = len(self._kept[one.name]) + 1
+        nth = len(self.kept[one.name]) + 1
         return {"name": one.name, "modulus": one.modulus_MPa, "nth": nth, "of": max(one.wanted, nth)}
 
     def count(self) -> Document:
         """Return how many of the wanted touches are done."""
-        kept = sum(min(len(self._kept[one.name]), one.wanted) for one in self.specimens)
+        kept = sum(min(len(self.kept[one.name]), one.wanted) for one in self.specimens)
         return {"kept": kept, "of": sum(one.wanted for one in self.specimens)}
 
     def result(self) -> Document | None:
@@ -467,7 +455,7 @@ class Progress:
             }
             for done in self._on[one.name][-_SHOWN:]
         ]
-        known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self._kept[one.name]), "of": one.wanted}
+        known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self.kept[one.name]), "of": one.wanted}
         return {**known, "mean": mean, "deviations": shown}
 
     def rows(self) -> list[Document]:
@@ -484,7 +472,7 @@ class Progress:
         return found
 
     @property
-    def _last(self) -> str | None:
+    def last(self) -> str | None:
         """The specimen of the last touch that was on one of the list."""
         newest_first = (done.specimen for part in (self.present, self._earlier) for done in reversed(part))
         return next((name for name in newest_first if self.named(name)), None)

@@ -154,6 +154,8 @@ class SignalFollower(Listener):
             self._baseline_s = float(t_s[-1])
         number = int(batch.rows["touch"][-1])
         mine = np.flatnonzero(batch.rows["touch"] == number)
+        if number > self._touch:
+            self._measurement.forced = False
         if number != self._touch:
             self._touch, self._count, self._touch_s = number, 0, float(t_s[mine[0]])
         self._count += len(mine)

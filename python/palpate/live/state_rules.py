@@ -106,6 +106,7 @@ class Facts:
     recording_error: str = ""
     unrecorded: int = 0  # pairs that the failed recording does not have
     error: str = ""  # that ended the measurement
+    forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
     finished: tuple[str, str, str] | None = None  # all specimens are done: title and text of the line, what was done
@@ -167,8 +168,10 @@ def _device_faults(facts: Facts) -> Iterator[View]:
         now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
         yield StatusLine("unplugged", "fault", "Unplugged.", text), now
     if text := facts.troubles.get("wiring", ""):
-        line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(text))
-        yield line, Now("Stop", "a wire is off", "fault")
+        yield (
+            StatusLine("wiring", "fault", "Look at the wires.", _sentence(text)),
+            Now("Stop", "a wire is off", "fault"),
+        )
     if facts.silent_s > max(SILENT_S, SILENT_PERIODS * (0 if math.isnan(facts.period_s) else facts.period_s)):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
@@ -184,15 +187,15 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
     if constant := [one for one in channels if one.constant_s >= CONSTANT_S]:
         yield _constant(constant)
     if text := facts.seen.touching:
-        line = StatusLine(
-            "touched", "caution", "Lift the probe.", f"Something touches: {text}. No baseline is taken from it."
+        text = f"Something touches: {text}. No baseline is taken from it."
+        yield (
+            StatusLine("touched", "caution", "Lift the probe.", text),
+            Now("Lift", "and hold it in the air", "caution"),
         )
-        yield line, Now("Lift", "and hold it in the air", "caution")
     if facts.outside:
-        do = "Lift the probe, then press Centre" if facts.can_centre else "Set the range of the source again"
-        text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {do}."
-        sub = "lift the probe, then press Centre" if facts.can_centre else "set the range again"
-        yield StatusLine("range", "fault", "Out of range.", text), Now("Stop", sub, "fault")
+        do = "lift the probe, then press Centre" if facts.can_centre else "set the range of the source again"
+        text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {_sentence(do)}"
+        yield StatusLine("range", "fault", "Out of range.", text), Now("Stop", do, "fault")
     if facts.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
         limit = f", {facts.full_scale_pF:.3f} pF" if math.isfinite(facts.full_scale_pF) else ""
         said = f"The {_subject([one.name for one in limited])} at the limit"
@@ -280,9 +283,10 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
             return Now("Done", sub, "good"), StatusLine("finished", "note", title, text)
         noise = max(one.noise_pF for one in seen.channels)
         told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
-        text = " ".join(part for part in ("Ready.", kept, told) if part)
+        doubt = ", if nothing was touched at Tare anyway; else lift the probe, and press Tare" if facts.forced else ""
+        text = " ".join(part for part in (f"Ready{doubt}.", kept, told) if part)
         sub = f"{following}: press, and hold" if facts.next else "press, and hold"
-        return Now("Touch", sub), StatusLine("ready", "quiet", "", text, "Ready.")
+        return Now("Touch", sub), StatusLine("ready", "quiet", "", text, f"Ready{doubt}.")
     if facts.result and not facts.result.revised:
         text = f"{kept} Its result is revised when the baseline after it is known."
         return Now("Wait", "a second without touching"), StatusLine("after", "quiet", "", text.strip())

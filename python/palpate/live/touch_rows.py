@@ -9,14 +9,12 @@ from palpate._core import Touch
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.calibration import Calibration
 from palpate.live.feed import Document
-from palpate.live.measurement import PRESSED, LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import PRESSED, AnyMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.recording import sidecar
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
-
-_UNKNOWN: Document = {"specimen": None, "kept": True, "why": ""}
 
 
 class TouchTable:
@@ -25,12 +23,7 @@ class TouchTable:
     `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
     """
 
-    def __init__(
-        self,
-        measurement: LiveMeasurement | RecordedMeasurement,
-        plan: TouchPlan,
-        scatter: float = TOUCH_SCATTER,
-    ) -> None:
+    def __init__(self, measurement: AnyMeasurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER) -> None:
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
         self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}  # by touch: what it is made of, and the row
         self._shown: tuple[tuple[object, ...], Document] | None = None
@@ -95,7 +88,8 @@ class TouchTable:
         A row stays the same object until it changes. What one more touch changes in all rows is beside them: `scatter`,
         for the uncertainties, and `means` of the specimens, for the distances from them.
         """
-        touches, known = self._measurement.touches, self._plan.rows
+        known = self._plan.rows
+        touches = self._measurement.touches[: len(known)]  # the plan may not have the newest one yet
         made_of = (touches, known, self.calibration)
         if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
             self._shown = made_of, self._document(touches, known)
@@ -112,8 +106,7 @@ class TouchTable:
             if self.calibration and found.agree:
                 modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
-        each = zip(count(1), touches, [*known, *[_UNKNOWN] * len(touches)])
-        rows = [self._row(*one) for one in each]
+        rows = [self._row(*one) for one in zip(count(1), touches, known)]
         now, means = self._scatter_now(), self._plan.progress.means
         return {
             "rows": rows,
@@ -170,8 +163,6 @@ class TouchTable:
 
 
 def _on_the_last(touches: list[Touch], known: Sequence[Document]) -> list[Touch]:
-    """Return the touches that are kept, on the same specimen as the last one; all, if nothing else is known."""
-    here = known[: len(touches)]
-    specimen = here[-1]["specimen"] if here else None
-    kept = [touch for touch, row in zip(touches, here, strict=False) if row["kept"] and row["specimen"] == specimen]
-    return kept + touches[len(here) :]
+    """Return the touches that are kept, on the same specimen as the last one."""
+    each = zip(touches, known, strict=False)
+    return [touch for touch, row in each if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]]
