@@ -204,7 +204,7 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
         bench: Any = SimpleNamespace(
             known=lambda: known, files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder
         )
-        GuidedCalibration(bench, bench, lambda found, _: used.append(found)).save()
+        GuidedCalibration(bench, bench, lambda found, _: used.append(found)).save_calibration()
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0
     assert len(used[0].ratios) >= 36  # one time for both channels: some have the flag "lag"

@@ -115,7 +115,7 @@ def test_only_files_of_the_page_are_served() -> None:
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
     """SECURITY.md and docs/live.md have these numbers."""
-    assert (commands.LONGEST, commands.LONGEST_TEXT, commands.LONGEST_LIST, files.LONGEST) == (32768, 200, 4000, 100)
+    assert (commands.LONGEST, commands.LONGEST_TEXT, files.LONGEST) == (32768, 4000, 100)
     assert HEADERS["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self';")
     assert (measurement.KEPT, feed.BINS_PER_S, len(new_token())) == (65_536, 500.0, 192 / 6)
 

@@ -44,7 +44,7 @@ class Bench:
         own: Any = self
 
         def finish() -> str:
-            self.finished.append(self.part.save()["file"])
+            self.finished.append(self.part.save_calibration()["file"])
             return self.unreported
 
         return GuidedCalibration(own, own, lambda found, path: self.used.append((found, path)), finish)
@@ -70,7 +70,7 @@ class Bench:
 def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
     bench = Bench(tmp_path, touches)
     assert bench.part.document() == {"on": False}
-    assert bench.part.switch(on=True) == f"Calibrating with {len(MODULI)} specimens of known modulus."
+    assert bench.part.calibrating(on=True) == f"Calibrating with {len(MODULI)} specimens of known modulus."
     first = bench.touch()
     assert (first["verdict"], first["next"]) == ("3 specimens at least; 2 to go.", "Next: 40 OO.")
     assert (first["curve"], len(first["points"])) == (None, 1)
@@ -94,14 +94,14 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert [file["name"] for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
     assert bench.part.document()["saved"] == "probe.toml"
-    assert bench.part.switch(on=False).startswith("Calibrating has ended")
+    assert bench.part.calibrating(on=False).startswith("Calibrating has ended")
 
 
 def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     tmp_path: Path, touches: dict[str, list[Touch]]
 ) -> None:
     bench = Bench(tmp_path, touches)
-    bench.part.switch(on=True)
+    bench.part.calibrating(on=True)
     bench.touch(len(bench.order))
     bench.unreported, bench.progress.next = "Saved as probe.toml, but without a report: disk full.", None
     soon(lambda: bench.part.document()["verdict"] == bench.unreported)
@@ -110,7 +110,7 @@ def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
 
 def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
     bench = Bench(tmp_path, touches)
-    bench.part.switch(on=True)
+    bench.part.calibrating(on=True)
     whole = bench.touch(len(bench.order))
     bench.left_out = {3}
     less = bench.settled()
@@ -126,16 +126,16 @@ def test_what_is_not_possible_is_said(
     bench = Bench(tmp_path, touches)
     monkeypatch.setattr(bench, "known", list)
     with pytest.raises(RefusedCommand, match="needs 3 specimens at least, of different known moduli; 3 to go"):
-        bench.part.switch(on=True)
+        bench.part.calibrating(on=True)
     monkeypatch.undo()
     with pytest.raises(RefusedCommand, match="3 specimens at least; 3 to go"):
-        bench.part.save()
+        bench.part.save_calibration()
     bench.done = len(bench.order)
     reverse = Bench(tmp_path, dict(zip(MODULI, reversed(touches.values()), strict=True)))
-    reverse.part.switch(on=True)
+    reverse.part.calibrating(on=True)
     found = reverse.touch(len(reverse.order))  # ratios that do not rise are an objection, not a failure
     assert found["verdict"]
     assert not found["sound"]
     (tmp_path / "probe.toml").write_text("precious")
-    assert bench.part.save()["file"] == "probe-2.toml"
+    assert bench.part.save_calibration()["file"] == "probe-2.toml"
     assert (tmp_path / "probe.toml").read_text() == "precious"

@@ -75,7 +75,7 @@ def test_nothing_is_set_in_contact_and_temperature_since_the_baseline() -> None:
     played = Played(SOURCE).play(until_s=4)
     device = Device(played, played.page_state, "sim:")
     assert played.state in ("contact", "done")
-    for order, options in ((device.set, {"capf": 1}), (device.centre, {})):
+    for order, options in ((device.device, {"capf": 1}), (device.centre, {})):
         with pytest.raises(RefusedCommand, match="the probe is in contact; lift it first"):
             order(**options)
 

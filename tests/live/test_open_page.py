@@ -81,7 +81,7 @@ def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
         page.tell("state", "recording: run.csv")
         page.tell("state", "recording: none")
         page.tell(object(), "closed")
-        page.look(7, 0.0, 1.0, 100)
+        page.view(7, 0.0, 1.0, 100)
         await turns()
 
     texts, frames = with_page(test)

@@ -102,7 +102,7 @@ class Canned:
             page.send(pack(command["id"], view, Kind.VIEW))
             return
         more: dict[str, Any] = {"id": 9} if command["do"] == "mark" else {}
-        more = TouchPlan.read(command["text"], command["unit"]) if command["do"] == "read list" else more
+        more = TouchPlan.read_list(command["text"], command["unit"]) if command["do"] == "read list" else more
         done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}."} | more
         page.send(json.dumps(self.answers.get(command["do"], done)))
 

@@ -5,7 +5,6 @@ import os
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, BinaryIO
 from urllib.parse import quote
@@ -35,13 +34,10 @@ _STATES_PER_S = 5
 
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
-    found = {}
-    page = files("palpate.live") / "page"
-    for folder, prefix in ((page, "/"), (page / "charts", "/charts/")):
-        for file in folder.iterdir():
-            kind = _PAGE.get(Path(file.name).suffix)
-            if kind:
-                found[prefix + file.name] = (file.read_bytes(), f"{kind}; charset=utf-8")
+    page, found = Path(__file__).parent / "page", {}
+    for file in page.rglob("*.*"):
+        if kind := _PAGE.get(file.suffix):
+            found[f"/{file.relative_to(page).as_posix()}"] = (file.read_bytes(), f"{kind}; charset=utf-8")
     found["/"] = found.pop("/index.html")
     return found
 
@@ -145,9 +141,8 @@ class PageApp:
     async def _hear(self, page: Page, message: str) -> None:
         try:
             do, given = parse(message)
-            part, _, name = COMMANDS[do].partition(".")
-            if part == "page":
-                answer = {"message": getattr(page, name)(**given)}
+            if COMMANDS[do] == "page":
+                answer = {"message": getattr(page, do)(**given)}
             else:
                 answer = await asyncio.to_thread(self._bench.do, do, **given)
                 self._send_state()

@@ -72,7 +72,7 @@ class GuidedCalibration:
             **self._shown,
         }
 
-    def switch(self, on: bool) -> str:
+    def calibrating(self, on: bool) -> str:
         """Begin or end to calibrate; return the message."""
         if not on:
             self._on = False
@@ -86,7 +86,7 @@ class GuidedCalibration:
         self._on, self._seen, self._lacked = True, None, True
         return f"Calibrating with {len(known)} specimens of known modulus."
 
-    def save(self) -> Document:
+    def save_calibration(self) -> Document:
         """Save the calibration, and a report of it; return the answer."""
         if lacking := too_few(known := self._plan.known()):
             raise RefusedCommand(lacking)

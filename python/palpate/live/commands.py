@@ -22,9 +22,7 @@ from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER
 
 LONGEST = 32768  # bytes of a message
-LONGEST_TEXT = 200  # characters of a mark, a name, a note
-LONGEST_LIST = 4000  # characters of a list of specimens
-LISTS = ("plan", "read list")  # commands whose text is one
+LONGEST_TEXT = 4000  # characters of a text: a list of specimens; a note and a name have less
 
 
 def parse(message: str) -> tuple[str, Document]:
@@ -32,7 +30,7 @@ def parse(message: str) -> tuple[str, Document]:
 
     Examples
     --------
-    >>> parse('{"do": "note", "text": " second specimen"}')
+    >>> parse('{"do": "note", "text": "second specimen"}')
     ('note', {'text': 'second specimen'})
     >>> parse('{"do": "format the disk"}')  # doctest: +ELLIPSIS
     Traceback (most recent call last):
@@ -44,12 +42,10 @@ def parse(message: str) -> tuple[str, Document]:
         raise RefusedCommand(f"do: got {quoted(do)}, allowed: {', '.join(COMMANDS)}")
     for name, text in given.items():
         if isinstance(text, str):
-            lines = do in LISTS and name == "text"
-            most, parts = (LONGEST_LIST, text.replace("\t", " ").splitlines()) if lines else (LONGEST_TEXT, [text])
-            if len(text) > most or not all(part.isprintable() for part in parts):
-                kind = "characters in lines" if lines else "printable characters"
-                raise RefusedCommand(f"{name}: got {quoted(text)}, allowed: up to {most} {kind}")
-            given[name] = text if lines else text.strip()
+            lines = text.replace("\t", " ").splitlines()
+            if len(text) > LONGEST_TEXT or not all(line.isprintable() for line in lines):
+                allowed = f"up to {LONGEST_TEXT} characters that can be shown"
+                raise RefusedCommand(f"{name}: got {quoted(text)}, allowed: {allowed}")
     return do, given
 
 
@@ -99,15 +95,15 @@ class Workbench:
 
         Raises `RefusedCommand` if it is not possible now, or not here; and what `Stream` raises.
         """
-        part, _, name = COMMANDS[do].partition(".")
+        part = COMMANDS[do]
         if part not in self._parts:
             raise RefusedCommand(f"{do}: this is a recording, nothing is measured")
         # A report takes seconds, and changes nothing that another command needs.
         with nullcontext() if part == "bench" else self.measurement.commands:
-            answer = getattr(self._parts[part], name)(**given)
+            answer = getattr(self._parts[part], do.replace(" ", "_"))(**given)
         return answer if isinstance(answer, dict) else {"message": answer}
 
-    def settle(self, **head: Any) -> str:
+    def settings(self, **head: Any) -> str:
         """Take the settings of later reports: arguments of `palpate.report.write`."""
         self._head = head
         return ""
@@ -148,34 +144,15 @@ class Workbench:
             self.measurement.use(calibration.for_tracking(self.measurement.how), said)
 
 
-COMMANDS = {
-    "tare": "measurement.tare",
-    "tare anyway": "measurement.tare_anyway",
-    "record": "measurement.record",
-    "stop": "measurement.stop",
-    "again": "measurement.again",
-    "understood": "state.understood",
-    "mark": "measurement.mark",
-    "mark text": "measurement.mark_text",
-    "note": "plan.note",
-    "centre": "device.centre",
-    "device": "device.set",
-    "plan": "plan.set_list",
-    "read list": "plan.read",
-    "specimen": "plan.choose",
-    "assign": "plan.assign",
-    "discard": "plan.discard",
-    "keep": "plan.keep",
-    "name": "plan.name",
-    "more": "plan.more",
-    "calibrating": "calibration.switch",
-    "save calibration": "calibration.save",
-    "report": "bench.report",
-    "stop report": "files.stop_report",
-    "compare": "bench.compare",
-    "settings": "bench.settle",
-    "cut": "bench.cut",
-    "noise": "page.noise",
-    "view": "page.look",
+_PARTS = {
+    "measurement": ("tare", "tare anyway", "record", "stop", "again", "mark", "mark text"),
+    "state": ("understood",),
+    "device": ("centre", "device"),
+    "plan": ("plan", "read list", "specimen", "assign", "name", "discard", "keep", "more", "note"),
+    "calibration": ("calibrating", "save calibration"),
+    "bench": ("report", "settings", "compare", "cut"),
+    "files": ("stop report",),
+    "page": ("noise", "view"),
 }
-"""Who obeys a command, as part.method. `page`: the page that sends it; the other parts are those of the workbench."""
+COMMANDS = {do: part for part, every in _PARTS.items() for do in every}
+"""Who obeys a command, with a method of its name. `page`: the page that sends it; the other parts are those of the workbench."""

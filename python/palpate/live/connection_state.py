@@ -146,10 +146,8 @@ class ConnectionState(Listener):
         since_s, before = self._reads[0]
         read, long_s = counters.read - before.read, at_s - since_s
         per_s = read / long_s if long_s >= RATE_S else math.nan
-        lost = max(
-            counters.refused - before.refused - (counters.errors - before.errors), 0
-        )  # not by an error of the board
-        share = 1 - lost / max(read, 1)
+        refused = counters.refused - before.refused - (counters.errors - before.errors)  # not by an error of the board
+        share = 1 - max(refused, 0) / max(read, 1)
         return PairRate(per_s * share, 1 / self._period_s, read, counters.dropped - before.dropped)
 
     def _result(self) -> LastTouch | None:

@@ -41,7 +41,7 @@ class Device:
             "can_centre": can_centre(self._measurement.stream.source),
         }
 
-    def set(self, **options: Any) -> str:
+    def device(self, **options: Any) -> str:
         """Begin a new measurement with these options; return the message."""
         if not self._is_ours:
             raise RefusedCommand("device: this source has no settings")

@@ -28,6 +28,7 @@ from palpate.recording.columns import RATE
 from palpate.recording.foreign import AnyRecording
 from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.recorder import Recorder
+from palpate.recording.survey import Survey
 from palpate.recording.verification import judged
 from palpate.samples import Sample, samples_of, usable
 from palpate.sources import Gap, Source
@@ -282,7 +283,7 @@ class LiveMeasurement(Measurement):
     def record(self, name: str | None = None) -> str:
         """Begin a recording, with the samples that are kept; return the message."""
         self.require_running("record")
-        path = self.files.next(name)
+        path = self.files.next(name and name.strip())
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
         earlier_s = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
@@ -336,7 +337,7 @@ class LiveMeasurement(Measurement):
         mark = next((mark for mark in self.marks if mark.id == id), None)
         if mark is None:
             raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
-        mark.text = text
+        mark.text = text = text.strip()
         told = f"Marked: {text}" if text else "Marked."
         if mark.within and mark.within[0] is self.recorder:
             mark.within[0].rename_mark(mark.within[1], text)
@@ -360,9 +361,10 @@ class LiveMeasurement(Measurement):
         for add in self.recording_begun:
             add(recorder)
 
-    def _tell_closed(self, recorder: Recorder) -> str:
-        line = f"{recorder.path.name}: {recorder.rows} rows; file closed"
-        self.say(line)
+    def _tell_closed(self, recorder: Recorder | None) -> str:
+        line = f"{recorder.path.name}: {recorder.rows} rows; file closed" if recorder else ""
+        if line:
+            self.say(line)
         return line
 
     def _end_recording(self) -> None:
@@ -377,7 +379,7 @@ class LiveMeasurement(Measurement):
 
     def _run(self, stream: Stream) -> None:
         while not (errors := self._errors_of(stream)) and self._goes_on:
-            self._tell_end(stream)
+            self._tell_closed(stream.recorder)
             try:
                 stream = self._begin({})
             except (PalpateError, ValueError) as error:
@@ -390,7 +392,7 @@ class LiveMeasurement(Measurement):
         self.failed |= any(isinstance(error, RecordingError) for error in errors)
         self.moment = self.moment._replace(state="ended")
         self.on_rows()
-        self._tell_end(stream)
+        self._tell_closed(stream.recorder)
         if self.error:
             self.say(f"Error: {self.error}")
 
@@ -403,10 +405,6 @@ class LiveMeasurement(Measurement):
             except Exception as error:  # noqa: BLE001  the page shows any error of a source
                 errors.append(error)
         return errors
-
-    def _tell_end(self, stream: Stream) -> None:
-        if stream.recorder:
-            self._tell_closed(stream.recorder)
 
     def _measure(self, stream: Stream) -> None:
         for _ in stream.batches():
@@ -463,10 +461,8 @@ class RecordedMeasurement(Measurement):
     @property
     def file(self) -> Document:
         """What the page says of the file."""
-        survey = self.recording.survey
+        survey = self.recording.survey if self._verdict else Survey()
         counts = {"rows": survey.rows, "missing": survey.lost, "refused": survey.refused}
-        if not self._verdict:
-            counts = dict.fromkeys(counts, 0)
         end = self._verdict or self.error or "being read"
         return {"name": self.recording.path.name, **counts, "end": end, "amendable": self.amendable}
 

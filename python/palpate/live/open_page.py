@@ -46,7 +46,7 @@ class Page:
             self._touches = touches
             self.tell(TOUCHES, "")
 
-    def look(self, id: int, from_s: float, to_s: float, rows: int) -> str:
+    def view(self, id: int, from_s: float, to_s: float, rows: int) -> str:
         """Queue a view."""
         self.tell(object(), pack(id, self._levels.view(from_s, to_s, rows), Kind.VIEW))
         return ""

@@ -141,7 +141,7 @@ class TouchPlan(Listener):
             self._changed()
 
     @_order
-    def set_list(self, text: str, wanted: int, unit: str = "MPa", **head: Any) -> str:
+    def plan(self, text: str, wanted: int, unit: str = "MPa", **head: Any) -> str:
         """Take another list of specimens; return the message."""
         specimens = specimens_of(text, wanted, unit)
         self._plan, self._wanted, progress = replace(self._plan, **head), wanted, self.progress
@@ -154,7 +154,7 @@ class TouchPlan(Listener):
         return f"{found}, {touches} of each." if specimens else "No specimens."
 
     @staticmethod
-    def read(text: str, unit: str = "MPa") -> Document:
+    def read_list(text: str, unit: str = "MPa") -> Document:
         """Return how each line of a list is read: its modulus, MPa, or what is wrong."""
         read = (
             one and ({"wrong": one} if isinstance(one, str) else {"modulus": one.modulus_MPa})
@@ -163,7 +163,7 @@ class TouchPlan(Listener):
         return {"message": "", "lines": list(read)}
 
     @_order
-    def choose(self, name: str) -> str:
+    def specimen(self, name: str) -> str:
         """Choose the specimen of the next touch, "": the list decides; return the message."""
         self.progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
         self.progress.over = not name

@@ -73,10 +73,8 @@ class SignalFollower(Listener):
         capf = (stream.source.describe().get("configuration") or {}).get("capf")
         self._converter_pF = math.nan if capf is None else NOISE_PF[capf]
         self._first, self._touching = np.empty((0, 2)), ""
-        self._level, self._range = (
-            np.full(2, math.nan),
-            list[Any](),
-        )  # of the last good baseline, and where its range was
+        self._level = np.full(2, math.nan)  # of the last good baseline
+        self._range = list[Any]()  # where its range was
         self._guards, self._again, self._measurement.forced = True, 0, False
         self._channels = _Channel("hard"), _Channel("soft")
         self._contact, self._done = _Lasting(), _Lasting()
@@ -112,9 +110,8 @@ class SignalFollower(Listener):
         if "baseline" not in (before or "baseline", state):
             self._level = np.array([batch.rows[f"{name}_baseline"][-1] for name in CHANNELS])
             return
-        self._first = np.concatenate([self._first, np.column_stack([batch.samples[name] for name in CHANNELS])])[
-            -_FIRST:
-        ]
+        values = np.column_stack([batch.samples[name] for name in CHANNELS])
+        self._first = np.concatenate([self._first, values])[-_FIRST:]
         found = self._found() if self._guards and not self._measurement.forced else ""
         if state == "baseline":
             self._touching = found or self._touching

@@ -38,6 +38,7 @@ class TouchTable:
         """Return the values that do not change during a measurement."""
         measurement, tracker = self._measurement, self._measurement.tracker
         device = measurement.device()
+        simulation = {"demo": measurement.demo, "truths": [truth._asdict() for truth in measurement.truths]}
         named = device["device"] if isinstance(device.get("device"), dict) else device
         return {
             "measurement": measurement.number,
@@ -46,7 +47,7 @@ class TouchTable:
             "origin_s": measurement.levels.span and measurement.levels.span[0],
             "seconds": tracker.settings.get("seconds"),
             "source": source,
-            "simulation": self._simulation(sidecar.is_simulated(device)),
+            "simulation": simulation if sidecar.is_simulated(device) else None,
             "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
             "scene": tracker.scene,
             "threshold": tracker.settings.get("threshold"),
@@ -54,10 +55,6 @@ class TouchTable:
             "scatter": self.calibration.touch_spread if self.calibration else None,
             "assumed": self._assumed,
         }
-
-    def _simulation(self, is_one: bool) -> Document | None:
-        truths = [truth._asdict() for truth in self._measurement.truths]
-        return {"demo": self._measurement.demo, "truths": truths} if is_one else None
 
     def now(self) -> Document:
         """Return the values that change during a measurement."""
