@@ -199,12 +199,11 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     assert run("convert", tmp_path / "table.csv", "-o", path, "--map", "time=1,hard=2,soft=3").exit_code == 0
     touches = iter(enumerate(palpate.touches(palpate.read(path)), 1))
     known = [KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens]
-    used = list[Calibration]()
+    used, plan = list[Calibration](), SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str)
     for recorder in (SimpleNamespace(path=path), None):
-        bench: Any = SimpleNamespace(
-            known=lambda: known, files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder
-        )
-        GuidedCalibration(bench, bench, lambda found, _: used.append(found)).save_calibration()
+        bench = SimpleNamespace(files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None)
+        GuidedCalibration(bench, plan).save_calibration()  # type: ignore[arg-type]
+        used.append(plan.progress.calibration)
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0
     assert len(used[0].ratios) >= 36  # one time for both channels: some have the flag "lag"

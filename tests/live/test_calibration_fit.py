@@ -1,6 +1,7 @@
 """Guided calibration: what it says after each touch, and the file at the end."""
 
 from pathlib import Path
+from threading import Lock
 from types import SimpleNamespace
 from typing import Any
 
@@ -33,21 +34,19 @@ class Bench:
     def __init__(self, folder: Path, touches: dict[str, list[Touch]]) -> None:
         self.order = [(name, touch) for name in MODULI for touch in touches[name]]
         self.done, self.left_out = 0, set[int]()
-        self.used: list[tuple[Calibration, Path]] = []
+        self.used: list[Calibration] = []
         self.files = RunFiles(folder=folder)
-        self.progress = SimpleNamespace(next="40 OO")
-        self.newest_recorder, self.how = None, dict[str, Any]()
-        self.part, self.finished, self.unreported = self.guided(), list[str](), ""
-
-    def guided(self) -> GuidedCalibration:
-        """Return a guided calibration of this plan."""
+        self.progress = SimpleNamespace(next="40 OO", calibration=None)
+        self.newest_recorder, self.how, self.commands = None, dict[str, Any](), Lock()
         own: Any = self
+        self.part = GuidedCalibration(own, own)
 
-        def finish() -> str:
-            self.finished.append(self.part.save_calibration()["file"])
-            return self.unreported
+    def note(self, text: str) -> None:
+        """Take a note in the recording."""
 
-        return GuidedCalibration(own, own, lambda found, path: self.used.append((found, path)), finish)
+    def use(self, how: dict[str, Any], note: str) -> None:
+        """Go on with the calibration of the plan."""
+        self.used.append(self.progress.calibration)
 
     def known(self) -> list[KnownSpecimen]:
         numbered = [(name, (n, t, n not in self.left_out)) for n, (name, t) in enumerate(self.order[: self.done], 1)]
@@ -76,7 +75,7 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert (first["curve"], len(first["points"])) == (None, 1)
     grown = [bench.touch() for _ in bench.order[1:]]
     last = grown[-1]
-    assert (last["next"], last["touches"], bench.finished) == ("Next: 40 OO.", len(bench.order), [])
+    assert (last["next"], last["touches"], bench.used) == ("Next: 40 OO.", len(bench.order), [])
     expected = calibrate([Specimen(name, MODULI[name], touches[name]) for name in MODULI], about={"scene": "handheld"})
     assert last["verdict"] == expected.verdict
     assert last["rigid"]["value"] == expected.probe.rigid_ratio
@@ -87,9 +86,10 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
 
     bench.progress.next = None  # nothing is lacking: it is saved without an order, once
     soon(lambda: bench.part.document()["saved"] and not bench.part._running)
-    assert (bench.part.document()["next"], bench.finished) == ("", ["probe.toml"])
-    [(used, path)] = bench.used
-    assert (path, used.as_dict()) == (tmp_path / "probe.toml", Calibration.load(path).as_dict())
+    assert bench.part.document()["next"] == ""
+    [used] = bench.used
+    assert bench.files.calibration == tmp_path / "probe.toml"
+    assert used.as_dict() == Calibration.load(tmp_path / "probe.toml").as_dict()
     assert used.as_dict() == expected.as_dict()
     assert [file["name"] for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
@@ -98,13 +98,19 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
 
 
 def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
-    tmp_path: Path, touches: dict[str, list[Touch]]
+    tmp_path: Path, touches: dict[str, list[Touch]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def report() -> None:
+        raise RefusedCommand("report: cannot be written: No space left on device")
+
     bench = Bench(tmp_path, touches)
+    monkeypatch.setattr(bench.files, "report", report)
+    bench.files.made(tmp_path / "run.csv", "recording")
     bench.part.calibrating(on=True)
     bench.touch(len(bench.order))
-    bench.unreported, bench.progress.next = "Saved as probe.toml, but without a report: disk full.", None
-    soon(lambda: bench.part.document()["verdict"] == bench.unreported)
+    bench.progress.next = None
+    said = "Saved as probe.toml, but without a report: report: cannot be written: No space left on device."
+    soon(lambda: bench.part.document()["verdict"] == said)
     assert bench.part.document()["saved"] == "probe.toml"
 
 

@@ -67,7 +67,7 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         asked.append((path, list(recordings), calibration))
         path.write_text("<p>gel</p>")
         with pytest.raises(RefusedCommand, match="one is being written"):
-            files.report(None, {})
+            files.report()
         tell("touch 1 of 4")
         assert files.as_dict()["progress"] == "Report: touch 1 of 4"
 
@@ -76,15 +76,17 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
 
     files = RunFiles(tmp_path / "run.csv")
     with pytest.raises(RefusedCommand, match="report: nothing is recorded yet"):
-        files.report(None, {})
+        files.report()
     for name in ("one.csv", "two.csv"):
         files.made(files.next(name), "recording")
     monkeypatch.setattr(module, "write", full)
     with pytest.raises(RefusedCommand, match=r"report: cannot be written: No space left on device"):
-        files.report(None, {})
+        files.report()
     monkeypatch.setattr(module, "write", write)
+    files.calibration = tmp_path / "probe.toml"
+    files.settings(unit="kPa")
     (tmp_path / "two-report-2.html").write_text("precious")
-    names = [files.report(tmp_path / "probe.toml", {"unit": "kPa"})["file"] for _ in range(2)]
+    names = [files.report()["file"] for _ in range(2)]
     assert names == ["two-report.html", "two-report-3.html"]
     assert (tmp_path / "two-report-2.html").read_text() == "precious"
     assert asked[0] == (tmp_path / "two-report.html", [tmp_path / "two.csv"], tmp_path / "probe.toml")
@@ -108,7 +110,7 @@ def test_a_report_that_is_stopped_is_not_written(tmp_path: Path, monkeypatch: py
 
         monkeypatch.setattr(files, "_tell", stop)
         with pytest.raises(RefusedCommand, match="report: stopped; nothing is written"):
-            files.report(None, {})
+            files.report()
         assert part in told[-1]
     assert list(tmp_path.iterdir()) == []
 

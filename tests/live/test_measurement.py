@@ -74,7 +74,8 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
     calibration = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
     calibration = replace(calibration, ratio="level", contact_exponent=1.5, age_s=0.8)
     bench = ended(begun(fast, tmp_path, record=False))
-    bench._use(calibration, tmp_path / "probe.toml")
+    guided: Any = bench._parts["calibration"]
+    guided.use(calibration, tmp_path / "probe.toml")
     [row, *_] = bench.documents["touches"]()["rows"]
     assert (row["ratio"], row["kept"], row["modulus"]["text"]) == (None, False, "no modulus")
     assert row["why"].startswith("measured with age 0 and contact_exponent 1, but calibrated with age 0.8")
@@ -83,7 +84,8 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
     assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {(0.8, 1.5)}
     rows, touches = bench.documents["touches"]()["rows"], bench.measurement.touches
     assert [row["ratio"] for row in rows] == [touch.level_ratio for touch in touches]
-    assert plan_of({"session": bench._plan._within(-math.inf).as_dict()}).ratio == "level"
+    plan: Any = bench._parts["plan"]
+    assert plan_of({"session": plan._within(-math.inf).as_dict()}).ratio == "level"
 
 
 def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
@@ -145,7 +147,8 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     ratios = [Elasticity().ratio(E) * factor for E in specimens for factor in (0.97, 1.03)]
     calibration = palpate.Calibration.fit(ratios, [E for E in specimens for _ in range(2)])
     bench = ended(begun(fast, tmp_path, record=False))
-    measurement, plan = bench.measurement, bench._plan
+    measurement = bench.measurement
+    plan: Any = bench._parts["plan"]
     flags = bench.documents["events"]()["flags"]
     assert [(flag["touch"], flag["name"]) for flag in flags] == [
         (number, name) for number, touch in enumerate(measurement.touches, 1) for name in touch.flags

@@ -311,6 +311,17 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     assert not (tmp_path / "run.json").exists()
 
 
+def test_a_name_with_another_modulus_says_the_one_before() -> None:
+    bench = Bench()
+    bench.take("touch")
+    bench.take("touch")
+    named = bench.do("name", touches=[1, 2], text="30 OO; 0.2")
+    assert named == "2 touches: 30 OO. Its modulus is 0.2 MPa now, before 0.143."
+    assert bench.do("name", touches=[1], text="gel; 0.2") == "1 touch: gel. Its modulus is 0.2 MPa now, before unknown."
+    assert bench.do("name", touches=[1], text="gel") == "1 touch: gel."
+    assert [one["modulus"] for one in bench.told["specimens"]] == [0.2, 0.2, 8.68]
+
+
 def test_one_specimen_is_counted_as_one() -> None:
     bench = Bench()
     assert bench.do("plan", text="gel", wanted=1) == "1 specimen, 1 touch of each."

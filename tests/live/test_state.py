@@ -58,9 +58,9 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
      "saturated", "Repeat", "caution", "The hard channel is at the limit, 4.096 pF, for 0.4 s of this touch."),
     (facts(seen=seen({}, {"below_s": 2.0, "below_pF": 0.4})),
      "baseline", "Tare", "fault", "The soft channel is 0.40 pF below the baseline"),
-    (facts("baseline", gap="the board was unplugged for 12.0 s", gap_s=0.5, lost=456, cut=20), "gap", "Wait", "caution",
+    (facts("baseline", gap="the board was unplugged for 12.0 s", lost=456, cut=20), "gap", "Wait", "caution",
      "The board was unplugged for 12.0 s: 456 pairs are lost. Touch 20 is cut: repeat it. The baseline"),
-    (facts("baseline", retaken_s=0.1), "baseline", "Wait", "caution", "far below"),
+    (facts("baseline", retaken=True), "baseline", "Wait", "caution", "far below"),
     (facts("done", seen=SignalSeen(done_s=ENDLESS_S + 1), result=GOOD), "endless", "Lift", "caution", "press Tare anyway"),
     (facts(seen=SignalSeen(touching="hard +0.72 pF")), "touched", "Lift", "caution", "Something touches: hard +0.72 pF. No baseline"),
     (facts(pace=SLOW), "slow", "Touch", "note", "22 of 40 pairs a second arrive. What it costs is known after a touch."),
@@ -76,11 +76,12 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts("baseline"), "first baseline", "Wait", "quiet", "The baseline is being measured."),
     (facts("baseline", result=GOOD), "after", "Wait", "quiet", "revised"),
     (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Noise 0.03 fF."),
+    (facts(forced=True), "ready", "Touch", "quiet", "Ready, if nothing was touched at Tare anyway; else lift the probe"),
     (facts("ended"), "ended", "Stop", "note", "no more samples"),
     (facts("no contact", finished=DONE), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
-    (facts(retaken_s=1.0), "baseline", "Touch", "caution", ""),
+    (facts(retaken=True), "baseline", "Touch", "caution", ""),
     (facts("contact", pace=SLOW), "slow", "Hold", "note", ""),
     (facts(pace=PairRate(38.0, 38.4, 380, 5)), "slow", "Touch", "note", "5 pairs were not estimated; a recording has them."),
     (facts("adapting"), "contact", "Hold", "quiet", ""),
@@ -129,7 +130,7 @@ def test_the_more_urgent_state_comes_first() -> None:
     signal = seen({"reading": 0.6, "constant_s": 2.0}, {"below_s": 2.0, "below_pF": 0.4})
     troubles = {"unplugged": "The board is gone", "wiring": "a wire is off", "hint": "remove R1 and R2"}
     now = facts(troubles=troubles, silent_s=1.2, period_s=0.026, recording_error="run.csv: disk full", outside=("soft",),
-                seen=signal, gap_s=0.1, gap="it was gone", retaken_s=0.1, pace=SLOW)  # fmt: skip
+                seen=signal, gap="it was gone", retaken=True, pace=SLOW)  # fmt: skip
     device = ["unplugged", "wiring", "silent", "recording"]
     order = [*device, "constant", "range", "baseline", "gap", "baseline", "hint", "slow"]
     assert [line.what for line, _ in state_rules.urgent(now)] == order
@@ -220,6 +221,28 @@ def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -
         assert str(Uncertainty.of_ratio(touch.first_ratio, touch.first_standard_error)) in told[0]
         assert "Lift. Complete." in told[0]
         assert len(told) <= 2
+
+
+def test_a_touch_is_not_shown_on_a_list_that_comes_while_it_runs() -> None:
+    played = Played(SOURCE)
+    plan = played.page_state._plan
+    played.play(until_s=16.0, at={4.0: lambda _: plan.plan("30 OO", 2)})
+    said = [(at_s, told["line"]["text"]) for at_s, told in played.told if told["now"]["word"] == "Hold"]
+    assert {text for at_s, text in said if at_s < 10} == {"Measuring."}
+    assert {text for at_s, text in said if at_s > 10} == {"Measuring. 30 OO, touch 1 of 2."}
+    assert plan.rows[0]["specimen"] is None
+
+
+def test_tare_anyway_in_contact_is_said_until_the_next_touch() -> None:
+    def tare(stream: Stream) -> None:
+        played.forced = True
+        stream.tare(force=True)
+
+    played = Played(SOURCE)
+    played.play(until_s=25.0, at={4.0: tare})
+    ready = [told["line"]["text"] for at_s, told in played.told if at_s > 4 and told["line"]["what"] == "ready"]
+    assert ready[0].startswith("Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare.")
+    assert ready[-1].startswith("Ready. ")
 
 
 def test_how_far_a_touch_is() -> None:

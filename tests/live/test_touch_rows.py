@@ -3,6 +3,7 @@
 import asyncio
 import json
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import AsyncMock
 
 import palpate
@@ -30,13 +31,14 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     measurement, texts = bench.measurement, []
     soon(lambda: not measurement.running)
     bench.obey("plan", text="gel", wanted=99)
+    plan: Any = bench._parts["plan"]
     page = Page(None, bench)  # type: ignore[arg-type]
     many = measurement.touches * (MANY // len(measurement.touches))
-    bench._plan.progress.present = [Done(number, touch, "gel") for number, touch in enumerate(many, 1)]
+    plan.progress.present = [Done(number, touch, "gel") for number, touch in enumerate(many, 1)]
     measurement.ends = dict.fromkeys(range(1, MANY + 2), 60.0)
     for touches in (many, [*many, many[0]], [*many, many[0]]):
         measurement.touches = touches
-        bench._plan.touch(len(touches), touches[-1])
+        plan.touch(len(touches), touches[-1])
         page.show_touches(bench.documents["touches"]())
         texts.append(page._lacking())
     return texts

@@ -1,6 +1,6 @@
 """Guided calibration: the fit after each touch, and the file at the end."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
@@ -32,18 +32,12 @@ _NEAR_S = 0.5  # two begins of one touch
 class GuidedCalibration:
     """Fits a calibration to the touches so far, in a thread of its own.
 
-    `use` takes a saved calibration and its path: the measurement goes on with it. `finish` saves all, when nothing is
-    lacking any more and the fit is sound; it returns what to say in place of the verdict, or "".
+    It is saved, with its report, by a button, or when nothing is lacking any more and the fit is sound; the measurement
+    goes on with it.
     """
 
-    def __init__(
-        self,
-        measurement: LiveMeasurement,
-        plan: TouchPlan,
-        use: Callable[[Calibration, Path], None],
-        finish: Callable[[], str] = lambda: "",
-    ) -> None:
-        self._measurement, self._plan, self._use, self._finish = measurement, plan, use, finish
+    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan) -> None:
+        self._measurement, self._plan = measurement, plan
         self._files = measurement.files
         self._on, self._saved, self._lacked = False, "", True
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
@@ -100,9 +94,16 @@ class GuidedCalibration:
             write(beside, text.encode())
             self._files.made(beside, "report")
         self._saved = path.name
-        self._use(found, path)
+        self.use(found, path)
         doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
         return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name}
+
+    def use(self, found: Calibration, path: Path) -> None:
+        """Go on with a calibration: with another measurement, if it needs other settings."""
+        self._plan.progress.calibration, self._files.calibration = found, path
+        said = f"moduli are from {path.name} from here on"
+        self._plan.note(said)
+        self._measurement.use(found.for_tracking(self._measurement.how), said)
 
     def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
@@ -115,11 +116,16 @@ class GuidedCalibration:
         return list(known), specimens, calibrate(specimens, about=about)
 
     def _finished(self) -> Document:
+        """Save the calibration, and a report of the recording if there is one."""
+        saved = "Not saved"
         try:
-            said = self._finish()
+            with self._measurement.commands:
+                saved = f"Saved as {self.save_calibration()['file']}, but without a report"
+            if self._files.compared():
+                self._files.report()
         except (OSError, ValueError, PalpateError) as failure:
-            said = f"Not saved: {getattr(failure, 'strerror', None) or failure}."
-        return {**self._shown, "verdict": said or self._shown["verdict"]}
+            return {**self._shown, "verdict": f"{saved}: {getattr(failure, 'strerror', None) or failure}."}
+        return self._shown
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
         found, verdict = None, too_few(known)

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
-from palpate.errors import PalpateError, quoted
+from palpate.errors import quoted
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.compare import compared
 from palpate.live.connection_state import ConnectionState
 from palpate.live.device import Device
 from palpate.live.events import Events
 from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
@@ -64,9 +64,8 @@ class Workbench:
         calibration_file: Path | None = None,
     ) -> None:
         self.measurement: AnyMeasurement = measurement
-        self._calibration_file = calibration_file
-        self._head: Document = {}  # of reports
-        plan = self._plan = TouchPlan(measurement, calibration)
+        measurement.files.calibration = calibration_file
+        plan = TouchPlan(measurement, calibration)
         table = self._table = TouchTable(measurement, plan, scatter)
         self.documents: dict[str, Callable[[], Document]] = {
             "hello": lambda: table.hello(source),
@@ -82,7 +81,7 @@ class Workbench:
         state = ConnectionState(measurement, plan, table)
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
-        guided = GuidedCalibration(measurement, plan, self._use, self._finish)
+        guided = GuidedCalibration(measurement, plan)
         self.documents |= {"device": device.document, "calibration": guided.document}
         self._parts |= {"measurement": measurement, "state": state, "device": device, "calibration": guided}
 
@@ -98,29 +97,10 @@ class Workbench:
         part = COMMANDS[do]
         if part not in self._parts:
             raise RefusedCommand(f"{do}: this is a recording, nothing is measured")
-        # A report takes seconds, and changes nothing that another command needs.
-        with nullcontext() if part == "bench" else self.measurement.commands:
+        # What takes seconds, and changes nothing that another command needs, is not waited for.
+        with nullcontext() if part in ("bench", "files") else self.measurement.commands:
             answer = getattr(self._parts[part], do.replace(" ", "_"))(**given)
         return answer if isinstance(answer, dict) else {"message": answer}
-
-    def settings(self, **head: Any) -> str:
-        """Take the settings of later reports: arguments of `palpate.report.write`."""
-        self._head = head
-        return ""
-
-    def report(self) -> Document:
-        """Write a report of the newest recording."""
-        return self.measurement.files.report(self._calibration_file, self._head)
-
-    def _finish(self) -> str:
-        """Save the calibration, and a report if something is recorded; return what there is to say, or ""."""
-        file = self.do("save calibration")["file"]
-        try:
-            if self.measurement.files.compared():
-                self.report()
-        except (ValueError, PalpateError) as failure:
-            return f"Saved as {file}, but without a report: {failure}."
-        return ""
 
     def compare(self) -> Document:
         """Return the recordings to compare, beside each other."""
@@ -136,13 +116,6 @@ class Workbench:
             return str(error)
         return "; ".join([f"A to B: {self._table.result(touch)}, {touch.samples} samples", *advice(touch)])
 
-    def _use(self, calibration: Calibration, path: Path) -> None:
-        self._plan.progress.calibration, self._calibration_file = calibration, path
-        said = f"moduli are from {path.name} from here on"
-        self._plan.note(said)
-        if isinstance(self.measurement, LiveMeasurement):
-            self.measurement.use(calibration.for_tracking(self.measurement.how), said)
-
 
 _PARTS = {
     "measurement": ("tare", "tare anyway", "record", "stop", "again", "mark", "mark text"),
@@ -150,8 +123,8 @@ _PARTS = {
     "device": ("centre", "device"),
     "plan": ("plan", "read list", "specimen", "assign", "name", "discard", "keep", "more", "note"),
     "calibration": ("calibrating", "save calibration"),
-    "bench": ("report", "settings", "compare", "cut"),
-    "files": ("stop report",),
+    "bench": ("compare", "cut"),
+    "files": ("report", "stop report", "settings"),
     "page": ("noise", "view"),
 }
 COMMANDS = {do: part for part, every in _PARTS.items() for do in every}

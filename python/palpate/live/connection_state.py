@@ -77,7 +77,7 @@ class ConnectionState(Listener):
 
     def gap(self, gap: Gap) -> None:
         """Show a gap for a while."""
-        self._gap, self._gap_s = gap.text, self._clock()
+        self._gap, self._gap_s = gap.text or "gap", self._clock()
         self._gaps += 1
 
     def facts(self) -> Facts:
@@ -102,8 +102,7 @@ class ConnectionState(Listener):
             outside=stream.out_of_range,
             can_centre=can_centre(source),
             full_scale_pF=stream.tracker.settings["full_scale"],
-            retaken_s=at_s - self._retaken_s,
-            gap_s=at_s - self._gap_s,
+            retaken=self._retaken_s > -math.inf,
             gap=self._gap,
             lost=self._lost,
             cut=self._cut,
@@ -126,17 +125,17 @@ class ConnectionState(Listener):
             self._retaken, self._retaken_s = counters.retaken, at_s
         if "unplugged" in troubles and state in ("contact", "adapting"):
             self._cut = self._cut or len(self._measurement.touches) + 1
-        if self._gap_s > -math.inf:
+        if self._gap:
             self._lost = counters.lost - self._before
         elif not troubles and self._gaps == len(self._measurement.stream.source.gaps):  # no gap is on its way
             self._before, self._cut = counters.lost, 0
         if state != "baseline":
-            self._gap_s = self._gap_s if at_s - self._gap_s < GAP_S else -math.inf
+            self._gap = self._gap if at_s - self._gap_s < GAP_S else ""
             self._retaken_s = self._retaken_s if at_s - self._retaken_s < GAP_S else -math.inf
 
     def _pace(self, at_s: float, counters: StreamCounters, *, steady: bool) -> PairRate:
         """Return how fast pairs arrive; after an interruption, when pairs come together, counted anew."""
-        if not steady or self._gap_s > -math.inf:
+        if not steady or self._gap:
             self._reads.clear()
             return PairRate()
         if not self._reads or at_s - self._reads[-1][0] >= _LOOK_S:

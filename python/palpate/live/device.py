@@ -49,11 +49,8 @@ class Device:
         now = {name: option["value"] for name, option in self._options(self._measurement.device()).items()}
         for name, value in options.items():
             CONVERTER[name](name, value)
-        changed = {name: value for name, value in options.items() if str(value) != str(now[name])}
-        if not changed:
-            raise RefusedCommand("device: these are the present settings")
-        what = ", ".join(f"{name} {value}, before {now[name]}" for name, value in changed.items())
-        self._measurement.reopen(changed, f"the converter was set again: {what}")
+        what = ", ".join(f"{name} {value}, before {now[name]}" for name, value in options.items())
+        self._measurement.reopen(options, f"the converter was set again: {what}")
         return f"A new measurement has started: {what}."
 
     def centre(self) -> str:
@@ -114,14 +111,11 @@ def _settings(device: Mapping[str, Any]) -> list[Document]:
     if not isinstance(settings, dict):
         return []
     pins = " and ".join(f"EXC{pin}" for pin in _pins(settings).split(","))
-    milliseconds = 1e3 * device["conversion_s"]
+    chopped = ", chopped" if settings["chop"] else ""
+    conversion = f"{1e3 * device['conversion_s']:.1f} ms{chopped} (CAPF {settings['capf']})"
     return [
         _fact("Excitation", f"±{_LEVELS[settings['level']]} of the supply ({pins})", title=_EXCITATION),
-        _fact(
-            "Conversion",
-            f"{milliseconds:.1f} ms{', chopped' if settings['chop'] else ''} (CAPF {settings['capf']})",
-            title=_CAPF,
-        ),
+        _fact("Conversion", conversion, title=_CAPF),
     ]
 
 

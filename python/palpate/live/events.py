@@ -22,10 +22,11 @@ class Events(Listener):
 
     def __init__(self, measurement: AnyMeasurement) -> None:
         self._measurement = measurement
-        self._forget()
+        self.begun()
         measurement.listeners.append(self)
 
-    def _forget(self) -> None:
+    def begun(self, stream: Stream | None = None) -> None:
+        """Begin with the next measurement."""
         self._gaps: deque[Document] = deque(maxlen=_MOST_GAPS)
         self._texts: list[Gap] = []  # gaps whose samples have not come yet
         self._last = np.empty(0, np.int64), np.empty(0)
@@ -36,10 +37,6 @@ class Events(Listener):
         tares, gaps = list(self._measurement.tares.copy()), list(self._gaps.copy())
         marks = [{"id": mark.id, "t_s": mark.t_s, "text": mark.text} for mark in self._measurement.marks.copy()]
         return {"marks": marks, "tares": tares, "gaps": gaps, "flags": self._flags()}
-
-    def begun(self, stream: Stream) -> None:
-        """Begin with the next measurement."""
-        self._forget()
 
     def gap(self, gap: Gap) -> None:
         """Keep a gap until its sample comes."""

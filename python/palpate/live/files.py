@@ -40,6 +40,8 @@ class RunFiles:
         self._folder = Path(folder) if folder is not None else self.first.parent if self.first else Path()
         self._made: dict[Path, Kind] = {}
         self._stopped = False
+        self.calibration: Path | None = None  # for reports
+        self._head: dict[str, Any] = {}  # of reports
         self.progress: str = ""  # of the report that is written
         self.others: list[Path] = []  # recordings to compare with the first one
 
@@ -49,8 +51,7 @@ class RunFiles:
 
     def compared(self) -> list[Path]:
         """Return the recordings to compare: the first one and the others, else the newest of this run."""
-        made = self._recordings()
-        return self.others or made[-len(LETTERS) :]
+        return self.others or self._recordings()[-len(LETTERS) :]
 
     @property
     def named(self) -> list[dict[str, str]]:
@@ -94,7 +95,12 @@ class RunFiles:
         """Return the path of a file of this run; None for any other name."""
         return {path.name: path for path in self._made.copy()}.get(name)
 
-    def report(self, calibration: Path | None, head: dict[str, Any]) -> dict[str, str]:
+    def settings(self, **head: Any) -> str:
+        """Take the settings of later reports: arguments of `palpate.report.write`."""
+        self._head = head
+        return ""
+
+    def report(self) -> dict[str, str]:
         """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
         if not (recordings := self._recordings()):
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
@@ -104,7 +110,7 @@ class RunFiles:
         path = self.free(f"{newest.stem}-report.html")
         self._tell(newest.name)
         try:
-            write(path, [newest], calibration, tell=self._tell, **head)
+            write(path, [newest], self.calibration, tell=self._tell, **self._head)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:

@@ -142,7 +142,6 @@ class LiveMeasurement(Measurement):
     ) -> None:
         super().__init__(files, tell)
         self.demo = demo
-        self._goes_on = demo
         self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
         self.records: bool = files.first is not None  # whether this measurement, and so the next one, is recorded
@@ -291,8 +290,7 @@ class LiveMeasurement(Measurement):
 
     def stop(self) -> str:
         """End the recording; return the message."""
-        recorder = self.recorder
-        if recorder is None:
+        if not (recorder := self.recorder):
             raise RefusedCommand("stop: no recording is running")
         self._end_recording()
         return self._tell_closed(recorder)

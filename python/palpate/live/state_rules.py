@@ -95,9 +95,8 @@ class Facts:
     outside: tuple[str, ...] = ()  # channels outside the range of the converter without a touch
     can_centre: bool = False  # the source can set its range
     full_scale_pF: float = math.inf
-    retaken_s: float = math.inf  # since the baseline was found to be wrong, until that is over
-    gap_s: float = math.inf  # since a gap, until that is over
-    gap: str = ""  # what happened at it
+    retaken: bool = False  # the baseline was found to be wrong a short time ago
+    gap: str = ""  # what happened at a gap a short time ago
     lost: int = 0  # pairs at it
     cut: int = 0  # number of the touch that it cut
     pace: PairRate = field(default_factory=PairRate)
@@ -208,11 +207,11 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
         text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
         line = StatusLine("baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline.")
         yield line, Now("Tare", "lift the probe, then press T", "fault")
-    if math.isfinite(facts.gap_s):
+    if facts.gap:
         lost = f": {_count(facts.lost, 'pair')} lost" if facts.lost else ""
         text = f"{_sentence(facts.gap + lost)}{facts.cut_text} The baseline is measured again."
         yield StatusLine("gap", "caution", "It goes on after a gap.", text), wait
-    if math.isfinite(facts.retaken_s):
+    if facts.retaken:
         why = "The channels fell far below it: it had been measured in contact, or it jumped."
         text = f"{why} It is measured again; a touch before may be wrong, and is flagged."
         yield StatusLine("baseline", "caution", "Baseline lost.", text), wait

@@ -62,12 +62,19 @@ class TouchTable:
         moment = measurement.moment
         measured = moment.state in PRESSED
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
+        known, modulus = Uncertainty.of_ratio(ratio, error, self._scatter_now()), None
+        if (
+            self.calibration and self.calibration.ratio == "hold" and math.isfinite(ratio)
+        ):  # a level ratio: at the end only
+            noise = known.noise if math.isfinite(known.noise) else None
+            modulus = self.calibration.modulus(ratio, noise).as_dict()
         return {
             "state": measurement.state,
             "end_s": measurement.levels.span and measurement.levels.span[1],
             "ratio": ratio,
             "standard_error": error,
-            **self._running(Uncertainty.of_ratio(ratio, error, self._scatter_now())),
+            **known.as_dict(),
+            "modulus": modulus,
         }
 
     def result(self, touch: Touch) -> str:
@@ -125,14 +132,6 @@ class TouchTable:
             row = {"number": number, **touch.as_dict(), **used, **more, "own_error": own_error, **known}
             self._rows[number] = of, row
         return self._rows[number][1]
-
-    def _running(self, known: Uncertainty) -> Document:
-        """Return the uncertainty of the ratio of a touch that runs, where its scatter is from, and its modulus."""
-        modulus = None  # a level ratio is known at the end only
-        if self.calibration and self.calibration.ratio == "hold" and math.isfinite(known.ratio):
-            noise = known.noise if math.isfinite(known.noise) else None
-            modulus = self.calibration.modulus(known.ratio, noise).as_dict()
-        return {**known.as_dict(), "modulus": modulus}
 
     def _of(self, touch: Touch, scatter: Scatter) -> Uncertainty:
         linearity = linearity_pF(self._measurement.tracker.settings["full_scale"])
