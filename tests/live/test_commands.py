@@ -38,7 +38,7 @@ def test_each_command_is_obeyed_by_a_method_with_its_values() -> None:
     for do, part in COMMANDS.items():
         values = VALUES.get(do, {})
         assert parse(json.dumps({"do": do, **values})) == (do, values)
-        each: Any = Page(None, bench) if part == "page" else bench._parts[part]  # type: ignore[arg-type]
+        each: Any = Page(None, bench.measurement.levels) if part == "page" else bench._parts[part]  # type: ignore[arg-type]
         inspect.signature(getattr(each, do.replace(" ", "_"))).bind(**values)
 
 

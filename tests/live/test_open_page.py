@@ -4,7 +4,6 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 from unittest.mock import AsyncMock
 
@@ -28,10 +27,9 @@ async def turns() -> None:
 def with_page(test: Callable[[Page, Levels, asyncio.Event], Awaitable[None]]) -> tuple[list[str], list[bytes]]:
     """Run a test with a page that sends, and the event that its connection has room; return its texts and frames."""
     socket, levels = AsyncMock(), Levels()
-    bench: Any = SimpleNamespace(measurement=SimpleNamespace(levels=levels))
 
     async def run() -> None:
-        page, room = Page(socket, bench), asyncio.Event()
+        page, room = Page(socket, levels), asyncio.Event()
         room.set()
 
         async def send(_: bytes) -> None:

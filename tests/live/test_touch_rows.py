@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-from types import SimpleNamespace
 from typing import Any
 from unittest.mock import AsyncMock
 
@@ -32,7 +31,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     soon(lambda: not measurement.running)
     bench.obey("plan", text="gel", wanted=99)
     plan: Any = bench._parts["plan"]
-    page = Page(None, bench)  # type: ignore[arg-type]
+    page = Page(None, measurement.levels)  # type: ignore[arg-type]
     many = measurement.touches * (MANY // len(measurement.touches))
     plan.progress.present = [Done(number, touch, "gel") for number, touch in enumerate(many, 1)]
     measurement.ends = dict.fromkeys(range(1, MANY + 2), 60.0)
@@ -53,8 +52,8 @@ def test_a_new_touch_costs_one_row_and_a_change_its_own(told: list[str]) -> None
 
 
 def test_a_page_that_is_greeted_again_gets_all() -> None:
-    socket, bench = AsyncMock(), SimpleNamespace(measurement=SimpleNamespace(levels=Levels()))
-    page = Page(socket, bench)  # type: ignore[arg-type]
+    socket = AsyncMock()
+    page = Page(socket, Levels())
     page.show_touches({"rows": [{"number": 1}]})
     page.tell("hello", '{"rows": "hello"}')
 

@@ -125,7 +125,7 @@ class PageApp:
 
     async def _page(self, socket: WebSocket) -> None:
         await socket.accept()
-        page = Page(socket, self._bench)
+        page = Page(socket, self._measurement.levels)
         self._announce("hello")
         for kind, message in self._told.items():
             page.tell(kind, message)

@@ -70,12 +70,9 @@ class RunFiles:
             if not self._is_free(path := self._folder / name):
                 raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
             return path
-        made = len(self._recordings())
-        if self.first and not made:
-            return self.first
-        stem = self.first.stem if self.first else f"palpate-{date.today():%Y-%m-%d}"
-        numbers = count(made + 1 if self.first else 1)
-        paths = (self._folder / f"{stem}-{number}.csv" for number in numbers)
+        if self.first:
+            return self.free(self.first.name) if self._recordings() else self.first
+        paths = (self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv" for number in count(1))
         return next(path for path in paths if self._is_free(path))
 
     def free(self, name: str) -> Path:

@@ -282,7 +282,7 @@ class LiveMeasurement(Measurement):
     def record(self, name: str | None = None) -> str:
         """Begin a recording, with the samples that are kept; return the message."""
         self.require_running("record")
-        path = self.files.next(name and name.strip())
+        path = self.files.next(name)
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
         earlier_s = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
@@ -335,7 +335,7 @@ class LiveMeasurement(Measurement):
         mark = next((mark for mark in self.marks if mark.id == id), None)
         if mark is None:
             raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
-        mark.text = text = text.strip()
+        mark.text = text
         told = f"Marked: {text}" if text else "Marked."
         if mark.within and mark.within[0] is self.recorder:
             mark.within[0].rename_mark(mark.within[1], text)

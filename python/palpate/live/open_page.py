@@ -4,7 +4,6 @@ import asyncio
 
 from starlette.websockets import WebSocket
 
-from palpate.live.commands import Workbench
 from palpate.live.feed import Document, Kind, message_of, pack
 from palpate.live.levels import Levels
 from palpate.live.noise import noise_of
@@ -21,14 +20,14 @@ class Page:
     and asks for views of those before.
     """
 
-    def __init__(self, socket: WebSocket, bench: Workbench) -> None:
-        self._socket, self._bench = socket, bench
+    def __init__(self, socket: WebSocket, levels: Levels) -> None:
+        self._socket = socket
         self._queue: dict[object, str | bytes] = {}
         self._touches: Document = {"rows": []}  # the newest table of touches
         self._has: list[Document] = []  # the rows of it that the page has
         self._something = asyncio.Event()
         self.wake = self._something.set  # look at the rows again
-        self.begin(bench.measurement.levels)
+        self.begin(levels)
 
     def begin(self, levels: Levels) -> None:
         """Follow these rows from the oldest recent one."""

@@ -96,10 +96,8 @@ class SignalFollower(Listener):
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
         contact_s = self._contact.follow(np.full(len(t_s), state in PRESSED), t_s)
         done_s = self._done.follow(np.full(len(t_s), state == "done"), t_s)
-        progress = self._progress(float(t_s[-1]), state)
-        self.seen = SignalSeen(
-            (hard, soft), self._clock(), *progress, contact_s, done_s, self._baseline_s, self._touching
-        )
+        times = (*self._progress(float(t_s[-1]), state), contact_s, done_s, self._baseline_s)
+        self.seen = SignalSeen((hard, soft), self._clock(), *times, self._touching)
 
     def _judge(self, batch: Batch) -> None:
         """Look at the first values of a baseline; where something touches, measure it again."""

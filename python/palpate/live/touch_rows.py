@@ -100,7 +100,8 @@ class TouchTable:
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
-        alike = _on_the_last(touches, known)
+        each = zip(touches, known, strict=False)  # on the last specimen
+        alike = [one for one, row in each if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]]
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
             accepted, ratio_of = self.calibration.accepted if self.calibration else (), self._plan.progress.ratio_of
@@ -156,9 +157,3 @@ class TouchTable:
             return with_scatter(found, self._scatter_now())
         except ValueError:
             return None
-
-
-def _on_the_last(touches: list[Touch], known: Sequence[Document]) -> list[Touch]:
-    """Return the touches that are kept, on the same specimen as the last one."""
-    each = zip(touches, known, strict=False)
-    return [touch for touch, row in each if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]]
