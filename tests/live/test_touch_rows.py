@@ -39,6 +39,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
         measurement.touches = touches
         plan.touch(len(touches), touches[-1])
         page.show_touches(bench.documents["touches"]())
+        assert bench.documents["touches"]() is bench.documents["touches"]()
         texts.append(page._lacking())
     return texts
 

@@ -152,10 +152,9 @@ class ConnectionState(Listener):
     def _result(self) -> LastTouch | None:
         """Return the last touch that ended; made anew only if it, or what is thought of it, has changed."""
         touches, rows = self._measurement.touches, self._plan.rows
-        if not touches:
+        if not (number := min(len(touches), len(rows))):  # the plan may lack the newest one yet
             return None
-        touch, number = touches[-1], len(touches)
-        why = str(rows[number - 1]["why"]) if number <= len(rows) else ""
+        touch, why = touches[number - 1], str(rows[number - 1]["why"])
         key = (number, touch.revised, why)
         if self._known is None or self._known[0] != key:
             swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")

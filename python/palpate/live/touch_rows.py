@@ -92,11 +92,9 @@ class TouchTable:
         A row stays the same object until it changes. What one more touch changes in all rows is beside them: `scatter`,
         for the uncertainties, and `means` of the specimens, for the distances from them.
         """
-        known = self._plan.rows
-        touches = self._measurement.touches[: len(known)]  # the plan may not have the newest one yet
-        made_of = (touches, known, self.calibration)
+        made_of = touches, known, _ = self._measurement.touches, self._plan.rows, self.calibration
         if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
-            self._shown = made_of, self._document(touches, known)
+            self._shown = made_of, self._document(touches[: len(known)], known)  # the plan may lack the newest one yet
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
@@ -125,9 +123,8 @@ class TouchTable:
         of = self._measurement.number, touch.revised, self.calibration, known
         if number not in self._rows or self._rows[number][0] != of:
             modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
-            used = digits.plain(
-                dict(zip(("ratio", "standard_error"), self._plan.progress.ratio_of(touch), strict=True))
-            )
+            ratio, error = self._plan.progress.ratio_of(touch)
+            used = digits.plain({"ratio": ratio, "standard_error": error})
             more = {"end_s": self._measurement.ends.get(number), "modulus": modulus, "advice": advice(touch)}
             own_error = self._of(touch, Scatter(0.0)).uncertainty
             row = {"number": number, **touch.as_dict(), **used, **more, "own_error": own_error, **known}
