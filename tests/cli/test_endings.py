@@ -79,14 +79,14 @@ def test_errors_are_one_line(error: BaseException, code: int, said: str, monkeyp
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("palpate.benchmark.compare", fail)
-    result = run("bench")
+    monkeypatch.setattr("palpate.sources.devices.devices", fail)
+    result = run("devices")
     assert (result.exit_code, result.stdout, result.stderr) == (code, "", f"{said}\n")
-    for arguments in (["--debug", "bench"], ["bench", "--debug"]) if code == 1 else ():
+    for arguments in (["--debug", "devices"], ["devices", "--debug"]) if code == 1 else ():
         assert "Traceback (most recent call last)" in run(*arguments).stderr
 
 
-@pytest.mark.parametrize("arguments", [["--colour"], ["replay"], ["bench", "x"], ["replay", ""]])
+@pytest.mark.parametrize("arguments", [["--colour"], ["replay"], ["devices", "x"], ["replay", ""]])
 def test_usage_errors_are_one_line(arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (2, "", 1)

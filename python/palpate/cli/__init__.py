@@ -27,7 +27,6 @@ COMMANDS = {
     "simulate": ("simulate", "Write simulated recordings of touches on known objects."),
     "calibrate": ("calibrate", "Fit a calibration to recordings of touches on known objects."),
     "report": ("recordings", "Write a report of recordings as one HTML file, which prints on A4."),
-    "bench": ("simulate", "Compare estimators on simulated touches: error and run time."),
     "kit": ("kit", "Check a board: wiring, noise, registers."),
     "doctor": ("devices", "Check installation, board and permissions, and print what to type."),
 }

@@ -1,22 +1,16 @@
-"""`palpate simulate` and `palpate bench`: simulated recordings, and estimators compared on them."""
+"""`palpate simulate`: simulated recordings of touches on known objects."""
 
 import math
-from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from palpate import benchmark
 from palpate.calibration.specimen_files import session_files, write_session
-from palpate.cli.group import json_option, show, usage_errors
+from palpate.cli.group import json_option, show
 from palpate.cli.options import named_numbers
-from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, force_option, require_free, require_free_in
+from palpate.cli.paths import OUTPUT_FOLDER, force_option, require_free_in
 from palpate.cli.terminal import progress
-from palpate.digits import plain
-from palpate.display import plots
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.errors import unlike
-from palpate.extras import need
 from palpate.simulation.hand import Hand, session
 
 
@@ -52,7 +46,7 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     """  # noqa: D301
     moduli = objects or SORBOTHANE_MPA
     require_free_in(folder, session_files(folder, moduli), force=force)
-    with progress("simulate", length=len(moduli)) as bar:
+    with progress("simulate", len(moduli)) as bar:
         hand = Hand(oblique=oblique)
         made = session(
             seed, hand=hand, moduli=moduli, touches=touches, progress=lambda done, _: bar.update(done - bar.pos)
@@ -60,36 +54,3 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     blocks = {name: run.block() for name, run in made.items()}
     paths = [str(path) for path in write_session(folder, blocks, moduli)]
     show({"files": paths}, "\n".join(paths))
-
-
-@click.command()
-@click.option("--seeds", default=20, show_default=True, type=click.IntRange(min=1), help="Recordings of each scenario.")
-@click.option("--scenario", "names", multiple=True, metavar="NAME", help="Only this scenario; may be repeated.")
-@click.option("--plot", type=OUTPUT, help="Draw error against run time: .png, .pdf or .svg.  [default: four scenarios]")
-@force_option
-@json_option
-def bench(seeds: int, names: tuple[str, ...], plot: Path | None, force: bool) -> None:
-    """Compare estimators on simulated touches: error and run time.
-
-    Beside those of palpate: other methods, and the libraries that are installed of scipy, padasip, river, filterpy and
-    simdkalman. They get the begin of the press. "+A": on pairs aligned as in the scene handheld.
-
-    \b
-    Example:
-      palpate bench --seeds 50
-      palpate bench --scenario tremor --scenario step-up --json
-      palpate bench --plot error_vs_time.png
-    """  # noqa: D301
-    for name in names:
-        if name not in benchmark.SINGLE:
-            raise click.UsageError(f"--scenario: {unlike(name, benchmark.SINGLE)}")
-    if plot:
-        require_free([plot], force=force)
-        with usage_errors("--"):
-            plots.check(plot)
-        need("matplotlib", "science")  # before anything is measured
-    with progress("bench", names or (benchmark.PLOTTED if plot else benchmark.SINGLE)) as scenarios:
-        rows = benchmark.compare(seeds, scenarios)
-    if plot:
-        benchmark.plot(rows, plot)
-    show({"seeds": seeds, "rows": [plain(asdict(row)) for row in rows]}, benchmark.table(rows))

@@ -74,14 +74,14 @@ def _hung_up() -> Callable[[int, Any], None]:
     return handle
 
 
-def progress(label: str, items: Iterable[Any] | None = None, length: int | None = None) -> Any:
-    """Return click's bar of progress on standard error, over items or up to a length; hidden if that is no terminal."""
-    return click.progressbar(items, length, label, file=sys.stderr, hidden=not sys.stderr.isatty())
+def progress(label: str, length: int) -> Any:
+    """Return click's bar of progress on standard error, up to a length; hidden if that is no terminal."""
+    return click.progressbar(None, length, label, file=sys.stderr, hidden=not sys.stderr.isatty())
 
 
 @contextmanager
 def reading(label: str, files: Collection[Path]) -> Iterator[Callable[[Path], None]]:
     """Show how far the reading of files is, by their sizes; yield the function to call when one has been read."""
     sizes = {file: file.stat().st_size if file.is_file() else 1 for file in files}
-    with progress(label, length=sum(sizes.values())) as bar:
+    with progress(label, sum(sizes.values())) as bar:
         yield lambda file: bar.update(sizes[file])
