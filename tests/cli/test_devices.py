@@ -13,7 +13,6 @@ from command_lines import document, run
 from palpate import DeviceNotFound
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit import board, find, udev
-from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin
@@ -34,19 +33,16 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(click, "get_app_dir", lambda name: str(tmp_path / name))
 
 
-def plug(
-    monkeypatch: pytest.MonkeyPatch, count: int = 1, *, loaded: bool = True, allowed: bool | None = None
-) -> list[KitTwin]:
-    """Have simulated boards, usb:1/2 and so on."""
+def plug(monkeypatch: pytest.MonkeyPatch, *, loaded: bool = True, allowed: bool | None = None) -> KitTwin:
+    """Have a simulated board, usb:1/2."""
     clock = VirtualClock()
     backend = TwinBackend(clock)
-    kits = [KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded) for _ in range(count)]
-    for number, kit in enumerate(kits, 1):
-        backend.plug(kit, number)
+    kit = KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded)
+    backend.plug(kit, 2)
     monkeypatch.setattr(find, "system_backend", lambda: backend)
     monkeypatch.setattr(find, "may_open", lambda board: allowed)
     monkeypatch.setattr(board, "RealClock", lambda: clock)
-    return kits
+    return kit
 
 
 def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,19 +58,6 @@ def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(devices, "boards", list)
     result = run("devices")
     assert (result.exit_code, result.stdout, "sim:four-specimens" in result.stderr) == (3, "", True)
-
-
-def test_boards_blink_in_turn_and_one_in_use_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    plug(monkeypatch, 2)
-    blinks = [f"usb:1/{number}: the red LED blinks for 3 s\n" for number in (2, 3)]
-    assert run("devices", "--blink").stdout == "".join(blinks)
-    assert run("devices", "--blink", "usb:1/3").stdout == blinks[1]
-    assert "--blink: got usb:1/9, connected: usb:1/2, usb:1/3" in run("devices", "--blink", "usb:1/9").stderr
-    measuring = EvalKit(1, 2, backend=find.system_backend())
-    result = run("devices", "--blink")
-    assert (result.exit_code, result.stdout) == (3, blinks[1])
-    assert "usb:1/2: the board at 1/2: another program uses the board" in result.stderr
-    measuring.close()
 
 
 def test_nothing_is_wrong_here() -> None:
@@ -104,7 +87,7 @@ def test_a_board_and_its_rule(
         (tmp_path / "rules.d").mkdir()
         name, _, text = rule.partition(": ")
         (tmp_path / "rules.d" / name).write_text(f"{text}\n")
-    [kit] = plug(monkeypatch, loaded=how.get("loaded", True), allowed=how.get("allowed"))
+    kit = plug(monkeypatch, loaded=how.get("loaded", True), allowed=how.get("allowed"))
     kit.chip.present = not how.get("absent", False)
     result = run("doctor")
     assert (result.exit_code, said in result.stdout) == (code, True), result.stdout

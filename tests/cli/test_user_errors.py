@@ -105,7 +105,6 @@ kit report text.csv                                           4  run palpate kit
 simulate -o four.csv                                          4  four.csv
 simulate -o new --object gel                                  2  gel=
 doctor now                                                    2  palpate doctor --help
-devices --blink usb:9/9                                       3  `palpate doctor`
 --config none.toml replay four.csv                            4  No such file
 """
 """A line, its exit code, and what the user can type or change, as a regular expression."""

@@ -15,40 +15,32 @@ from typing import Any, NamedTuple
 
 import click
 
-from palpate import DeviceNotFound, MissingExtra, PalpateError, __version__
+from palpate import MissingExtra, PalpateError, __version__
 from palpate.ad7746.evalkit import udev
 from palpate.cli.group import Exit, as_json, code_of, json_option, said_of, show, show_notes
 from palpate.cli.terminal import aligned
-from palpate.errors import shortened
 
-_BLINK_S = 3.0
 INSTALL_UDEV = "palpate doctor --install-udev"
 _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
 _FOR_DEVELOPERS = {"test", "docs", "all"}  # extras; the last is the sum of all
 
 
 @click.command()
-@click.option("--blink", is_flag=False, flag_value="usb:", metavar="[usb:BUS/ADDRESS]",
-              help="Let the red LED of this evaluation kit blink for 3 s; without a name, of each in turn.")  # fmt: skip
 @click.option("--lsl", is_flag=True,
               help="List the streams of Lab Streaming Layer in the network, too; takes some seconds.")  # fmt: skip
 @json_option
-def devices(blink: str | None, lsl: bool) -> None:
+def devices(lsl: bool) -> None:
     """List the connected devices.
 
-    Prints the names for `palpate record`. No device is opened, except with --blink. Exit code 3: no device found, or it
-    cannot be opened. `sim:` needs no device.
+    Prints the names for `palpate record`. No device is opened. Exit code 3: no device found. `sim:` needs no device.
 
     \b
     Example:
       palpate devices
-      palpate devices --blink
     """  # noqa: D301
     from palpate.sources.devices import devices as look
     from palpate.sources.devices import look_for, streams
 
-    if blink is not None:
-        sys.exit(_blink(blink))
     found, notes = look()
     if lsl:
         more, why = look_for(streams)
@@ -59,28 +51,6 @@ def devices(blink: str | None, lsl: bool) -> None:
     if not found:
         click.echo("no device found; use a simulated board: sim:four-specimens", err=True)
         sys.exit(Exit.NO_DEVICE)
-
-
-def _blink(uri: str) -> int:
-    """Let boards blink, one after the other, also if one cannot be opened; return the exit code."""
-    from palpate.ad7746.evalkit import find
-    from palpate.ad7746.evalkit.board import EvalKit
-
-    backend = find.system_backend()
-    found = find.boards(backend)
-    code, chosen = 0, [board for board in found if uri in ("usb:", f"usb:{board}")]
-    if not chosen:
-        there = ", ".join(f"usb:{board}" for board in found) or "no evaluation kit; `palpate doctor` says what to check"
-        raise DeviceNotFound(f"--blink: got {shortened(uri)}, connected: {there}")
-    for board in chosen:
-        try:
-            with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
-                click.echo(f"usb:{board}: the red LED blinks for {_BLINK_S:g} s")
-                kit.blink(_BLINK_S)
-        except PalpateError as error:
-            click.echo(f"usb:{board}: {said_of(error)}", err=True)
-            code = code or code_of(error)
-    return code
 
 
 @click.command()

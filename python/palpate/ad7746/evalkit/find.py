@@ -91,7 +91,7 @@ def choose(backend: Any, bus: int | None, address: int | None) -> Any:
     if len(named) == 1:
         return named[0]
     places = ", ".join(f"usb:{board_of(device)}" for device in found)
-    text = f"found {len(named)} boards: choose one of {places}; `palpate devices --blink` shows which is which"
+    text = f"found {len(named)} boards: choose one of {places}; unplug the other ones if you do not know which is which"
     if not found:
         text = f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and {_LISTED}"
     elif not named:
