@@ -100,7 +100,7 @@ def test_an_error_ends_the_recording_and_is_said(tmp_path: Path, monkeypatch: py
     for seq in range(500):
         recorder.push(sample(seq))
     recorder.close()
-    said = "cannot be written: MemoryError: no more"
+    said = "cannot be written: MemoryError: no more; 0 rows are synced to the disk"
     assert str(recorder.error) == f"{path}: {said}"
     end, report = document(path)["end"], check(path)
     assert (recorder.rows, end["rows"], recorder.dropped, end["dropped"]) == (0, 0, 500, 500)

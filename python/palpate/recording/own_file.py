@@ -53,27 +53,6 @@ class Damage(NamedTuple):
     reason: str
 
 
-class _Pass:
-    """Reads a file once, in whole lines; what was yielded last, or the `tail` after the last line end, is at `offset`, in `line`."""
-
-    def __init__(self, to_mark: int | None = None) -> None:
-        self.seen, self.offset, self.tail, self.line = Bytes(to_mark), 0, b"", 1
-
-    def pieces(self, file: BinaryIO, chunk: int) -> Iterator[bytes]:
-        """Yield the lines of a file that have an end, in order."""
-        while data := file.read(chunk):
-            self.seen.count(data)
-            end = data.rfind(b"\n") + 1
-            if not end:
-                self.tail += data
-                continue
-            lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
-            after = self.offset + len(lines), self.line + _core.count_lines(lines)
-            yield lines
-            self.offset, self.line = after
-            self.tail = data[end:]
-
-
 class Recorded:
     """A recording made by palpate, read in blocks.
 
@@ -142,9 +121,8 @@ class Recorded:
         self.path: Path = Path(path)
         self.data = data
         if data is None and not is_own(self.path):
-            raise RecordingError(
-                self.path, f"not a recording made by palpate; its first line has to be {HEADERS[0].decode()}"
-            )
+            reason = f"not a recording made by palpate; its first line has to be {HEADERS[0].decode()}"
+            raise RecordingError(self.path, reason)
         self.known: Known = known or known_of(self.path)
         self.document: dict[str, Any] = self.known.document
         self.survey: Survey = Survey()
@@ -173,16 +151,14 @@ class Recorded:
         written = self._first_rows()
         self.codes = Codes()
         computed = self._first_rows()
-        if not all(
-            np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
-            for name in ("hard", "soft")
-        ):
+        near: dict[str, Any] = {"rtol": 0, "atol": _ROUNDED_PF, "equal_nan": True}
+        if not all(np.allclose(written[name], computed[name], **near) for name in ("hard", "soft")):
             self.codes = None
         elif (computed["hard_raw"][:1] >= 0).any():
             self.full_scale_pF = SATURATED_PF
 
     def _first_rows(self) -> Block:
-        return next(self._parsed(_Pass(), _FIRST, []), np.zeros(0, DTYPE))
+        return next(self._parsed(Bytes(), _FIRST, []), np.zeros(0, DTYPE))
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -234,7 +210,7 @@ class Recorded:
         """
         self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
         self.integrity, tares = Integrity(), sorted(self.tares)
-        for block in self._parsed(_Pass(self.known.sealed("bytes")), _CHUNK, damage):
+        for block in self._parsed(Bytes(self.known.sealed("bytes")), _CHUNK, damage):
             self.survey.add(block)
             cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1 if tares else np.zeros(0, np.int64)
             yield from np.split(block, cuts)
@@ -259,51 +235,50 @@ class Recorded:
             plan=plan_of(self.document),
         )
 
-    def _parsed(self, reading: _Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
-        rows, self.headed = 0, False
+    def _parsed(self, seen: Bytes, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
+        """Read the file once, in whole lines; yield the rows in them."""
+        self.headed, tail = False, b""
+        line, offset, rows = 1, 0, 0  # of what comes next
         with file_errors(self.path, "cannot be read"), self._opened() as file:
-            for lines in reading.pieces(file, chunk):
-                rest = lines if self.headed else self._without_header(reading, lines)
-                block = self._block(reading, rest, rows, damage)
-                rows += len(block)
+            while data := file.read(chunk):
+                seen.count(data)
+                end = data.rfind(b"\n") + 1
+                if not end:
+                    tail += data
+                    continue
+                lines, tail = b"".join((tail, memoryview(data)[:end])), data[end:]  # one copy
+                if not self.headed:
+                    first, _, lines = lines.partition(b"\n")
+                    self.columns, self.headed = VERSIONS[HEADERS.index(first.removesuffix(b"\r"))], True
+                    line, offset = 2, len(first) + 1
+                block = self._block(lines, line, offset, rows, damage)
+                line, offset, rows = line + _core.count_lines(lines), offset + len(lines), rows + len(block)
                 if len(block):
                     yield block
-        reading.seen.rows, reading.seen.torn = rows, self._torn(reading, rows, damage)
-        self.seen = reading.seen
+        seen.rows, seen.torn, self.seen = rows, len(tail), seen  # torn: of an incomplete row, or zeros of a power cut
+        if len(tail.rstrip(b"\0")) > _LONGEST_ROW:
+            self._add(Damage(line, 1, offset, len(tail), rows, f"{len(tail)} bytes without a line end"), damage)
+            seen.torn = 0
 
     def _opened(self) -> BinaryIO:
         return opened(self.path) if self.data is None else io.BytesIO(self.data)
 
-    def _without_header(self, reading: _Pass, lines: bytes) -> bytes:
-        first, _, rest = lines.partition(b"\n")
-        self.columns, self.headed = VERSIONS[HEADERS.index(first.removesuffix(b"\r"))], True
-        reading.offset, reading.line = len(first) + 1, 2
-        return rest
-
-    def _block(self, reading: _Pass, data: bytes, rows: int, damage: list[Damage] | None) -> Block:
+    def _block(self, data: bytes, line: int, offset: int, rows: int, damage: list[Damage] | None) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
             return parse_rows(data, self.columns, self.codes)
         except ValueError:
-            good, number, offset = list[bytes](), reading.line, reading.offset
-        lines = [line + b"\n" for line in data.split(b"\n")[:-1]]
-        for reason, group in groupby(lines, lambda line: unreadable(line, self.columns)):
+            good = list[bytes]()
+        lines = [each + b"\n" for each in data.split(b"\n")[:-1]]
+        for reason, group in groupby(lines, lambda each: unreadable(each, self.columns)):
             alike = list(group)
             size = sum(map(len, alike))
             if reason is None:
                 good += alike
             else:
-                self._add(Damage(number, len(alike), offset, size, rows + len(good), reason), damage)
-            number, offset = number + len(alike), offset + size
+                self._add(Damage(line, len(alike), offset, size, rows + len(good), reason), damage)
+            line, offset = line + len(alike), offset + size
         return parse_rows(b"".join(good), self.columns, self.codes)
-
-    def _torn(self, reading: _Pass, rows: int, damage: list[Damage] | None) -> int:
-        """Return how many bytes are after the last line end: of an incomplete row, or zeros of a power cut."""
-        left = len(reading.tail)
-        if len(reading.tail.rstrip(b"\0")) <= _LONGEST_ROW:
-            return left
-        self._add(Damage(reading.line, 1, reading.offset, left, rows, f"{left} bytes without a line end"), damage)
-        return 0
 
     def _add(self, place: Damage, damage: list[Damage] | None) -> None:
         if damage is None:

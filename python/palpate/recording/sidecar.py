@@ -160,25 +160,19 @@ def amend(path: Path, plan: Plan, known: Plan) -> None:
 
     `known`: what the caller knows to be there; if it is not, another program has written it, and it stays.
     """
-    found = load_checked(path)
+    found, beside = load_checked(path), sidecar_path(path)
     if found is None:
-        raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
+        raise RecordingError(beside, "is gone: the change of the session is in no file")
     document, intact = found
     if intact is False:  # a new checksum would hide it
-        raise RecordingError(
-            sidecar_path(path), "was changed after it was written: nothing is added; take it from a copy"
-        )
+        raise RecordingError(beside, "was changed after it was written: nothing is added; take it from a copy")
     if plan_of(document) != known:
-        raise RecordingError(
-            sidecar_path(path), "was changed by another program: nothing is added; open the recording again"
-        )
+        raise RecordingError(beside, "was changed by another program: nothing is added; open the recording again")
     document = {**document, "session": plan.as_dict()}
     if (size := len(text_of(document).encode())) > LARGEST:
-        raise RecordingError(
-            sidecar_path(path), f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file"
-        )
+        raise RecordingError(beside, f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file")
     with file_errors(path, "cannot be written"):
-        save(sidecar_path(path), document)
+        save(beside, document)
 
 
 def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:

@@ -103,17 +103,19 @@ class Survey:
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
         self._add_steps(block)
-        self._add_values(block)
         self.rows += len(block)
         self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
-
-    def _add_pause(self, seconds: float, seq: int) -> None:
-        if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
-            self.pause = seconds, seq
-
-    def _add_span(self, name: str, low: float, high: float) -> None:
-        known = self.spans_pF.get(name, (np.inf, -np.inf))
-        self.spans_pF[name] = (min(known[0], low), max(known[1], high))
+        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
+        self.miscoded += int(np.count_nonzero(above))
+        self.refused += int(np.count_nonzero(refused(block)))
+        self.excitation += int(np.count_nonzero(block["status"] & Status.EXCITATION))
+        self.hard_saturated += int(np.count_nonzero(block["status"] & Status.HARD_SATURATED))
+        self.soft_saturated += int(np.count_nonzero(block["status"] & Status.SOFT_SATURATED))
+        for name in ("hard", "soft"):
+            values = block[name][np.isfinite(block[name])]
+            low, high = self.spans_pF.get(name, (np.inf, -np.inf))
+            if len(values):
+                self.spans_pF[name] = min(low, float(values.min())), max(high, float(values.max()))
 
     def _add_steps(self, block: Block) -> None:
         known = slice(0 if self.rows else 1, None)  # the last row before, if there is one
@@ -127,17 +129,5 @@ class Survey:
         pauses = np.where(np.isin(seqs[:-1], list(self.marked)), 0.0, np.diff(times / 1e9))
         if len(pauses):
             longest = int(np.argmax(pauses))
-            self._add_pause(float(pauses[longest]), int(seqs[longest]))
-
-    def _add_values(self, block: Block) -> None:
-        status = block["status"]
-        self.refused += int(np.count_nonzero(refused(block)))
-        self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
-        self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
-        self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
-        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
-        self.miscoded += int(np.count_nonzero(above))
-        for name in ("hard", "soft"):
-            values = block[name][np.isfinite(block[name])]
-            if len(values):
-                self._add_span(name, float(values.min()), float(values.max()))
+            if pauses[longest] > self.pause[0]:  # of equal ones the first, however the file is cut
+                self.pause = float(pauses[longest]), int(seqs[longest])

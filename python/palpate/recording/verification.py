@@ -167,18 +167,11 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
     told = [note for note in recording.told if not note.startswith(BEGUN)]
     pause = [survey.told_pause] if survey.told_pause else []
     repaired = "repaired" in known.end
-    return Verification(
-        recording.path,
-        survey,
-        bool(known.end.get("clean")) and not faults,
-        known.running,
-        repaired,
-        faults,
-        (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped"))),
-        integrity.verified,
-        tuple(damage),
-        changed=bool(integrity.doubts) and not (integrity.limits or repaired) and known.sealed("rows") == survey.rows,
-    )
+    clean = bool(known.end.get("clean")) and not faults
+    findings = (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped")))
+    changed = bool(integrity.doubts) and not (integrity.limits or repaired) and known.sealed("rows") == survey.rows
+    state = recording.path, survey, clean, known.running, repaired, faults, findings
+    return Verification(*state, integrity.verified, tuple(damage), changed)
 
 
 _SHOWN = 3  # damaged places

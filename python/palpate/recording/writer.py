@@ -21,7 +21,7 @@ from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
 from palpate.systems import to_disk
-from palpate.tables.packed import STANDARD_INPUT
+from palpate.tables.packed import EXISTS, STANDARD_INPUT, file_errors
 
 _WAIT_S, _AGAIN_S = 1.0, 0.005  # a reader that asks has the lock for some microseconds
 
@@ -109,16 +109,16 @@ class Writer:
         self.written = self.synced = self._checkpointed = Written()
         self._taken = 0
         if path.exists():
-            raise RecordingError(path, "already exists: choose another name")
-        try:  # first the sidecar: rows always have one, even if the process is killed
-            self.sidecar = SidecarFile(sidecar.sidecar_path(path), document)
-        except OSError as error:
-            raise unwritable(sidecar.sidecar_path(path), error) from error
+            raise RecordingError(path, EXISTS)
+        beside = sidecar.sidecar_path(path)
+        with file_errors(beside, "cannot be written"):  # first the sidecar: rows always have one, after a kill, too
+            self.sidecar = SidecarFile(beside, document)
         try:
-            self._file = self._created()
-        except OSError as error:
-            self.sidecar.path.unlink()
-            raise unwritable(path, error) from error
+            with file_errors(path, "cannot be written"):
+                self._file = self._created()
+        except RecordingError:
+            beside.unlink()
+            raise
 
     def _created(self) -> FileIO:
         file: FileIO = os.fdopen(os.open(self.path, _FLAGS, 0o666), "r+b", buffering=0)
@@ -158,23 +158,21 @@ class Writer:
         else:
             entries = {**entries, "checkpoint": None}  # the end has the same numbers
         try:
-            self.sidecar.put(**entries, end=whole)
+            with file_errors(self.path, "cannot be written"):
+                self.sidecar.put(**entries, end=whole)
         except RecordingError as error:
             raise self.error or error from None
-        except OSError as error:
-            raise self.error or unwritable(self.path, error) from error
 
     def _append(self, rows: int, data: bytes) -> None:
         self._require_own_file()
+        before = self.written
         try:
             write(self._file, data)
         except OSError:
             with suppress(OSError):  # a row that was written in part
-                self._file.truncate(self.written.bytes)
+                self._file.truncate(before.bytes)
             raise
-        self.written = Written(
-            self.written.rows + rows, self.written.bytes + len(data), zlib.crc32(data, self.written.crc32)
-        )
+        self.written = Written(before.rows + rows, before.bytes + len(data), zlib.crc32(data, before.crc32))
 
     def _require_own_file(self) -> None:
         """Compare the open file with its path."""
@@ -206,11 +204,10 @@ class Writer:
             step()
         except RecordingError as error:
             self.error = error
-        except OSError as error:
-            synced = f"{self.synced.rows:,} rows are synced to the disk"
-            self.error = RecordingError(self.path, f"cannot be written: {error.strerror}; {synced}")
         except Exception as error:  # noqa: BLE001  the thread must not end in silence
-            self.error = RecordingError(self.path, f"cannot be written: {type(error).__name__}: {error}")
+            why = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+            synced = f"{self.synced.rows:,} rows are synced to the disk"
+            self.error = RecordingError(self.path, f"cannot be written: {why}; {synced}")
 
 
 class SidecarFile:
@@ -262,9 +259,8 @@ class SidecarFile:
         document = {**self._document, name: what}
         size = len(sidecar.text_of(document))
         if size > _MOST_BYTES:
-            raise ValueError(
-                f"{name}: got {size} bytes of sidecar with them, allowed: {_MOST_BYTES}; begin another one"
-            )
+            allowed = f"{_MOST_BYTES}; begin another one"
+            raise ValueError(f"{name}: got {size} bytes of sidecar with them, allowed: {allowed}")
         return document
 
     def _save(self, document: dict[str, Any]) -> None:
@@ -277,13 +273,6 @@ class SidecarFile:
                 if read_bytes(self.path, sidecar.LARGEST) != self._saved:
                     raise RecordingError(self.path, "was changed by another program while it was recorded")
         self._document, self._saved, self.unsaved = document, text, False
-
-
-def unwritable(path: Path, error: OSError) -> RecordingError:
-    """Return the error that a file cannot be written."""
-    if isinstance(error, FileExistsError):
-        return RecordingError(path, "already exists: choose another name")
-    return RecordingError(path, f"cannot be written: {error.strerror}")
 
 
 def write(file: FileIO, data: bytes) -> None:

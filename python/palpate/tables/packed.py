@@ -19,6 +19,7 @@ LARGEST = 500_000_000
 """Bytes of a table, and of what is packed or comes from standard input, at most: it is read as a whole."""
 STANDARD_INPUT = Path("-")
 """This name is standard input in every command and in `palpate.read`; ./folder/- is a file."""
+EXISTS = "already exists: choose another name"
 _GZIP = b"\x1f\x8b"
 
 
@@ -42,7 +43,8 @@ def file_errors(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RecordingError(path, f"{what}: {error.strerror or error}") from error
+        text = EXISTS if isinstance(error, FileExistsError) else f"{what}: {error.strerror or error}"
+        raise RecordingError(path, text) from error
 
 
 def contents(path: Path) -> bytes:
