@@ -11,6 +11,7 @@ from palpate.afterwards.idle import IdleLevel, Readings
 from palpate.pair_filter import BAND_Hz
 
 Array = NDArray[np.float64]
+Levels = tuple[IdleLevel, IdleLevel]
 
 HARD, SOFT = 5, 6
 """Readings of each channel in a window."""
@@ -141,7 +142,7 @@ def _instrument(made: Windows) -> Array:
     return np.asarray((sums[high] - sums[low] - (sums[end] - sums[first])) / count)
 
 
-def fitted(hard: Readings, soft: Readings, levels: tuple[IdleLevel, IdleLevel]) -> dict[str, Any] | None:
+def fitted(hard: Readings, soft: Readings, levels: Levels) -> dict[str, Any] | None:
     """Return the ratio of changes of both channels; None: there are too few."""
     # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where
     # it is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
@@ -181,7 +182,7 @@ def _lag(pairs: Aligned, ratio: float) -> float:
     return late / ratio if abs(late) > _PROVEN * error else 0.0
 
 
-def _scale(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> float:
+def _scale(pairs: Aligned, ratio: float, levels: Levels) -> float:
     """Return the scatter of the windows, at least by the noise of their readings."""
     seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
     hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
@@ -209,12 +210,7 @@ def _explained(made: Windows, rest: Array) -> Array:
 
 
 def _solved(
-    pairs: Aligned,
-    used: NDArray[np.bool_],
-    whole: Aligned,
-    levels: tuple[IdleLevel, IdleLevel],
-    left_out: int,
-    lag: float,
+    pairs: Aligned, used: NDArray[np.bool_], whole: Aligned, levels: Levels, left_out: int, lag: float
 ) -> dict[str, Any] | None:
     """Return the result from some windows; `whole`: the pairs before readings were left out."""
     if np.count_nonzero(used) < FEWEST:
@@ -244,7 +240,7 @@ def _solved(
     }
 
 
-def _open(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> float:
+def _open(pairs: Aligned, ratio: float, levels: Levels) -> float:
     """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0."""
     # An offset or a curve causes it. At half of the height, the change by an offset is the error of the result; a curve
     # has half of its change as error.
@@ -375,13 +371,9 @@ def sweep(pairs: Aligned | None, begin_s: float, end: int) -> Sweep | None:
     number = np.arange(len(soft))
     pressed, rising = soft > _HELD * height, number < count
     inside = t >= begin_s
-    return Sweep(
-        hard,
-        soft,
-        inside & rising & (soft > _EDGE * height),
-        inside & ~rising & pressed & (row <= end),
-        inside & ~rising & ~pressed & (soft > _EDGE * height),
-    )
+    higher = soft > _EDGE * height
+    hold, fall = inside & ~rising & pressed & (row <= end), inside & ~rising & ~pressed & higher
+    return Sweep(hard, soft, inside & rising & higher, hold, fall)
 
 
 def _settled(soft: Array, t: Array) -> tuple[int, float]:

@@ -1,7 +1,7 @@
 """Options and arguments that several commands share."""
 
 from collections.abc import Callable, Iterable
-from functools import wraps
+from functools import reduce, wraps
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -137,13 +137,8 @@ _ESTIMATING = [
 ]  # fmt: skip
 
 
-def _adding(options: list[Callable[..., Any]]) -> _Adding:
-    def add(command: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return add
+def _adding(options: list[_Adding]) -> _Adding:
+    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
 
 
 def _together(command: Callable[..., Any], name: str, make: Callable[..., Any], *parts: str) -> Callable[..., Any]:

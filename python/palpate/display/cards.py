@@ -39,9 +39,8 @@ def touch(shown: "Touch") -> Markup:
 
 def _result(shown: "Touch") -> str:
     if shown.revised:
-        return (
-            f"revised after the release; before: {Uncertainty.of_ratio(shown.first_ratio, shown.first_standard_error)}"
-        )
+        before = Uncertainty.of_ratio(shown.first_ratio, shown.first_standard_error)
+        return f"revised after the release; before: {before}"
     return "first, at the end of the touch" if shown.effects else ""
 
 

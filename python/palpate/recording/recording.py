@@ -196,10 +196,8 @@ class Recording(Framed):
             It is not known, for example of a simulation that ran faster than time.
         """
         if self.zero_utc_ns is None:
-            raise ValueError(
-                "utc_ns: got a recording without the wall clock, allowed: one of a device in real time "
-                "(of a simulated one with speed=1), made by palpate"
-            )
+            allowed = "one of a device in real time (of a simulated one with speed=1), made by palpate"
+            raise ValueError(f"utc_ns: got a recording without the wall clock, allowed: {allowed}")
         return self.zero_utc_ns + np.rint(self.t_hard_s * 1e9).astype(np.int64)
 
     def __post_init__(self) -> None:
@@ -218,9 +216,7 @@ class Recording(Framed):
 def _seconds(span: slice) -> tuple[float, float]:
     is_span = isinstance(span, slice) and span.step is None
     if not is_span or not all(isinstance(end, float | np.floating | None) for end in (span.start, span.stop)):
-        raise TypeError(
-            f"recording: got [{span!r:.60}], allowed: seconds with a point, as recording[2.0:5.0]; rows are those of the "
-            "arrays, as recording.hard[2:5]"
-        )
+        allowed = "seconds with a point, as recording[2.0:5.0]; rows are those of the arrays, as recording.hard[2:5]"
+        raise TypeError(f"recording: got [{span!r:.60}], allowed: {allowed}")
     begin, end = -math.inf if span.start is None else span.start, math.inf if span.stop is None else span.stop
     return float(begin), float(end)

@@ -97,9 +97,7 @@ class Survey:
         return self.seconds / pairs if pairs > 0 else float("nan")
 
     def add(self, block: Block) -> None:
-        """Add the next block of samples."""
-        if not len(block):
-            return
+        """Add the next block of samples, one at least."""
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
         self._add_steps(block)

@@ -150,9 +150,7 @@ def _result(
     variation = float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
     budget = list[Part]()
     if calibration and mean and modulus and 0 < modulus.value < inf:
-        linearity = fmean(
-            one.uncertainty(scatter).linearity for one in kept
-        )  # about the same in each: no mean reduces it
+        linearity = fmean(one.uncertainty(scatter).linearity for one in kept)  # no mean reduces it
         budget = calibration.budget(mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity)
     return Result(name, known, touches, kept, found, mean, modulus, variation, budget)
 

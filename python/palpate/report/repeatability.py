@@ -68,9 +68,8 @@ def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
     freedom = (len(sizes) - 1, len(values) - len(sizes))
     spread = float(((values - np.repeat(means, sizes.astype(int))) ** 2).sum())
     apart = float(sizes @ (means - values.mean()) ** 2)
-    within, between = (
-        total / free if free else nan for total, free in zip((spread, apart), freedom[::-1], strict=True)
-    )
+    within = spread / freedom[1] if freedom[1] else nan
+    between = apart / freedom[0] if freedom[0] else nan
     per = float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0]) if freedom[0] else float(sizes[0])
     correlation = (1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom))
     return Repeatability(len(sizes), len(values), freedom[1], per, within, between, *correlation)

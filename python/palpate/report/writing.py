@@ -152,10 +152,8 @@ def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) ->
 def _render(context: Mapping[str, Any]) -> str:
     """Return a page: everything in the context is escaped but markup, and a name that it lacks is an error."""
     jinja2 = need("jinja2", "report")
-    loader, undefined = jinja2.FileSystemLoader(Path(__file__).parent), jinja2.StrictUndefined
-    pages = jinja2.Environment(
-        loader=loader, autoescape=True, undefined=undefined, trim_blocks=True, lstrip_blocks=True
-    )
+    how = {"undefined": jinja2.StrictUndefined, "autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
+    pages = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), **how)
     pages.globals.update(exp=exp, digits=digits, columns=_columns, counted=counted, NONE=NONE)
     pages.filters["percent"] = _percent
     return str(pages.get_template("report.html.j2").render(context)).lstrip()
@@ -191,10 +189,9 @@ def _in(unit: str, text: str) -> str:
     """Return a text with moduli in MPa in a unit: with the same digits."""
     if unit == "MPa":
         return text
-    digit = re.compile(r"\d+(\.\d+)?(e-?\d+)?")
-    return digit.sub(lambda one: f"{1000 * float(one[0]):.{max(0, len((one[1] or '.')[1:]) - 3)}f}", text).replace(
-        "MPa", unit
-    )
+    number = re.compile(r"\d+(?:\.(\d+))?(?:e-?\d+)?")
+    in_kPa = number.sub(lambda one: f"{1000 * float(one[0]):.{max(0, len(one[1] or '') - 3)}f}", text)
+    return in_kPa.replace("MPa", unit)
 
 
 def _shown(

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from palpate.recording.columns import RATE
 from palpate.recording.foreign import recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.options import anything, checked, choice, number
-from palpate.tables.table import DECIMALS, parsed_map
-from palpate.tables.units import SECONDS, checked_unit
+from palpate.sources.options import Check, anything, checked, number
+from palpate.tables.table import Asked, parsed_map
+from palpate.tables.units import checked_unit
 
 _NOTHING = np.empty(0, DTYPE)
 # Message of a source that was stopped before the end of its file, where the checksum is compared.
@@ -123,13 +124,5 @@ def _marked(block: Block) -> Block:
     return block
 
 
-_ALLOWED = {
-    "columns": anything,
-    "unit": checked_unit,
-    "time_unit": choice(*SECONDS),
-    "rate": number(0, above=True),
-    "decimal": choice(*DECIMALS),
-    "soft": anything,
-    "part": anything,
-    "speed": number(0, above=True),
-}
+_ALLOWED: dict[str, Check] = dict.fromkeys((each.name for each in fields(Asked)), anything)  # which checks its values
+_ALLOWED |= {"unit": checked_unit, **dict.fromkeys(("rate", "speed"), number(0, above=True))}

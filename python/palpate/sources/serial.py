@@ -152,10 +152,7 @@ class SerialSource(Stoppable):
         self._is_read = False  # since a line was read, and shown
         self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
         self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
-        self._unshown, self._last = (
-            0,
-            "",
-        )  # number of lines not read since the last message about them, and the last one
+        self._unshown, self._last = 0, ""  # lines not read since the last message about them, and the last one
         self._came = False  # any line
 
     def __iter__(self) -> Iterator[Sample]:

@@ -71,11 +71,8 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     if not columns:
         rows, left_out = _by_line(body, first, above[-1] if above else "")
         cells = [_row(path, line, number, dialect) for number, line in rows.items()]
-        columns, lines, notes = (
-            [np.array(each, object) for each in zip(*cells, strict=True)],
-            list(rows),
-            notes + left_out,
-        )
+        columns = [np.array(each, object) for each in zip(*cells, strict=True)]
+        lines, notes = list(rows), notes + left_out
     table = Table(path, zip(names, columns, strict=True), lines, notes, dialect.decimal)
     for each, of in zip(table.columns, dialect.kinds, strict=True):
         if of in {NUMBER, TIME} and each.cells.dtype.kind == "O":  # not only of a channel: the row may be a sum
