@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from palpate import RecordingError, check, read, recorded
-from palpate.recording import repair
+from palpate.recording import verification
 from recording_bench import killed, rows_of, survivors
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
@@ -62,5 +62,5 @@ def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> 
         file.write(b"more")
     before = contents(tmp_path)
     with pytest.raises(RecordingError, match="it has changed in the meantime; all files are as they were"):
-        repair.repair(recording, [])  # type: ignore[arg-type]
+        verification.repair_files(recording, [])  # type: ignore[arg-type]
     assert contents(tmp_path) == before

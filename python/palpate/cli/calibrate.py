@@ -11,6 +11,7 @@ from palpate import Calibration, Touch
 from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
+from palpate.calibration.plot import save as save_plot
 from palpate.calibration.ratio_choice import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli
 from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
@@ -20,6 +21,7 @@ from palpate.cli.terminal import aligned, say
 from palpate.errors import CalibrationError, listed, nearest, shortened
 from palpate.extras import need
 from palpate.files import write
+from palpate.report import calibration_page
 from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of
 from palpate.sentences import FLAGS
 from palpate.several import FEWEST, KINDS, objections
@@ -90,9 +92,9 @@ def calibrate(
     exponent = float(contact_exponent) if contact_exponent else None
     how |= {name: value for name, value in {"contact_exponent": exponent, "age": age}.items() if value is not None}
     runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
-    chosen = _chosen(runs, moduli, ratio, accept)
+    known, chosen = _chosen(runs, moduli, ratio, accept)
     runs = [run_again(run, {**run.tracking, **chosen.settings}) for run in runs]
-    specimens = _specimens(runs, moduli, accept, chosen)
+    specimens = _specimens(runs, known, accept, chosen)
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
     about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
@@ -100,23 +102,15 @@ def calibrate(
     with usage_errors():
         soft = None if free_soft_ratio else 1.0
         found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
-        _write_pictures(found, specimens, plot, report)
+        if plot:
+            save_plot(found, plot)
+        if report:
+            write(report, calibration_page(found, specimens).encode())
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
     show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens, chosen))
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
-
-
-def _write_pictures(found: Calibration, specimens: list[Specimen], plot: Path | None, report: Path | None) -> None:
-    if plot:
-        from palpate.calibration.plot import save
-
-        save(found, plot)
-    if report:
-        from palpate.report import calibration_page
-
-        write(report, calibration_page(found, specimens).encode())
 
 
 def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) -> str:
@@ -133,20 +127,12 @@ def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
     return run
 
 
-def _chosen(runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]) -> Choice:
-    """Return which ratio of the touches to use."""
-    moduli, _ = known_moduli(runs, read_moduli(table) if table else {})
-    named = [{t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out} for run in runs]
-    tracks = [Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)]
-    with usage_errors():
-        return choose(tracks, ratio=ratio, accept=accept)
-
-
-def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...], chosen: Choice) -> list[Specimen]:
-    """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
-    if table is None and (
-        unnamed := next((run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)), None)
-    ):
+def _chosen(
+    runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]
+) -> tuple[dict[str, float], Choice]:
+    """Return the moduli of a table, else those of the sidecars, and which ratio of the touches to use; print differences."""
+    unnamed = next((run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)), None)
+    if table is None and unnamed:
         raise click.UsageError(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
             f"whose sidecar names no specimens, as {unnamed}"
@@ -154,6 +140,16 @@ def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...],
     moduli, differences = known_moduli(runs, read_moduli(table) if table else {})
     for difference in differences:
         say(f"{difference}, as {table} says")
+    named = [{t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out} for run in runs]
+    tracks = [Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)]
+    with usage_errors():
+        return moduli, choose(tracks, ratio=ratio, accept=accept)
+
+
+def _specimens(
+    runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...], chosen: Choice
+) -> list[Specimen]:
+    """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
     found = _touches(runs, moduli, accept, chosen)
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:

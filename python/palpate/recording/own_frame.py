@@ -42,12 +42,9 @@ def to_arrow(recording: Recording) -> Any:
         columns["utc"] = arrow.array(recording.utc_ns.view("M8[ns]"), arrow.timestamp("ns", "UTC"))
     if recording.gap_rows:
         columns["gap"] = arrow.array(np.isin(np.arange(rows), recording.gap_rows))
-    if recording.full_scale_pF != SATURATED_PF:
-        columns["full_scale_pF"] = arrow.array(np.full(rows, recording.full_scale_pF))
-    if recording.host_stamps:
-        columns["host_stamps"] = arrow.array(np.ones(rows, bool))
-    if recording.period_s:
-        columns["period_s"] = arrow.array(np.full(rows, recording.period_s))
+    for name, usual in {"full_scale_pF": SATURATED_PF, "host_stamps": False, "period_s": 0.0}.items():
+        if (value := getattr(recording, name)) != usual:
+            columns[name] = arrow.array(np.full(rows, value))
     units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
     fields = [arrow.field(name, columns[name].type, metadata=unit) for name, unit in zip(columns, units, strict=True)]
     return arrow.table(list(columns.values()), schema=arrow.schema(fields))
@@ -96,9 +93,8 @@ def _flags(table: Table, name: str) -> NDArray[np.bool_]:
 
 def _only(values: NDArray[Any]) -> Any:
     if (values != values[0]).any():
-        raise ValueError(
-            f"recording: got parts of different recordings in one frame ({values[0]} and others), allowed: one"
-        )
+        got = f"parts of different recordings in one frame ({values[0]} and others)"
+        raise ValueError(f"recording: got {got}, allowed: one")
     return values[0]
 
 

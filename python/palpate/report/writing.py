@@ -133,12 +133,9 @@ def write(
     options += [("shore", shore), *(("note", note) for note in notes)]
     shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file], tell)
     write_file(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
-    results = {
-        "touches": len(found.touches),
-        "kept": shown["kept"],
-        "specimens": [result.as_dict() for result in found.results],
-        "repeatability": shown["repeatability"] and shown["repeatability"].as_dict(),
-    }
+    results: dict[str, Any] = {"touches": len(found.touches), "kept": shown["kept"]}
+    results["specimens"] = [result.as_dict() for result in found.results]
+    results["repeatability"] = shown["repeatability"] and shown["repeatability"].as_dict()
     return Written(Path(path), " ".join([*shown["named"], shown["verdict"]]), tuple(shown["doubts"]), results)
 
 
@@ -263,11 +260,8 @@ def _shown(
 
 def _fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
     """Return what the template shows of a calibration, and of the moduli that it gave."""
-    seen = [
-        (one.name, one.mean.ratio, one.modulus)
-        for one in results
-        if one.known is None and one.mean and one.modulus and isfinite(one.modulus.value)
-    ]
+    new = [one for one in results if one.known is None and one.modulus and isfinite(one.modulus.value)]
+    seen = [(one.name, one.mean.ratio, one.modulus) for one in new if one.mean and one.modulus]
     names = ("Parameter", "Value", "95 % interval")
     return {
         "calibration": calibration,

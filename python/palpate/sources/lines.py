@@ -100,16 +100,13 @@ class Grammar:
         self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit: float | str = 0.0
     ) -> None:
         if columns and pattern:
-            raise ValueError(
-                "columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns"
-            )
+            raise ValueError("columns: got a pattern, too, allowed: one of them; a pattern's groups are its columns")
         self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
         self.by_order = False
         self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
         self._given, self._pattern = columns, pattern
-        self.unit, self._unit_pF = (
-            ("pF", unit) if isinstance(unit, float) else (unit_read(unit), PICOFARADS.get(unit, 1.0))
-        )
+        self.unit = "pF" if isinstance(unit, float) else unit_read(unit)
+        self._unit_pF = unit if isinstance(unit, float) else PICOFARADS.get(unit, 1.0)
         self._sized = False
         self._decimals = {role: Decimals() for role in CHANNELS}
 
@@ -126,19 +123,14 @@ class Grammar:
         named = zip(columns, cells, strict=True)
         values = {each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED}
         self._check_sizes(columns, values)
-        if not summed:
-            self._check_decimals({each.role: cell for each, (_, cell) in zip(columns, cells, strict=True)}, values)
+        padded = any(each.padded for each in self._decimals.values())
+        for each, (_, cell) in zip(columns, cells, strict=True):  # of both channels as many decimals as before
+            if not summed and each.role in CHANNELS and not math.isnan(values[each.role]):
+                self._decimals[each.role].require_usual(each.role, cell, padded=padded)
         if self.form is None:
             self.form, self.columns = form, self.columns or columns
             self.by_order = not (self._given or self._pattern or any(form[1]))
         return values
-
-    def _check_decimals(self, texts: dict[str, str], values: Values) -> None:
-        """Check that both channels have as many decimals as before, if that number is fixed; raises Refused."""
-        padded = any(each.padded for each in self._decimals.values())
-        for role in CHANNELS:
-            if not math.isnan(values.get(role, math.nan)):
-                self._decimals[role].require_usual(role, texts[role], padded=padded)
 
     def _matched(self, text: str) -> Cells:
         match = self._pattern.fullmatch(text) if self._pattern else None

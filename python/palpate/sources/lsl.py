@@ -128,10 +128,8 @@ class Channels:
 
 def _place(name: str, labels: Sequence[str], wanted: str | None, there: Sequence[str]) -> int:
     """Return the channel with the wanted label or position; if nothing is wanted, the one whose label says the name."""
-    found = [
-        i for i, label in enumerate(labels)
-        if (wanted in (label, str(i + 1)) if wanted else _column(label).role == name)
-    ]  # fmt: skip
+    fits = [wanted in (label, str(i)) if wanted else _column(label).role == name for i, label in enumerate(labels, 1)]
+    found = [i for i, is_so in enumerate(fits) if is_so]
     if len(found) != 1:
         got = quoted(wanted) if wanted else "nothing"
         raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {listed(there)}")
