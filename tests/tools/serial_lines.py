@@ -6,7 +6,7 @@ from typing import Any
 from palpate import ProtocolError, Sample
 from palpate.sources.lines import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
-from palpate.sources.serial import Line, SerialSource
+from palpate.sources.serial import SerialSource
 from recording_bench import passing_gaps
 
 
@@ -38,17 +38,17 @@ class Chunks(SerialSource):
     def _wait_for_replug(self, *_: object) -> None:
         self.interrupt()
 
-    def _read_lines(self) -> Iterator[Line]:
-        for line in super()._read_lines():
-            if line.text and self._arrivals_s:
-                self._away_s += line.text.startswith(b"+")
-                yield Line(line.text.lstrip(b"+"), round(next(self._arrivals_s) * 1e9))
+    def _read_lines(self) -> Iterator[tuple[bytes, int]]:
+        for line, arrived_ns in super()._read_lines():
+            if line and self._arrivals_s:
+                self._away_s += line.startswith(b"+")
+                yield line.lstrip(b"+"), round(next(self._arrivals_s) * 1e9)
             elif not self._arrivals_s:
-                yield line
+                yield line, arrived_ns
 
-    def _refuse(self, line: Line, refused: Refused) -> None:
+    def _refuse(self, line: bytes, arrived_ns: int, refused: Refused) -> None:
         self.refusals.append(str(refused))
-        super()._refuse(line, refused)
+        super()._refuse(line, arrived_ns, refused)
 
 
 class Sent:

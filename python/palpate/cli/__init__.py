@@ -24,7 +24,7 @@ COMMANDS = {
     "convert": ("recordings", "Convert a recording to Parquet, Arrow, or palpate's own CSV."),
     "plot": ("recordings", "Draw a recording, with the ratio of each touch."),
     "devices": ("devices", "List the connected devices."),
-    "simulate": ("simulate", "Write simulated recordings of touches on known objects."),
+    "simulate": ("calibrate", "Write simulated recordings of touches on known objects."),
     "calibrate": ("calibrate", "Fit a calibration to recordings of touches on known objects."),
     "report": ("recordings", "Write a report of recordings as one HTML file, which prints on A4."),
     "kit": ("kit", "Check a board: wiring, noise, registers."),

@@ -2,7 +2,6 @@
 
 import math
 import sys
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
@@ -29,11 +28,13 @@ from palpate.uncertainty import Scatter, Uncertainty
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, OfflineTouch
 
+_Given = dict[str, Any]
+_Windows = list[tuple[float, float]] | None
 _WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE, 0)
 """Exit codes of several recordings: the first code here that one of them has is returned."""
 
 
-def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> list[tuple[float, float]] | None:
+def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> _Windows:
     """Return begin and end of each window, s; None: none was given."""
     try:
         return [(float(begin), float(end)) for begin, end in (text.split(":") for text in given)] or None
@@ -65,7 +66,7 @@ def replay(
     how: dict[str, Any],
     calibration: Path | None,
     is_offline: bool,
-    windows: list[tuple[float, float]] | None,
+    windows: _Windows,
     jobs: int,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send recordings through the estimator again: one row for each touch.
@@ -151,13 +152,7 @@ class Replayed:
 
 
 def replayed(
-    file: Path,
-    *,
-    asked: dict[str, Any],
-    how: dict[str, Any],
-    offline: bool,
-    calibration: "Calibration | None",
-    windows: list[tuple[float, float]] | None,
+    file: Path, asked: _Given, how: _Given, offline: bool, calibration: "Calibration | None", windows: _Windows
 ) -> Replayed:
     """Send a recording through the estimator.
 
@@ -174,7 +169,9 @@ def replayed(
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
     ratio_of = calibration.ratio_of if calibration else KINDS[plan.ratio]
-    scatter = calibration.touch_scatter if calibration else Scatter.of_session(_kept(touches, entries), ratio_of)
+    named = [(entry, touch) for touch, entry in zip(touches, entries, strict=True) if entry and not entry.left_out]
+    kept = [(entry.specimen, touch) for entry, touch in named if not objections(touch)]
+    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
     linearity = linearity_pF(recording.full_scale_pF)
     uncertainties = [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
     document = {
@@ -206,15 +203,6 @@ def replayed(
     if not touches:
         notes.append(f"no touch found: {_why_not(recording)}")
     return found
-
-
-def _kept(
-    touches: Iterable[palpate.Touch], entries: Iterable[Entry | None]
-) -> Iterator[tuple[str | None, palpate.Touch]]:
-    """Yield the touches that count, with their specimens."""
-    for touch, entry in zip(touches, entries, strict=True):
-        if entry and not entry.left_out and not objections(touch):
-            yield entry.specimen, touch
 
 
 def _plain(value: Any) -> Any:

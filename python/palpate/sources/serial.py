@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, shortened
@@ -28,13 +28,6 @@ PATIENCE_S = 10.0
 SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
 _TURN_S = 0.1  # of a read
 _COMMENTS = 20
-
-
-class Line(NamedTuple):
-    """A line, without blanks around it, and when it came; empty: nothing came."""
-
-    text: bytes
-    arrived_ns: int
 
 
 def port_error(port: str, error: Exception, system: str = sys.platform) -> SourceError:
@@ -144,7 +137,7 @@ class SerialSource(Stoppable):
         self._begun_ns = fine_ns()
         self._port = self._open()
         self._lines = self._read_lines()
-        self._early: list[Line] = []  # that the description read
+        self._early: list[tuple[bytes, int]] = []  # that the description read
         self._described: dict[str, Any] = {}
         self._numbering = Numbering()
         self._comments: set[bytes] = set()
@@ -159,9 +152,9 @@ class SerialSource(Stoppable):
         """Return the pairs; lines that are not read are counted as errors."""
         self.describe()
         try:
-            for line in chain(self._early, self._lines):
-                pair = self._pair(line) if line.text else None
-                self._watch_silence(pair, line.arrived_ns)
+            for line, arrived_ns in chain(self._early, self._lines):
+                pair = self._pair(line, arrived_ns) if line else None
+                self._watch_silence(pair, arrived_ns)
                 if pair:
                     yield pair
         finally:
@@ -180,10 +173,10 @@ class SerialSource(Stoppable):
         if self._described:
             return self._described
         until = time.monotonic() + SETTLE_S
-        while not self._grammar.columns and time.monotonic() < until and (line := next(self._lines, None)):
-            self._early.append(line)
+        while not self._grammar.columns and time.monotonic() < until and (early := next(self._lines, None)):
+            self._early.append(early)
             with suppress(Refused):
-                self._grammar.read(line.text)
+                self._grammar.read(early[0])
         columns = self._grammar.columns
         unit = next((each.unit for each in columns if each.role in TIMES), "")
         self._numbering = Numbering(unit)
@@ -217,8 +210,8 @@ class SerialSource(Stoppable):
             raise port_error(self._name, error) from error
         return port
 
-    def _read_lines(self) -> Iterator[Line]:
-        """Yield each line but the first one, which may have been cut; an empty one after each read."""
+    def _read_lines(self) -> Iterator[tuple[bytes, int]]:
+        """Yield each line but the first one, which may have been cut, and when it came; an empty one after each read."""
         rest, is_cut = b"", True
         while not self._stopped.is_set():
             try:
@@ -234,9 +227,9 @@ class SerialSource(Stoppable):
             *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
             for part in parts:
                 if part.strip() and not is_cut:
-                    yield Line(part.strip() if len(part) <= LONGEST else part, arrived_ns)
+                    yield part.strip() if len(part) <= LONGEST else part, arrived_ns
                 is_cut = False
-            yield Line(b"", arrived_ns)
+            yield b"", arrived_ns
 
     def _reopen(self) -> bool:
         self._port.close()
@@ -245,19 +238,19 @@ class SerialSource(Stoppable):
         self._reconnects += 1
         return True
 
-    def _pair(self, line: Line) -> Sample | None:
+    def _pair(self, line: bytes, arrived_ns: int) -> Sample | None:
         """Return the pair of a line; None: it is a comment, which is shown once, or not read."""
         self._came = True
-        if line.text.startswith(b"#"):
-            if len(self._comments) < _COMMENTS and line.text not in self._comments:
-                self._comments.add(line.text)
-                self.notify(f"{self._name}: {_quoted(line.text)}")
+        if line.startswith(b"#"):
+            if len(self._comments) < _COMMENTS and line not in self._comments:
+                self._comments.add(line)
+                self.notify(f"{self._name}: {_quoted(line)}")
             return None
         try:
-            values = self._grammar.read(line.text)
-            sample, gap = self._numbering.place(values, line.arrived_ns, self._away_s)
+            values = self._grammar.read(line)
+            sample, gap = self._numbering.place(values, arrived_ns, self._away_s)
         except Refused as refused:
-            self._refuse(line, refused)
+            self._refuse(line, arrived_ns, refused)
             return None
         self._away_s, self._unread_ns = 0.0, None
         if not self._is_read:
@@ -266,24 +259,24 @@ class SerialSource(Stoppable):
             guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
             is_summed = self._grammar.form and self._grammar.form[0]
             sure = "" if is_summed else "; no checksum *XX: a digit that is lost before the point is not seen"
-            self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}{sure}")
+            self.notify(f"{_quoted(line)} -> {shown(values)}{guess}{sure}")
         if gap:
             self.gaps += (Gap(sample.seq, gap),)
         return sample
 
-    def _refuse(self, line: Line, refused: Refused) -> None:
+    def _refuse(self, line: bytes, arrived_ns: int, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
-        hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
-        self._last, self._unshown = f"{_quoted(line.text)}. Reason: {refused}{hint}", self._unshown + 1
+        hint = "" if line.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
+        self._last, self._unshown = f"{_quoted(line)}. Reason: {refused}{hint}", self._unshown + 1
         if self._is_read and not self._away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
                 self.notify(f"{self._name}: {self._errors:,} lines were not read. The last: {self._last}")
                 self._unshown = 0
         if self._unread_ns is None:
-            self._unread_ns = line.arrived_ns
+            self._unread_ns = arrived_ns
         limit_s = max(PATIENCE_S, self._replug_s if self._is_read else 0.0)
-        if line.arrived_ns - self._unread_ns >= limit_s * 1e9:
+        if arrived_ns - self._unread_ns >= limit_s * 1e9:
             self._unshown = 0
             raise ProtocolError(f"{self._name}: no line is read. The last: {self._last}")
 
