@@ -133,7 +133,7 @@ def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
 def _chosen(
     runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]
 ) -> tuple[dict[str, float], Choice]:
-    """Return the moduli of a table, else those of the sidecars, and which ratio of the touches to use; print differences."""
+    """Return the moduli of a table, else of the sidecars, and which ratio of the touches to use; print differences."""
     unnamed = next((run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)), None)
     if table is None and unnamed:
         raise click.UsageError(
@@ -227,10 +227,8 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     moduli = objects or SORBOTHANE_MPA
     require_free_in(folder, session_files(folder, moduli), force=force)
     with progress("simulate", len(moduli)) as bar:
-        hand = Hand(oblique=oblique)
-        made = session(
-            seed, hand=hand, moduli=moduli, touches=touches, progress=lambda done, _: bar.update(done - bar.pos)
-        )
+        tell = lambda done, _: bar.update(done - bar.pos)
+        made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=tell)
     blocks = {name: run.block() for name, run in made.items()}
     paths = [str(path) for path in write_session(folder, blocks, moduli)]
     show({"files": paths}, "\n".join(paths))

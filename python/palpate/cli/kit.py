@@ -172,10 +172,9 @@ def noise(source: str, firmware: Path | None, speeds: tuple[int, ...], readings:
                 shown = ["-" if value is None else f"{value:.1f}" for value in found]
                 click.echo(row_below(_NOISE, [capf, f"{1e3 * CONVERSION_S[capf]:.1f}", *shown, f"{sheet:.1f}"]))
         for pin in [pin for pin in PINS if bench.level(pin) is None]:
-            say(
-                f"CIN{pin} is not measured: it has {bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB, "
-                "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"
-            )
+            has = f"{bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB"
+            so = "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"
+            say(f"CIN{pin} is not measured: it has {has}, {so}")
     show({"readings": readings, "noise": rows}, "")
 
 

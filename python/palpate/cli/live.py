@@ -97,9 +97,8 @@ def live(
     token = _token(host, no_token=no_token)
     plugged_in, *others = sources or (_plugged_in(),)
     source = plugged_in or DEMO
-    if others and not (
-        len(sources) <= len(LETTERS) and len(set(sources)) == len(sources) and all(map(is_file, sources))
-    ):
+    fits = len(sources) <= len(LETTERS) and len(set(sources)) == len(sources) and all(map(is_file, sources))
+    if others and not fits:
         raise click.UsageError(f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once")
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
     how = {**calibrated.for_tracking(how), **how} if calibrated else how
@@ -166,11 +165,8 @@ def _token(host: str, *, no_token: bool) -> str | None:
         return None if no_token else new_token()
     if no_token:
         raise click.UsageError(f"--no-token: got --host {host}, allowed: only with an address of this machine alone")
-    click.echo(
-        f"Warning: others on the network can reach {host}. Anyone with the address below can watch, tare and record; "
-        "it is not encrypted.",
-        err=True,
-    )
+    may = "Anyone with the address below can watch, tare and record; it is not encrypted."
+    click.echo(f"Warning: others on the network can reach {host}. {may}", err=True)
     return new_token()
 
 

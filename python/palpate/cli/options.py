@@ -1,6 +1,6 @@
 """Options and arguments that several commands share."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce, wraps
 from typing import TYPE_CHECKING, Any
 
@@ -137,7 +137,7 @@ _ESTIMATING = [
 ]  # fmt: skip
 
 
-def _adding(options: list[_Adding]) -> _Adding:
+def _adding(options: Sequence[_Adding]) -> _Adding:
     return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
 
 

@@ -1,7 +1,8 @@
 """Any recording as a sequence of blocks: palpate's own, and tables of other programs."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ AS_TABLE = (
 """Note of a recording that is read with `columns`, `unit` or the like, or without its file."""
 
 
+@dataclass(eq=False)
 class Foreign:
     """A recording that another program wrote, read into memory, as a sequence of blocks.
 
@@ -34,7 +36,7 @@ class Foreign:
     ----------
     path : pathlib.Path
     recording : Recording
-    unused : sequence of str
+    unused : list of str
         Names, or positions from 1, of the columns that are not in the recording.
     survey : Survey
         Counts over the blocks of the last `blocks()`.
@@ -44,11 +46,17 @@ class Foreign:
         Empty: what is doubtful is in `notes`.
     """
 
-    def __init__(self, path: Path, recording: Recording, unused: Sequence[str] = ()) -> None:
-        self.path, self.recording, self.unused, self.survey = path, recording, unused, Survey()
-        self.document: dict[str, Any] = {}
-        self.settings: dict[str, Any] = {}
-        self.doubts: tuple[str, ...] = ()
+    path: Path
+    recording: Recording
+    unused: list[str] = field(default_factory=list)
+    survey: Survey = field(default_factory=Survey)
+    document: dict[str, Any] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Take over what a recording says of its samples."""
+        recording = self.recording
         self.full_scale_pF: float = recording.full_scale_pF
         self.unit: str = recording.unit
         self.host_stamps: bool = recording.host_stamps

@@ -118,9 +118,8 @@ def judge(known: Known, seen: Bytes) -> Integrity:
     found = _judge_closed(known, seen, torn) if known.end else _judge_open(known, seen, torn)
     if known.intact is not False:
         return found
-    changed = (
-        "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong"
-    )
+    parts = "device, settings, marks, end"
+    changed = f"the sidecar was changed after it was written (its checksum differs): {parts} may be wrong"
     if found.verified and not found.doubts:
         changed += "; the rows agree with the checksum in it: take the sidecar from a copy"
     return found._replace(doubts=(changed, *found.doubts))
@@ -188,7 +187,5 @@ def _judge_open(known: Known, seen: Bytes, torn: str) -> Integrity:
 
 
 def _changed(what: str) -> str:
-    return (
-        "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of "
-        f"{what} differs): results may be wrong; take the file from a copy"
-    )
+    why = "the rows were changed after they were written, or the sidecar belongs to another recording"
+    return f"{why} (checksum of {what} differs): results may be wrong; take the file from a copy"

@@ -80,10 +80,9 @@ class Survey:
         seconds, seq = self.pause
         if not seconds > max(1.0, 20 * self.period_s):
             return ""
-        return (
-            f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why: if the board was opened again there, "
-            "the earlier baseline is not valid, and the touches after it may be wrong"
-        )
+        pause = f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why"
+        valid = "the earlier baseline is not valid, and the touches after it may be wrong"
+        return f"{pause}: if the board was opened again there, {valid}"
 
     @property
     def seconds(self) -> float:

@@ -1,8 +1,8 @@
 """Checks whether a recording is complete, and whether samples are missing or saturated; and repairs it.
 
-A repair keeps the rows that can be read, and reports what was taken out. NAME.csv.unrepaired and NAME.json.unrepaired have
-the bytes of the files before it, each only if it was changed. A second repair writes NAME.csv.unrepaired-2 and so on: no file
-is overwritten.
+A repair keeps the rows that can be read, and reports what was taken out. NAME.csv.unrepaired and NAME.json.unrepaired
+have the bytes of the files before it, each only if it was changed. A second repair writes NAME.csv.unrepaired-2 and so
+on: no file is overwritten.
 """
 
 import os

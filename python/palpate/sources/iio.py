@@ -217,10 +217,9 @@ class IioSource(Stoppable):
                 self.notify(f"{pin} is {out}, {now}: as root, iio:{self._device.path}?centre=yes moves it")
         elif count == SAME:
             needs = "adi,exca-output-en; or adi,excb-output-en;, for the pin that the sensor is wired to"
-            self.notify(
-                f"{pin} gives exactly {value:g} pF, {SAME} times in a row: its sensor has no excitation: the node of the "
-                f"chip in the device tree needs {needs}, and adi,excitation-vdd-permille = <500>;"
-            )
+            said = f"{pin} gives exactly {value:g} pF, {SAME} times in a row: its sensor has no excitation"
+            node = f"the node of the chip in the device tree needs {needs}, and adi,excitation-vdd-permille = <500>;"
+            self.notify(f"{said}: {node}")
 
     def _centre_if_asked(self) -> None:
         if self._to_centre.is_set():
