@@ -101,6 +101,13 @@ def tracking_of(recording: Any, how: dict[str, Any], calibration: "Calibration |
     return calibration.for_tracking(found) | how if calibration else found
 
 
+def simulated(recording: Any) -> str:
+    """Return what to print of a recording that a simulator made; "": it is of a probe, or not known."""
+    from palpate.recording.sidecar import is_simulated
+
+    return "simulated: no probe was used" * is_simulated(recording.document.get("device", {}))
+
+
 INPUT = InputFile(allow_dash=True)
 """The type of an argument that is a recording; - is standard input."""
 lsl_option: _Adding = click.option(

@@ -8,7 +8,7 @@ import click
 
 from palpate import RecordingError, Uncertainty, touches
 from palpate.cli.group import Exit, as_json, failure, json_option, show, show_notes, usage_errors
-from palpate.cli.options import INPUT, reading_options, replaying_options, tracking_of
+from palpate.cli.options import INPUT, reading_options, replaying_options, simulated, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.terminal import aligned, echo, reading, say
 from palpate.errors import listed, shortened
@@ -66,7 +66,9 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
 
 def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Verification:
     with usage_errors(f"{file}: "):
-        report = verified(recorded(file, **asked), repair=repair, remove_damage=yes)
+        recording = recorded(file, **asked)
+        report = verified(recording, repair=repair, remove_damage=yes)
+    show_notes(file, [simulated(recording)])
     if repair and not yes and report.damaged and not report.running:
         say(f"{file}: --yes takes out what is damaged, and keeps it in a file")
     return report

@@ -14,7 +14,7 @@ import palpate
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.group import Exit, failure, json_option, show, show_notes, usage_errors
-from palpate.cli.options import INPUT, replaying_options, tracking_of
+from palpate.cli.options import INPUT, replaying_options, simulated, tracking_of
 from palpate.cli.paths import InputFile, Named, Recordings
 from palpate.cli.terminal import reading, say
 from palpate.fleet import in_order
@@ -187,7 +187,8 @@ def replayed(
     }
     reliable = bool(touches) and not recording.doubts
     rows = map(touch_table.row, count(1), touches, uncertainties)
-    found = Replayed(document, touch_table.table([*rows]), recording.understood, notes, reliable)
+    understood = recording.understood or simulated(recording)
+    found = Replayed(document, touch_table.table([*rows]), understood, notes, reliable)
     if (calibration or plan).ratio == "level":
         document["ratio_used"] = "level_ratio"
         found.below.append("The ratios are level ratios: over the swept depth, not of the hold.")
