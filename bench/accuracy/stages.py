@@ -10,13 +10,19 @@ import itertools
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-import palpate
-from numpy.typing import NDArray
-from palpate import benchmark
-from palpate.benchmark import Array, ErrorTrace
+from palpate import HandoverRls
 from palpate.simulation import Simulation, scenarios
 
+from bench.accuracy.error_vs_time import (
+    OWN,
+    ErrorTrace,
+    Estimate,
+    pairs_aligned,
+    pairs_as_read,
+    scene_trace,
+    summarise,
+    traced,
+)
 from bench.speed.calls import measure_native
 
 NEVER, LEFT_OUT = 1e9, 100.0  # a threshold without alarms; more samples than a CUSUM side has at an alarm
@@ -32,29 +38,21 @@ def cost_table() -> str:
     return "\n".join(lines)
 
 
-def _handover(**settings: float) -> benchmark.Estimate:
-    def estimate(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
-        rows = palpate.HandoverRls(**settings).trace(output, regressor)
-        return rows["ratio"], rows["alarm"]
-
-    return estimate
-
-
-def _aligned(estimate: benchmark.Estimate, run: Simulation) -> ErrorTrace:
-    return benchmark.pairs_aligned(run).trace(estimate)
+def _aligned(estimate: Estimate, run: Simulation) -> ErrorTrace:
+    return pairs_aligned(run).trace(estimate)
 
 
 SHOWN = ("stiff-steady", "tremor", "strong-tremor", "skew", "step-up", "slow-drift", "relaxing", "tilt-ramp",
          "light-touch", "spikes", "bursts")  # fmt: skip
 STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
-    "paper": lambda run: benchmark.pairs_as_read(run).trace(benchmark.OWN["paper"]),
-    "+ alignment": partial(_aligned, benchmark.OWN["paper"]),
-    "one memory": partial(_aligned, benchmark.OWN["fixed 0.995"]),
-    "+ noise": partial(_aligned, _handover(smoothing=1.0, threshold=NEVER)),
-    "+ instrument": partial(_aligned, _handover(threshold=NEVER)),
-    "+ detector": partial(_aligned, _handover(guard=LEFT_OUT)),
-    "+ hand-over": partial(_aligned, _handover()),
-    "the scene": partial(benchmark.scene_trace, "handheld"),
+    "paper": lambda run: pairs_as_read(run).trace(OWN["paper"]),
+    "+ alignment": partial(_aligned, OWN["paper"]),
+    "one memory": partial(_aligned, OWN["fixed 0.995"]),
+    "+ noise": partial(_aligned, traced(HandoverRls, smoothing=1.0, threshold=NEVER)),
+    "+ instrument": partial(_aligned, traced(HandoverRls, threshold=NEVER)),
+    "+ detector": partial(_aligned, traced(HandoverRls, guard=LEFT_OUT)),
+    "+ hand-over": partial(_aligned, traced(HandoverRls)),
+    "the scene": partial(scene_trace, "handheld"),
 }
 """From the paper's estimator to the scene handheld, one part after the other. All but the last know when the press begins."""
 KEY = """\
@@ -70,7 +68,7 @@ def gains(seeds: int) -> dict[str, dict[str, float]]:
     found = {}
     for name in SHOWN:
         runs = [scenarios.run(name, seed) for seed in range(seeds)]
-        found[name] = {step: benchmark.summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
+        found[name] = {step: summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
     return found
 
 

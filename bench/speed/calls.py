@@ -14,7 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import palpate
 from numpy.typing import NDArray
-from palpate import reference, rivals
+from palpate import reference
+
+from bench.accuracy import rivals
 
 NATIVE = Path(__file__).with_name("native.cpp")
 TRUTH = 2.5

@@ -8,25 +8,23 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from command_lines import document, run
-from palpate import benchmark, rivals
 from palpate.simulation import scenarios
 from project import need_package
 
 from bench import results_age
-from bench.accuracy import error_vs_time, stages
+from bench.accuracy import error_vs_time, rivals, stages
 
-ROW = benchmark.Row("tremor", "handheld scene", 0.003, 0.0, 0.0, 0.95, math.nan, math.nan, 200.0, 0.004, 0.002)
+ROW = error_vs_time.Row("tremor", "handheld scene", 0.003, 0.0, 0.0, 0.95, math.nan, math.nan, 200.0, 0.002)
 
 
 @pytest.mark.parametrize("name", ["strong-tremor", "lost-runs", "slow-converter"])
 def test_rivals_get_the_pairs_of_the_scene(name: str) -> None:
     run = scenarios.run(name, 1)
     rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-    pairs = benchmark.pairs_aligned(run)
+    pairs = error_vs_time.pairs_aligned(run)
     at = np.searchsorted(run.t_hard_s, pairs.since_s + run.presses[0].start_s - 1e-9)
     both = rows["touch"][at] == 1
-    idle = run.t_hard_s < run.presses[0].start_s - benchmark.EARLY_S
+    idle = run.t_hard_s < run.presses[0].start_s - error_vs_time.EARLY_S
     hard = pairs.output[both] + np.nanmean(run.hard[idle]) - rows["hard_baseline"][at[both]]
     soft = pairs.regressor[both] + np.nanmean(run.soft[idle]) - rows["soft_baseline"][at[both]]
     assert both.sum() > 100
@@ -38,32 +36,27 @@ def test_rivals_get_the_pairs_of_the_scene(name: str) -> None:
 @pytest.mark.parametrize("library", list(rivals.LIBRARIES))
 def test_other_libraries_are_least_squares_with_forgetting(library: str) -> None:
     need_package(library)
-    pairs = benchmark.pairs_aligned(scenarios.run("strong-tremor", 3))
-    expected, _ = benchmark.OWN["fixed 0.995"](pairs.output, pairs.regressor)
+    pairs = error_vs_time.pairs_aligned(scenarios.run("strong-tremor", 3))
+    expected, _ = error_vs_time.OWN["fixed 0.995"](pairs.output, pairs.regressor)
     # P0 = 1e12 in a form that subtracts: eps P0 x^2 = 1e-5 of the first P, less with each sample.
     assert rivals.LIBRARIES[library](pairs.output, pairs.regressor)[5:] == pytest.approx(expected[5:], rel=1e-6)
 
 
 def test_the_front_has_no_row_that_another_beats() -> None:
     rows = [replace(ROW, ns=ns, rmse=rmse) for ns, rmse in [(5, 0.3), (50, 0.2), (60, 0.4), (90, 0.1), (1e4, 0.0995)]]
-    assert [row.ns for row in benchmark.front(rows)] == [5, 50, 90]  # 0.5 % better is no reason for 100 times the time
-    assert benchmark.front([replace(ROW, ns=math.nan)]) == []
+    # 0.5 % better is no reason for 100 times the time.
+    assert [row.ns for row in error_vs_time.front(rows)] == [5, 50, 90]
+    assert error_vs_time.front([replace(ROW, ns=math.nan)]) == []
 
 
-def test_palpate_bench_draws_the_picture(tmp_path: Path) -> None:
-    picture = tmp_path / "front.png"
-    command = ["bench", "--seeds", "1", "--scenario", "step-up", "--plot", str(picture)]
-    rows = {row["estimator"]: row for row in document(*command)["rows"]}
-    assert rows["handheld scene"]["rmse"] < rows["fixed 0.9 +A"]["rmse"] < rows["fixed 0.995 +A"]["rmse"]
-    assert picture.stat().st_size > 10_000
-    assert run(*command).exit_code == 4  # it exists
-    assert run(*command[:-1], "front.gif").exit_code == 2
+def test_the_bench_draws_its_picture(tmp_path: Path) -> None:
+    rows = [replace(ROW, scenario=name, rmse=1e-3 * n, ns=100 * n) for name in error_vs_time.PICTURED for n in (1, 2)]
+    error_vs_time.plot(rows, tmp_path / "front.png")
+    assert (tmp_path / "front.png").stat().st_size > 10_000
 
 
 def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> None:
-    rows = [
-        r for name in ("spikes", "slow-drift") for r in benchmark.on_scenario(name, 1, {}, benchmark.bare_estimators())
-    ]
+    rows = [row for name in ("spikes", "slow-drift") for row in error_vs_time.on_scenario(name, 1, {})]
     found = json.loads(error_vs_time.summary(rows, 1).replace("NaN", "null"))
     assert found["columns"][-1] == "handheld / best"
     assert found["spikes"][-1] < 1 < found["slow-drift"][-1]
@@ -72,13 +65,14 @@ def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> Non
     assert found["headers"] == results_age.headers_hash()
     assert found["commit"]
     assert error_vs_time.BETTER["slow-drift"] in error_vs_time.table(rows)
-    assert {line.removesuffix(error_vs_time.REVISED) for line in error_vs_time.BETTER} <= set(benchmark.SINGLE)
+    assert {line.removesuffix(error_vs_time.REVISED) for line in error_vs_time.BETTER} <= set(error_vs_time.SINGLE)
 
 
 def test_well_set_detectors_follow_a_step_at_once() -> None:
     """README and docs/how.md: the paper's thresholds take ten times the pairs of the scene, those from the noise twice."""
-    wanted = {name: benchmark.bare_estimators(libraries=False)[name] for name in ("paper", "paper tuned", "restarted")}
-    rows = {row.estimator: row for row in benchmark.on_scenario("step-up", 8, {}, wanted)}
+    bare = error_vs_time.bare_estimators(libraries=False)
+    wanted = {name: bare[name] for name in ("paper", "paper tuned", "restarted")}
+    rows = {row.estimator: row for row in error_vs_time.on_scenario("step-up", 8, {}, wanted)}
     pairs = {name: row.pairs_to_3_percent for name, row in rows.items()}
     assert pairs["handheld scene"] == pytest.approx(4, abs=1)
     assert pairs["paper +A"] == pytest.approx(10 * pairs["handheld scene"], rel=0.1)

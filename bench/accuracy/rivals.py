@@ -1,4 +1,4 @@
-"""Other estimators of the same ratio, for the benchmark: usual methods, and other libraries if they are installed.
+"""Other estimators of the same ratio, for the benches: usual methods, and other libraries if they are installed.
 
 Each takes outputs and regressors, pF, as arrays of shape (n,), and returns the ratio after each pair. Each library is set as
 its user would set it for pF: forgetting 0.995, and an initial covariance that does not matter.
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.ad7746.datasheet import NOISE_PF
 
 Array = NDArray[np.float64]
