@@ -132,7 +132,6 @@ HTML = {
     'palpate.touches(scenarios.run("not-level"))': "hold the probe upright",
     "calibration": "<strong>Calibration</strong>",
     "estimator": "<strong>HandoverRls</strong>",
-    "page": "<iframe",
 }
 """The last line of a cell, and what is in its HTML."""
 MODULI = "[str(calibration.modulus(touch.ratio, touch.standard_error)) for touch in touches]"
