@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from palpate.calibration.calibration import Calibration, Modulus, band
-from palpate.calibration.curve_fit import curve
 from palpate.display import markup, text
 from palpate.display.markup import ACCENT, Markup
 from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, written
 
 _POINTS = 400
-_DOTS: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
 
 
 def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
@@ -29,16 +27,15 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
 
 
 def on(ax: Any, calibration: Calibration) -> Any:
-    """Draw the curve and the measured ratios on axes, or on new ones; return the axes."""
+    """Draw the curve, the measured ratios and the mean of each specimen on axes, or on new ones; return the axes."""
     with axes(ax) as drawn:
         draw(drawn, calibration)
-        _measured(drawn, calibration)
+        drawn.plot(calibration.moduli, calibration.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3)
+        rows = calibration.residuals
+        drawn.errorbar([row.modulus for row in rows], [row.ratio for row in rows], [row.standard_error for row in rows],
+                       fmt="_", color=PAPER, markersize=9, capsize=2, linewidth=0.8, label="specimen's mean, std. error")  # fmt: skip
         drawn.legend(loc="lower right")
     return drawn
-
-
-def _measured(ax: Any, calibration: Calibration) -> None:
-    ax.plot(calibration.moduli, calibration.ratios, label="measured", zorder=3, **_DOTS)
 
 
 def moduli_axis(ax: Any) -> None:
@@ -48,31 +45,10 @@ def moduli_axis(ax: Any) -> None:
     ax.set_xlabel("Young's modulus, MPa")
 
 
-def _figure(figure: Any, calibration: Calibration) -> None:
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1.2])
-    rows = calibration.residuals
-    moduli = [row.modulus for row in rows]
-    bars: dict[str, Any] = {"fmt": "_", "color": PAPER, "markersize": 9, "capsize": 2, "linewidth": 0.8}
-    draw(upper, calibration)
-    _measured(upper, calibration)
-    upper.errorbar(moduli, [row.ratio for row in rows], [row.standard_error for row in rows],
-                   label="specimen's mean, std. error", **bars)  # fmt: skip
-    upper.legend(loc="lower right")
-    upper.set_xlabel("")
-    upper.set_title("ratio against modulus, and the distance from the curve")
-    level = curve(calibration.fitted.parameters, np.log(calibration.moduli))
-    lower.axhline(0, color=HANDHELD)
-    lower.plot(calibration.moduli, 100 * (calibration.ratios / level - 1), zorder=3, **_DOTS)
-    lower.errorbar(moduli, [100 * row.relative for row in rows], [100 * row.standard_error / row.fitted for row in rows],
-                   **bars)  # fmt: skip
-    lower.set_ylabel("distance, %")
-    moduli_axis(lower)
-
-
 def save(calibration: Calibration, path: Path) -> None:
     """Write the plot; the suffix selects the format."""
-    with written(path, 1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:
-        _figure(figure, calibration)
+    with written(path, 1.3 * COLUMN_IN, 0.9 * COLUMN_IN) as figure:
+        on(figure.add_subplot(), calibration)
 
 
 _LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
