@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from math import nan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from numeric import HARD_PF, QUIET, SOFT_PF, STEP_PF, held, quiet
 from palpate import Status
 from palpate.ad7746.bus import VirtualClock
 from palpate.samples import Block, block_of
-from palpate.simulation import SCENARIOS, Gauge, Press, Record, Scenario, Simulation, Substrate, scenarios, simulate
+from palpate.simulation import SCENARIOS, Gauge, Press, Scenario, Simulation, Substrate, scenarios, simulate
 from palpate.simulation.board import foreign, kit_of, known
 from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
 from palpate.simulation.scenarios import EFFECTS
@@ -32,14 +31,6 @@ def test_every_scenario_is_on_its_page() -> None:
     page = (ROOT / "docs" / "simulation.md").read_text(encoding="utf-8")
     table = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| `"))
     assert sorted(re.findall("`(.*?)`", table)) == sorted(scenarios.SCENARIOS)
-
-
-def test_a_real_tremor_record_can_drive_the_press(recordings: Path) -> None:
-    table = np.genfromtxt(recordings / "tremor" / "tremor1.csv", delimiter=";", skip_header=1, usecols=(0, 1))
-    press = Press(0.0, [(0.0, 2.0)], hold_s=60.0)
-    run = simulate(Scenario(presses=[press], duration_s=55.0, tremor=0.05, spectrum=Record(table[:, 0], table[:, 1])))
-    pressed = run.t_soft_s > 1
-    assert np.std(run.soft[pressed] + 0.41) / 0.25 == pytest.approx(0.05, rel=0.3)
 
 
 def test_faults_are_marked_as_in_samples() -> None:

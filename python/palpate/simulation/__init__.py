@@ -2,7 +2,7 @@
 
 from palpate.simulation.bumps import Bumps, Gauge, Substrate
 from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
-from palpate.simulation.press import Lines, Peaks, Press, Record, Tilt
+from palpate.simulation.press import Lines, Peaks, Press, Tilt
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS, run
@@ -17,7 +17,6 @@ __all__ = [
     "Lines",
     "Peaks",
     "Press",
-    "Record",
     "Scenario",
     "Simulation",
     "Stamps",

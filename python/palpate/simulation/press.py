@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
@@ -273,25 +273,4 @@ class Lines:
         return lambda t: lines(t) + self.sway * sway(t)
 
 
-@dataclass(frozen=True)
-class Record:
-    """A measured record, repeated.
-
-    Attributes
-    ----------
-    time_s, values : array_like, shape (n,)
-        Increasing times, s, and an acceleration in any unit.
-    """
-
-    time_s: ArrayLike
-    values: ArrayLike
-
-    def course(self, _: np.random.Generator) -> Course:
-        """Return the record as a function of time."""
-        times, values = np.asarray(self.time_s, float), np.asarray(self.values, float)
-        values = (values - values.mean()) / values.std()
-        span = times[-1] - times[0]
-        return lambda t: np.interp(times[0] + np.mod(t, span), times, values)
-
-
-Spectrum = Peaks | Lines | Record
+Spectrum = Peaks | Lines

@@ -23,7 +23,7 @@ class Scenario:
         Length of the simulation.
     tremor : float
         Hand tremor, rms, relative to the force of the press.
-    spectrum : Peaks, Lines or Record
+    spectrum : Peaks or Lines
         Of the tremor.
     tilt : Tilt
         Changes of the ratio.
