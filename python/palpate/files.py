@@ -1,16 +1,21 @@
-"""Opens and parses files that anyone may have made, and replaces a file as a whole."""
+"""Opens and parses files that anyone may have made, and replaces a file as a whole, as each system allows it."""
 
 import errno
 import os
+import re
 import stat
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from palpate.systems import replace, require_file_name, to_disk
-
 MOST_TOML = 200_000  # characters
+REPLACE_S = 2.0
+"""How long a file that another program has open is tried to be replaced, s."""
+_AGAIN_S = 0.02
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE)
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
 
 
@@ -139,3 +144,47 @@ def sync(path: Path) -> None:
             to_disk(opened)
         finally:
             os.close(opened)
+
+
+def to_disk(descriptor: int, *, data_only: bool = False) -> None:
+    """Write what the system has of an open file to the disk itself."""
+    if sys.platform == "darwin":
+        import fcntl
+
+        with suppress(OSError):  # a file system without it
+            fcntl.fcntl(descriptor, fcntl.F_FULLFSYNC)
+            return
+    sync = getattr(os, "fdatasync", os.fsync) if data_only else os.fsync
+    sync(descriptor)
+
+
+def replace(path: Path, target: Path, system: str = sys.platform) -> None:
+    """Give a file the name of another one, which is gone then; a reader has the old one or the new one."""
+    until = time.monotonic() + REPLACE_S
+    while True:
+        try:
+            path.replace(target)
+        except PermissionError as error:
+            if system != "win32":
+                raise
+            if time.monotonic() > until:
+                said = "another program has it open, or it is read-only: close it there, or choose another name"
+                raise PermissionError(errno.EACCES, said, str(target)) from error
+            time.sleep(_AGAIN_S)
+        else:
+            return
+
+
+def require_file_name(path: Path, system: str = sys.platform) -> None:
+    """Refuse a name that is no file on Windows: what is written there is lost, or is not found again."""
+    if system != "win32":
+        return
+    what = ""
+    if _DEVICE.match(path.name):
+        what = "is the name of a device on Windows"
+    elif ":" in path.name:
+        what = "has a colon, which names a hidden part of a file on Windows"
+    elif path.name.endswith((".", " ")):
+        what = "ends in a dot or a blank, which Windows leaves out"
+    if what:
+        raise OSError(errno.EINVAL, f"{what}: choose another name", str(path))

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from palpate import systems
+from palpate import files
 from palpate.cli import terminal
-from palpate.files import replacing
+from palpate.files import REPLACE_S, replace, replacing, require_file_name, to_disk
 from palpate.recording.sidecar import sidecar_path
 from palpate.sources.options import split
-from palpate.systems import REPLACE_S, replace, require_file_name, to_disk
 
 
 @pytest.mark.parametrize(
@@ -73,7 +72,7 @@ def test_on_windows_a_file_that_is_open_is_replaced_when_it_is_closed_or_stays(
     write(b"new")
     assert (path.read_bytes(), len(tried), list(tmp_path.iterdir())) == (b"new", 4, [path])
     assert REPLACE_S < 5, "a recorder waits for it"
-    monkeypatch.setattr(systems, "REPLACE_S", 0.1)
+    monkeypatch.setattr(files, "REPLACE_S", 0.1)
     held(monkeypatch, math.inf)
     with pytest.raises(PermissionError, match="another program has it open") as refused:
         write(b"newer")

@@ -36,8 +36,7 @@ from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Middle, Overdue, Reading, difference_ns
 from palpate.ad7746.wiring import Look, level_of, look
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.samples import Sample, Status
-from palpate.systems import on_monotonic
+from palpate.samples import Sample, Status, on_monotonic
 
 STREAK = 3
 REPLUG_S = 120.0  # Longest time to wait for an unplugged device: a person looks for the cable.

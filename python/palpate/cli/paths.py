@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from palpate.systems import require_file_name
+from palpate.files import require_file_name
 
 _NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
 

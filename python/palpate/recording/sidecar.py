@@ -15,11 +15,10 @@ from typing import Any
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
-from palpate.files import read_bytes, write
+from palpate.files import read_bytes, require_file_name, write
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample
-from palpate.systems import require_file_name
 from palpate.tables.packed import file_errors, unpacked_name
 
 BEGUN = "begun after "

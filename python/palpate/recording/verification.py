@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.files import open_regular, write
+from palpate.files import open_regular, to_disk, write
 from palpate.recording import sidecar
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.integrity import SOURCE_FAILED, judge
 from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.survey import Survey
-from palpate.systems import to_disk
 from palpate.tables.packed import STANDARD_INPUT
 
 

@@ -12,11 +12,10 @@ from typing import Any
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, shortened
 from palpate.extras import need
-from palpate.samples import Sample, Status
+from palpate.samples import Sample, Status, fine_ns
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
 from palpate.sources.options import Check, checked, number, yes_no
-from palpate.systems import fine_ns
 
 WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter of 32 bits begins again.
 AHEAD_NS = 2 * 10**9  # A device's clock that gets ahead of the computer's by more was set.
