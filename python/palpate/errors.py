@@ -1,4 +1,4 @@
-"""Errors of palpate. Invalid arguments raise ValueError or TypeError."""
+"""Errors of palpate, and the import of what may be missing. Invalid arguments raise ValueError or TypeError."""
 
 from __future__ import annotations
 
@@ -167,3 +167,32 @@ class SomeFailed(PalpateError, ExceptionGroup):
         )
         error.results = results
         return error
+
+
+def need(module: str, extra: str) -> Any:
+    """Import a module of an extra of palpate ("": of a package in none); MissingExtra has the pip command that installs it.
+
+    Examples
+    --------
+    >>> need("math", "science").sqrt(4.0)
+    2.0
+    >>> need("no_such_package.part", "science")
+    Traceback (most recent call last):
+    palpate.errors.MissingExtra: no_such_package is not installed; type: pip install 'palpate[science]'
+    """
+    from importlib import import_module
+
+    package = module.split(".")[0]
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != package:
+            raise
+        what = f"'palpate[{extra}]'" if extra else package
+        raise MissingExtra(f"{package} is not installed; type: pip install {what}") from error
+
+
+def display(function: str, *shown: Any) -> Any:
+    """Call a function of palpate.display, as "cards.touches": a class names it, and imports it when it is shown."""
+    module, _, name = function.partition(".")
+    return getattr(need(f"palpate.display.{module}", ""), name)(*shown)

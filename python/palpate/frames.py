@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.extras import need
+from palpate.errors import need
 
 
 class ArrowStream(Protocol):

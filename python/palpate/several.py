@@ -12,8 +12,7 @@ from typing import Any
 
 from palpate import digits
 from palpate._core import Touch
-from palpate.errors import unlike
-from palpate.extras import need
+from palpate.errors import need, unlike
 
 TOUCH_SCATTER = 0.03
 """Relative standard deviation of the ratio from touch to touch of a hand, if no calibration says it: of the

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.extras import display
+from palpate.errors import display
 from palpate.frames import Framed, arrow_of_touches
 from palpate.samples import RETAKEN, Block, require_scale, settings_for, usable
 

@@ -5,8 +5,7 @@ from typing import Any
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Clock, Meanings, NotAcknowledged, RealClock, translated
-from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout
-from palpate.extras import need
+from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout, need
 
 smbus2 = need("smbus2", "i2c")
 

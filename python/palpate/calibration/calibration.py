@@ -16,8 +16,7 @@ from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
 from palpate.calibration.curve_fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit, variances
 from palpate.elasticity import Elasticity
-from palpate.errors import CalibrationError
-from palpate.extras import display, need
+from palpate.errors import CalibrationError, display, need
 from palpate.sentences import refusal
 from palpate.several import Agreement, agreement, objections
 from palpate.uncertainty import Scatter

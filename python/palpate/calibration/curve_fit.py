@@ -29,8 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import CalibrationError
-from palpate.extras import need
+from palpate.errors import CalibrationError, need
 
 Array = NDArray[np.float64]
 SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data

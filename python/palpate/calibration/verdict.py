@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate import digits
 from palpate.calibration.curve_fit import Array, Fit, Rows, curve, means
-from palpate.extras import need
+from palpate.errors import need
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.1  # relative standard error above which a parameter counts as not determined

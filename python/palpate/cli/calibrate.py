@@ -20,8 +20,7 @@ from palpate.cli.options import named_numbers, recording_options
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, force_option, require_free, require_free_in
 from palpate.cli.terminal import aligned, progress, say
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.errors import CalibrationError, listed, nearest, shortened
-from palpate.extras import need
+from palpate.errors import CalibrationError, listed, nearest, need, shortened
 from palpate.files import write
 from palpate.report import calibration_page
 from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of

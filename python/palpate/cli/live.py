@@ -17,7 +17,7 @@ from palpate.cli.group import Exit, json_option, one_line, show, show_notes, usa
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
-from palpate.extras import need
+from palpate.errors import need
 from palpate.sentences import doubts_of_origin
 from palpate.several import TOUCH_SCATTER
 

@@ -11,7 +11,7 @@ import numpy as np
 from palpate import digits
 from palpate.display import text
 from palpate.display.markup import changes
-from palpate.extras import need
+from palpate.errors import need
 from palpate.files import replacing
 from palpate.uncertainty import Uncertainty
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from palpate._core import __version__
-from palpate.errors import RecordingError
-from palpate.extras import need
+from palpate.errors import RecordingError, need
 from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.integrity import Known

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import quoted
-from palpate.extras import need
+from palpate.errors import need, quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
 from palpate.samples import blank, usable

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.extras import display
+from palpate.errors import display
 from palpate.frames import Framed
 from palpate.recording.session import Plan
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from palpate import digits
-from palpate.extras import need
+from palpate.errors import need
 
 _BOTH = 1.96 * sqrt(2)  # 95 % of the differences of two touches, in standard errors of measurement
 

@@ -20,8 +20,7 @@ from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.specimen_files import read_moduli
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
-from palpate.errors import shortened
-from palpate.extras import need
+from palpate.errors import need, shortened
 from palpate.files import write as write_file
 from palpate.materials import shore_a_of_modulus
 from palpate.recording import sidecar

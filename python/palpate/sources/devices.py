@@ -5,8 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from palpate.errors import MissingExtra, SourceError, shortened
-from palpate.extras import need
+from palpate.errors import MissingExtra, SourceError, need, shortened
 from palpate.sources.uri import entry_points, loaded, package_of
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate import errors
-from palpate.errors import DeviceNotFound, ProtocolError, listed, quoted, shortened
-from palpate.extras import need
+from palpate.errors import DeviceNotFound, ProtocolError, listed, need, quoted, shortened
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import COLUMNS, LineColumn

@@ -10,8 +10,7 @@ from itertools import chain
 from typing import Any
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, shortened
-from palpate.extras import need
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need, shortened
 from palpate.samples import Sample, Status, fine_ns
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 import numpy as np
 
 from palpate._core import Touch, Tracker
-from palpate.extras import display
+from palpate.errors import display
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
 from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, require_scale, saturated, settings_for

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import RecordingError, listed, quoted
-from palpate.extras import need
+from palpate.errors import RecordingError, listed, need, quoted
 from palpate.tables.remarks import absent, clipped, frozen, pace, rate_of, remarks, typical_step
 from palpate.tables.table import Array, Asked, Column, Table, ask
 from palpate.tables.units import (

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.errors import MissingExtra, PalpateError, RecordingError, listed, quoted
-from palpate.extras import need
+from palpate.errors import MissingExtra, PalpateError, RecordingError, listed, need, quoted
 from palpate.frames import is_a, is_frame
 from palpate.tables.packed import contents, unpacked_name
 from palpate.tables.table import DECIMALS, Asked, Question, Table, ask

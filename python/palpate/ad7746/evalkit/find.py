@@ -11,8 +11,7 @@ from threading import Event, Thread
 from typing import Any, NamedTuple
 
 from palpate.ad7746 import bus
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout
-from palpate.extras import need
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout, need
 
 core, util = (need(f"usb.{part}", "usb") for part in ("core", "util"))
 
