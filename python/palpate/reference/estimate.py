@@ -2,7 +2,7 @@
 
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,29 @@ from palpate.reference.level import Sweep
 CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
 CHANGED = 4  # standard errors between two ratios
 DOWN = 0.97  # share of the mean square of the regressors before the change
+
+
+class Errors(NamedTuple):
+    """What is wrong with C1 - r C2, beside the innovations.
+
+    Attributes
+    ----------
+    noises : (float, float), pF
+        Standard deviations of a hard and of a soft reading.
+    shared : float, pF^2
+        Variance of the baselines: an error that all samples have in common.
+    rounding : float, pF^2
+        Variance by codes that are coarser than the noise: of the baselines, and of each reading.
+
+    Examples
+    --------
+    >>> Errors((4e-5, 4e-5), 1e-11, 0.0).rounding
+    0.0
+    """
+
+    noises: tuple[float, float]
+    shared: float
+    rounding: float
 
 
 def estimator(noise: float = 1.0) -> _Handover:
@@ -164,13 +187,13 @@ class Estimate:
         """Return the estimator before a hand-over that is not confirmed yet."""
         return self._unconfirmed["_state"] if self._unconfirmed and self._alarmed else None
 
-    def note(self, state: _Handover, noises: tuple[float, float], shared: float, rounding: float) -> None:
+    def note(self, state: _Handover, errors: Errors) -> None:
         """Note the ratio before a change, if its samples are not few; of several, the farthest from the ratio now counts."""
         if state.weight < SETTLED or state.noise.weight < FEWEST:
             return
         other = replace(self, _state=state)
         if not abs(other.ratio - self.ratio) <= abs(self.before[0] - self.ratio):
-            self.before = other.ratio, other.standard_error(noises, shared, rounding=rounding)
+            self.before = other.ratio, other.standard_error(errors)
 
     def apart(self, own: float) -> bool:
         """Return whether the ratio before a change is another one, with this standard error of the ratio."""
@@ -180,7 +203,7 @@ class Estimate:
         self.before = self.before if different else (np.nan, np.nan)
         return different
 
-    def go_back(self, noises: tuple[float, float], shared: float, rounding: float) -> bool:
+    def go_back(self, errors: Errors) -> bool:
         """At the end: take the result before a change that is not confirmed; return whether the change was large."""
         kept = self._unconfirmed
         few = kept is not None and kept["_state"].weight < self._state.weight
@@ -188,27 +211,20 @@ class Estimate:
             return False
         self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST
         if changed:
-            self.after = self.ratio, self.standard_error(noises, shared, rounding=rounding)
+            self.after = self.ratio, self.standard_error(errors)
         self.before = (np.nan, np.nan)
         for name, value in kept.items():
             setattr(self, name, value)
         return bool(changed)
 
-    def standard_error(
-        self, noises: tuple[float, float], shared: float, left_open: float = 0.0, rounding: float = 0.0
-    ) -> float:
+    def standard_error(self, errors: Errors, left_open: float = 0.0) -> float:
         """Return the standard error of the ratio.
 
         Parameters
         ----------
-        noises : (float, float), pF
-            Standard deviations of a hard and of a soft reading.
-        shared : float, pF^2
-            Variance of the baselines in C1 - r C2: an error that all samples have in common.
+        errors : Errors
         left_open : float
             Variance of the ratio that a misfit leaves open.
-        rounding : float, pF^2
-            Variance of C1 - r C2 by codes that are coarser than the noise: of the baselines, and of each reading.
 
         Returns
         -------
@@ -223,7 +239,8 @@ class Estimate:
         state, noise = self._state, self._state.noise
         if not self.samples:
             return float("nan")
-        readings = noises[0] ** 2 + self.ratio**2 * noises[1] ** 2 + rounding
+        (hard_noise, soft_noise), shared, rounding = errors
+        readings = hard_noise**2 + self.ratio**2 * soft_noise**2 + rounding
         if noise.weight >= FEWEST and state.weight >= SETTLED:
             own = noise.long_run_variance()
         else:

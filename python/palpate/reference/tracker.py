@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import matched_pair
-from palpate.reference.estimate import Estimate, estimator
+from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
@@ -322,7 +322,7 @@ class _Tracker:
         touch = self._touch
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, self._idle.gate.state == "contact", revises)
-        error = touch.standard_error(*self._errors(touch.ratio), rounding=self._rounding(touch.ratio))
+        error = touch.standard_error(self._errors(touch.ratio))
         return (touch.ratio, error, touch.statistic, alarm, self._idle.gate.state == "contact", revises)
 
     def _in_touch(self, number: int, time_ns: int, values: NDArray[np.float64], pair: list[float]) -> bool:
@@ -330,8 +330,13 @@ class _Tracker:
         assert self._touch is not None
         for step, value in zip(self._steps, values, strict=True):
             step.add(float(value))
-        since_s = (time_ns - self._begin_ns) / 1e9
-        alarm = self._sample(number, since_s, *pair)
+        since_s, alarm = (time_ns - self._begin_ns) / 1e9, False
+        hard, soft, valid, matched = pair
+        if valid:
+            alarm, before = self._touch.add(*self._changes(hard, soft), number, since_s, matched=bool(matched))
+            self._note(before)
+        else:
+            self._touch.refused += 1
         settled, _, settled_s = self._touch.sweep.settled()
         aged = self._age and settled and since_s - settled_s >= self._age
         if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
@@ -340,27 +345,23 @@ class _Tracker:
 
     def _falling(self, time_ns: int, pair: list[float]) -> None:
         """Take a pair between the end of a touch and the end of its release: it belongs to the level ratio."""
-        if self._touch and self._touch.samples and self._idle.gate.state != "idle" and pair[2] and pair[3]:
-            levels = [known.level for known in self._baselines()]
-            since_s = (time_ns - self._begin_ns) / 1e9
-            self._touch.sweep.add(pair[0] - levels[0], pair[1] - levels[1], since_s, held=False)
+        hard, soft, valid, matched = pair
+        if self._touch and self._touch.samples and self._idle.gate.state != "idle" and valid and matched:
+            self._touch.sweep.add(*self._changes(hard, soft), (time_ns - self._begin_ns) / 1e9, held=False)
 
     def finish(self, *, full: bool = False) -> None:
         """End the running touch."""
         if not self._running or self._touch is None:
             return
         self._running, touch = False, self._touch
-        noises, shared = self._errors(touch.ratio)
-        changed = touch.go_back(noises, shared, self._rounding(touch.ratio))
+        changed = touch.go_back(self._errors(touch.ratio))
         if not touch.lifted:
             self._note(touch.waiting())
-            noises, shared = self._errors(touch.ratio)
-            changed = touch.apart(touch.standard_error(noises, shared, rounding=self._rounding(touch.ratio)))
-        noises, shared = self._errors(touch.ratio)
-        rounding = self._rounding(touch.ratio)
-        misfit = touch.fit.result(*noises, touch.ratio)
+            changed = touch.apart(touch.standard_error(self._errors(touch.ratio)))
+        errors = self._errors(touch.ratio)
+        misfit = touch.fit.result(*errors.noises, touch.ratio)
         misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
-        error = touch.standard_error(noises, shared, misfit.open + misfit.open_drift, rounding)
+        error = touch.standard_error(errors, misfit.open + misfit.open_drift)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
         counts = (touch.start, touch.samples, touch.alarms, touch.refused)
         found = Touch(
@@ -372,19 +373,14 @@ class _Tracker:
         """Add the level ratio: with the fall if it is known and has the same ratio; with coarse codes there is none."""
         touch = self._touch
         assert touch is not None
-        rounding, (noises, shared) = self._rounding(touch.ratio), self._errors(touch.ratio)
-        own = touch.standard_error(noises, shared, rounding=rounding)
+        errors = self._errors(touch.ratio)
+        own = touch.standard_error(errors)
         with_fall = revised and not touch.lifted
-        level, error = (np.nan, np.nan) if rounding else touch.sweep.result(touch.ratio, revised=with_fall)
+        level, error = (np.nan, np.nan) if errors.rounding else touch.sweep.result(touch.ratio, revised=with_fall)
         tilt = touch.ratio / level - 1
         tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_TILT
         tilt = tilt if np.isfinite(tilt) else 0.0
         return replace(result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted))
-
-    def _rounding(self, ratio: float) -> float:
-        """Return the variance of C1 - r C2 by codes that are coarser than the noise, pF^2."""
-        hard, soft = (step.variance(known.noise) for step, known in zip(self._steps, self._baselines(), strict=True))
-        return hard + ratio**2 * soft
 
     def _baselines(self) -> tuple[Known, Known]:
         hard, soft = (
@@ -393,27 +389,23 @@ class _Tracker:
         )
         return hard, soft
 
-    def _errors(self, ratio: float) -> tuple[tuple[float, float], float]:
-        """Return the noises of the readings, and the variance of the baselines in C1 - r C2."""
-        hard, soft = self._baselines()
-        return (hard.noise, soft.noise), hard.variance + ratio**2 * soft.variance
+    def _changes(self, hard: float, soft: float) -> tuple[float, float]:
+        """Return the changes of both channels from their baselines, pF."""
+        return hard - self._idle.hard.now.level, soft - self._idle.soft.now.level
 
-    def _sample(self, number: int, since_s: float, hard: float, soft: float, valid: float, matched: float) -> bool:
-        """Take a pair into the running touch; return whether there is an alarm."""
-        assert self._touch is not None
-        if not valid:
-            self._touch.refused += 1
-            return False
-        levels = [known.level for known in self._baselines()]
-        alarm, before = self._touch.add(hard - levels[0], soft - levels[1], number, since_s, matched=bool(matched))
-        self._note(before)
-        return alarm
+    def _errors(self, ratio: float) -> Errors:
+        """Return the errors of C1 - r C2 with this ratio."""
+        hard, soft = self._baselines()
+        hard_step, soft_step = (
+            step.variance(known.noise) for step, known in zip(self._steps, (hard, soft), strict=True)
+        )
+        shared, rounding = hard.variance + ratio**2 * soft.variance, hard_step + ratio**2 * soft_step
+        return Errors((hard.noise, soft.noise), shared, rounding)
 
     def _note(self, before: _Handover | None) -> None:
         """Note the ratio before a change."""
         if before and self._touch:
-            ratio = float(before.ratio)
-            self._touch.note(before, *self._errors(ratio), self._rounding(ratio))
+            self._touch.note(before, self._errors(float(before.ratio)))
 
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
@@ -427,8 +419,7 @@ class _Tracker:
         last = self.touches[-1]
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
-        rounding = self._rounding(touch.ratio)
-        error = touch.standard_error((after[0].noise, after[1].noise), found.variance, left_open, rounding)
+        error = touch.standard_error(self._errors(touch.ratio)._replace(shared=found.variance), left_open)
         corrected = found.shift if found.kind == "drift" else 0.0
         flags = misfit.flags | ({"drift"} if found.significant and abs(relative) > LEAST else set())
         if flags == {"offset"}:
