@@ -110,7 +110,7 @@ def touches(
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
     asked = {**(reading or {}), **({} if unit is None else {"unit": unit})}
-    one = partial(_of_one, scene=scene, reading=asked, settings=settings, windows=windows)
+    one = partial(_of_one, asked, scene=scene, windows=windows, **settings)
     if not _is_several(recording):
         return one(recording)
     if windows is not None:
@@ -123,22 +123,15 @@ def touches(
     return [result for result in results if not isinstance(result, Exception)]
 
 
-def _of_one(
-    recording: Any,
-    *,
-    scene: "_Scene",
-    reading: Mapping[str, Any],
-    settings: "_AnySettings",
-    windows: Windows | None,
-) -> Touches:
+def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
     if is_frame(recording) and not isinstance(recording, Recording):
-        recording = read(recording, **reading)
-    elif "unit" in reading and not isinstance(recording, str | os.PathLike):
-        raise ValueError(f"unit: got {reading['unit']!r} with a recording in memory, allowed: with a path or a table")
+        recording = read(recording, **asked)
+    elif "unit" in asked and not isinstance(recording, str | os.PathLike):
+        raise ValueError(f"unit: got {asked['unit']!r} with a recording in memory, allowed: with a path or a table")
     if not isinstance(recording, str | os.PathLike):
-        return tracked(recording, scene=scene, windows=windows, **settings).touches
+        return tracked(recording, **how).touches
     try:
-        found = tracked(recorded(recording, **reading), scene=scene, windows=windows, **settings).touches
+        found = tracked(recorded(recording, **asked), **how).touches
     except Exception as error:
         error.add_note(f"file: {os.fspath(recording)}")
         raise
@@ -165,7 +158,13 @@ def in_order(
     >>> [str(result) for result in in_order(float, ["1", "x", "2"], jobs=2)]
     ['1.0', "could not convert string to float: 'x'", '2.0']
     """
-    attempt = partial(_attempt, work)
+
+    def attempt(item: _Item) -> _Result | Exception:
+        try:
+            return work(item)
+        except Exception as error:  # noqa: BLE001 (it takes the place of the result)
+            return error
+
     if jobs == 1:
         yield from map(attempt, items)
         return
@@ -180,10 +179,3 @@ def in_order(
                 yield waiting.popleft().result()
         finally:  # after Ctrl-C: what runs is ended, what waits is not begun
             pool.shutdown(cancel_futures=True)
-
-
-def _attempt(work: Callable[[_Item], _Result], item: _Item) -> _Result | Exception:
-    try:
-        return work(item)
-    except Exception as error:  # noqa: BLE001 (it takes the place of the result)
-        return error

@@ -77,16 +77,6 @@ class Modulus:
         value, low, high = digits.between(self.value, self.low, self.high)
         return f"{value} MPa ({low} to {high})"
 
-    @classmethod
-    def of(
-        cls, probe: Elasticity, ratio: float, bounds: tuple[float, float], calibrated: tuple[float, float]
-    ) -> "Modulus":
-        """Make a result from a ratio, the interval of log(E / MPa), and the range of the calibrated moduli, MPa."""
-        low, high = (_exp(x) for x in bounds)
-        reason = _reason(probe, ratio, agrees=not isnan(low))
-        value = nan if reason else probe.modulus(ratio)
-        return cls(value, low, high, reason, extrapolated=not calibrated[0] <= value <= calibrated[1])
-
 
 class Part(NamedTuple):
     """A part of the uncertainty of a modulus.
@@ -108,17 +98,13 @@ class Part(NamedTuple):
     of_modulus: float
 
 
-def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
-    far = "" if agrees else "; the difference is larger than the uncertainty"
+def _outside(probe: Elasticity, ratio: float) -> str:
+    """Return why no modulus corresponds to a ratio; "": one does."""
     if ratio < probe.soft_ratio:
-        return f"the ratio is below {digits.number(probe.soft_ratio)}, the ratio of an infinitely soft object{far}"
+        return f"the ratio is below {digits.number(probe.soft_ratio)}, the ratio of an infinitely soft object"
     if ratio >= probe.rigid_ratio:
-        return f"the ratio is not below {digits.number(probe.rigid_ratio)}, the ratio of a rigid object{far}"
+        return f"the ratio is not below {digits.number(probe.rigid_ratio)}, the ratio of a rigid object"
     return ""
-
-
-def _exp(x: float) -> float:
-    return x if isnan(x) else exp(x) if x < _LARGEST else inf
 
 
 def _check_touches(touches: float) -> None:
@@ -428,7 +414,13 @@ class Calibration:
             raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
         _check_touches(touches)
         check_level(level)
-        return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
+        ends = bounds(self.fitted, Measured(ratio, error, touches, level))
+        low, high = (inf if x >= _LARGEST else exp(x) for x in ends)
+        if reason := _outside(self.probe, ratio):
+            far = "; the difference is larger than the uncertainty" if isnan(low) else ""
+            return Modulus(nan, low, high, reason + far, extrapolated=True)
+        value = self.probe.modulus(ratio)
+        return Modulus(value, low, high, extrapolated=not self.range[0] <= value <= self.range[1])
 
     def budget(
         self, ratio: float, standard_error: float | None = None, *, touches: float = 1, linearity: float = 0.0
@@ -530,20 +522,12 @@ class Calibration:
 _BELOW, _ABOVE = 2.0, 4.0  # the drawing ends at the smallest calibrated modulus / 2, and at the largest times 4
 
 
-class Band(NamedTuple):
-    """Points of the curve."""
+def band(calibration: Calibration, points: int) -> tuple[Array, Array, Array]:
+    """Return points of the curve: log(E / MPa), the ratio, and the distance from it within which 95 % of single touches lie.
 
-    # log_modulus: log(E / MPa), evenly spaced.
-    # reach: 95 % of single touches lie within so much of the ratio.
-
-    log_modulus: Array
-    ratio: Array
-    reach: Array
-
-
-def band(calibration: Calibration, points: int) -> Band:
-    """Return the curve at `points` moduli, from half the smallest calibrated one to four times the largest."""
+    They go in even steps from half the smallest calibrated modulus to four times the largest.
+    """
     low, high = calibration.range
     log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
     ratio = curve(calibration.fitted.parameters, log_modulus)
-    return Band(log_modulus, ratio, allowance(calibration.fitted, Measured(1.0), log_modulus))
+    return log_modulus, ratio, allowance(calibration.fitted, Measured(1.0), log_modulus)
