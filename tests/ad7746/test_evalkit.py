@@ -21,9 +21,9 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, LED_PIN, OUT, PORTS, EvalKit
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
 from palpate.ad7746.evalkit.find import VENDOR, boards, devices
-from palpate.ad7746.twin.kit import Fault, Reply
+from palpate.ad7746.twin.kit import Fault
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
@@ -239,26 +239,6 @@ def test_a_device_may_outlive_its_context(bench: Bench) -> None:
     [device] = devices(bench.carrier.backend())
     gc.collect()
     assert device.idVendor == VENDOR
-
-
-def test_the_led_blinks_and_nothing_else_changes(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The other pins, all directions, and RDY#, also after an error."""
-    kit, control, written = bench.open_kit(), bench.kit.control, list[bytes]()
-    kit._out(PORTS, 0, 0, bytes([0x90, 0x10, 0x5A, 0x0F, 0x01, 0x00]))
-    before = kit._in(PORTS, 0, 0, 6)
-
-    def noted(kind: int, request: int, *rest: Any) -> Reply:
-        if (kind, request) == (OUT, PORTS):
-            written.append(bytes(rest[-1]))
-        return control(kind, request, *rest)
-
-    monkeypatch.setattr(bench.kit, "control", noted)
-    kit.blink(0.4, 0.1)
-    assert written == [bytes([level, 0x10 | LED_PIN]) for level in (0x18, 0x98, 0x18, 0x98)] + [before[:2]]
-    bench.fail("stall", request=PORTS, skip=2)
-    with pytest.raises(ProtocolError, match="refused the request"):
-        kit.blink(0.4, 0.1)
-    assert kit._in(PORTS, 0, 0, 6) == before
 
 
 @contextmanager

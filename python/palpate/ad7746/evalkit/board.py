@@ -79,7 +79,6 @@ IN, OUT = 0xC0, 0x40
 # wValue of a transfer. 0x50 to 0x57 is the memory with the board's identity: never use it.
 _ON_BUS = datasheet.I2C_ADDRESS << 1
 RDY_PIN = 0x08  # Bit of port A; low: ready.
-LED_PIN = 0x80  # Bit of port A, an output; low: the red LED is on.
 _STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
 _READY_S = 3.0  # when opening: longest time for other programs (udev, fxload) to set permissions and load the firmware
 
@@ -174,18 +173,6 @@ class EvalKit:
         """Reset the AD7746."""
         self._out(I2C_PLAIN, _ON_BUS, 0, bytes([datasheet.RESET_POINTER]))
         self._check_acknowledged("resetting the AD7746")
-
-    def blink(self, seconds: float, half_s: float = 0.125) -> None:
-        """Let the red LED blink; then it, and the directions of the pins, are as before. No pin else is changed."""
-        before = self._in(PORTS, 0, 0, 2)
-        level, outputs = before
-        try:
-            for count in range(round(seconds / half_s)):
-                shown = level | LED_PIN if count % 2 else level & ~LED_PIN
-                self._out(PORTS, 0, 0, bytes([shown, outputs | LED_PIN]))
-                self._clock.sleep(half_s)
-        finally:
-            self._out(PORTS, 0, 0, before)
 
     def reopen(self) -> None:
         """Open the board again: the one at the same ports if it was named, otherwise the only one."""

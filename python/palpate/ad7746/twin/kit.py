@@ -60,7 +60,6 @@ class KitTwin:
         self._clock = clock
         self._bit_ns = 1e6 / bus_kHz
         self._errors = 0
-        self._ports = bytearray([0x80, 0x80, 0, 0, 0, 0])
         self._ram = bytearray(RAM_BYTES)
         self._held = False
 
@@ -107,8 +106,8 @@ class KitTwin:
             if request == ERROR_COUNT and kind == IN:
                 count, self._errors = min(self._errors, 0xFF), 0
                 return Reply(bytes([count])[:length])
-            if request == PORTS:
-                return self._access_ports(kind, length, data)
+            if request == PORTS and kind == IN:
+                return self._read_ports(length)
         return _SILENCE
 
     def _access_i2c(self, kind: int, address: int, pointer: bytes, length: int, data: bytes) -> Reply:
@@ -135,13 +134,9 @@ class KitTwin:
         """Return the time of a start, `count` bytes, and a stop or the next start, ns."""
         return round((9 * count + 2) * self._bit_ns)
 
-    def _access_ports(self, kind: int, length: int, data: bytes) -> Reply:
-        if kind == OUT:
-            self._ports[: len(data)] = data[:6]
-            return Reply(taken=len(data))
+    def _read_ports(self, length: int) -> Reply:
         high = self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2) if self.stuck is None else self.stuck
-        port_a = self._ports[0] & ~RDY_PIN | RDY_PIN * high
-        return Reply(bytes([port_a, *self._ports[1:]])[:length])
+        return Reply(bytes([0x80 | RDY_PIN * high, 0x80, 0, 0, 0, 0])[:length])
 
     def _access_ram(self, kind: int, address: int, length: int, data: bytes) -> Reply:
         if kind == IN:
