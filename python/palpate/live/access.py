@@ -2,7 +2,6 @@
 
 import ipaddress
 import secrets
-from collections.abc import Mapping
 
 from starlette.datastructures import MutableHeaders
 from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -10,24 +9,20 @@ from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-_SOURCES = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
-    "base-uri 'none'; form-action 'none'"
-)
 HEADERS = {
-    "Content-Security-Policy": f"{_SOURCES}; frame-ancestors 'none'",
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
-FRAMED_HEADERS = HEADERS | {"Content-Security-Policy": _SOURCES}
-"""A notebook may frame the page: where Jupyter runs cannot be known. Only who knows the token can frame it."""
 NO_TOKEN = (
     "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
 )
-ENDED = "token: missing or wrong; this page has ended: run the cell again"
 _LOOPBACK = ["localhost", "127.0.0.1", "[::1]", "["]  # "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
 _ANYWHERE = ("0.0.0.0", "::")
 
@@ -57,21 +52,10 @@ class Gatekeeper:
     # `Host` must be a name of the server: another name is a sign of DNS rebinding. `Origin` must be the page's own where
     # the browser sends it; a web socket always needs it. The token must be in the query of the first request; then a cookie
     # stores it. The ticket is valid instead, once: a browser gets it on its command line, which other users can see.
-    # Browsers keep no strict cookie for a frame, as in the cell of a notebook: a framed page has the token in each path.
 
-    def __init__(
-        self,
-        app: ASGIApp,
-        host: str,
-        port: int,
-        token: str | None = None,
-        ticket: str | None = None,
-        *,
-        framed: bool = False,
-    ) -> None:
-        self._app, self._token, self._ticket, self._framed = app, token, ticket, framed
+    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None, ticket: str | None = None) -> None:
+        self._app, self._token, self._ticket = app, token, ticket
         self._cookie = f"palpate-{port}"
-        self._headers = FRAMED_HEADERS if framed else HEADERS
         # At every address any Host is valid: the names under which other computers reach it are not known, and a token is needed.
         names = ["*"] if host in _ANYWHERE else [f"[{host}]" if ":" in host else host]
         names += _LOOPBACK if is_loopback(host) else []
@@ -82,7 +66,7 @@ class Gatekeeper:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         else:
-            await self._hosts(scope, receive, _with_headers(send, self._headers))
+            await self._hosts(scope, receive, _with_headers(send))
 
     async def _enter(self, scope: Scope, receive: Receive, send: Send) -> None:
         asked = HTTPConnection(scope)
@@ -90,11 +74,6 @@ class Gatekeeper:
         answer: ASGIApp = self._app
         if origins != [f"http://{asked.headers['host']}"] and (origins or scope["type"] == "websocket"):
             answer = PlainTextResponse("Origin: not this page's own\n", 403)
-        elif self._framed:
-            given, slash, path = scope["path"].removeprefix("/").partition("/")
-            scope = {**scope, "path": f"/{path}", "raw_path": f"/{path}".encode()}
-            if not _equal(given + slash, f"token={self._token}/"):
-                answer = PlainTextResponse(f"{ENDED}\n", 403)
         elif self._token and scope["type"] == "http" and self._admits(asked.query_params.get("token", "")):
             redirect = RedirectResponse("/", 303)
             redirect.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
@@ -114,13 +93,13 @@ def _equal(given: str, secret: str) -> bool:
     return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
 
 
-def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
-    """Return a function that sends, with these headers; one that the application has set itself stays as it is."""
+def _with_headers(send: Send) -> Send:
+    """Return a function that sends with `HEADERS`; one that the application has set itself stays as it is."""
 
     async def sending(message: Message) -> None:
         if message["type"].endswith("http.response.start"):  # of a web socket that is refused, too
             own = MutableHeaders(raw=list(message.get("headers", [])))
-            for name, value in headers.items():
+            for name, value in HEADERS.items():
                 own.setdefault(name, value)
             message = {**message, "headers": own.raw}
         await send(message)

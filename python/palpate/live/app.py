@@ -51,13 +51,11 @@ class PageApp:
         self._number = self._measurement.number
         self._told: dict[str, str] = {}
 
-    def app(
-        self, host: str, port: int, token: str | None = None, ticket: str | None = None, *, framed: bool = False
-    ) -> ASGIApp:
+    def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control; see `Gatekeeper`."""
         routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket, framed=framed)
+        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:

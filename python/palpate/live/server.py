@@ -3,7 +3,6 @@
 import asyncio
 import socket
 import sys
-from collections.abc import Callable
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -44,8 +43,8 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
     return f"http://{name}:{listening.getsockname()[1]}/{query}"
 
 
-def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = lambda: False) -> None:
-    """Serve until SIGINT or SIGTERM, in the main thread, or until `ended`, which is asked ten times a second."""
+def serve(app: ASGIApp, listening: socket.socket) -> None:
+    """Serve until SIGINT or SIGTERM, in the main thread."""
     # The previous handlers of the signals run after the last page is closed.
     config = uvicorn.Config(
         app,
@@ -63,20 +62,13 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     try:
-        asyncio.run(_Server(config, ended).serve([listening]))
+        asyncio.run(_Server(config).serve([listening]))
     finally:
         sys.setswitchinterval(before)
 
 
 class _Server(uvicorn.Server):
-    """A server that also ends when it is asked to."""
-
-    def __init__(self, config: uvicorn.Config, ended: Callable[[], bool]) -> None:
-        super().__init__(config)
-        self._ended = ended
-
-    async def on_tick(self, counter: int) -> bool:
-        return await super().on_tick(counter) or self._ended()
+    """A server whose application ends in order, also after a second Ctrl-C."""
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         await super().shutdown(sockets)
