@@ -201,7 +201,8 @@ class _Handover:
         elif not outlier or self.noise.drifts():
             self._follow(w, regressor, limited)
         self._learn(limited, clipped, outlier)
-        self._remember(regressor)
+        # The instrument: the mean of the first 1 / smoothing regressors, then an exponential mean.
+        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
         return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
 
     def _follow(self, w: Any, regressor: Any, e: Any) -> None:
@@ -213,7 +214,8 @@ class _Handover:
         if self.noise.drifts():
             forgetting = min(forgetting, self.instrument**2 * (1 / self.noise.least_share() - 1) / self.information)
         left = forgetting * self.information
-        self.information = left + w * regressor if w * regressor > 0 else self._bounded(left)
+        bounded = max(left, min(self.least, self.information))
+        self.information = left + w * regressor if w * regressor > 0 else bounded
         self.ratio += w / self.information * e
         self.squares = forgetting**2 * self.squares + w * w
         self.weight = forgetting * self.weight + 1
@@ -242,13 +244,6 @@ class _Handover:
                 noise.update_forecast(self.seen)
         if self.alarm():
             noise.before = noise.before_that = noise.offset = self.number(0)
-
-    def _remember(self, regressor: Any) -> None:
-        """Update the instrument: the mean of the first 1 / smoothing regressors, then an exponential mean."""
-        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
-
-    def _bounded(self, information: Any) -> Any:
-        return max(information, min(self.least, self.information))
 
     def standard_error(self) -> Any:
         if self.noise.weight < FEWEST or self.weight < SETTLED:
