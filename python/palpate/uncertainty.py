@@ -14,6 +14,24 @@ from palpate import digits
 from palpate._core import Touch
 from palpate.several import TOUCH_SCATTER, Agreement, RatioOf, hold
 
+Known = tuple[float, float]
+"""A ratio and its standard error."""
+
+
+def within_groups(named: Iterable[tuple[str | None, Known]]) -> tuple[float, int, list[Known]]:
+    """Return the pooled variance of the logarithms of ratios within groups, its degrees of freedom, and the ratios that count.
+
+    A ratio counts with the name of a group, above 0 and finite. Without degrees of freedom the variance is inf.
+    """
+    groups: dict[str, list[Known]] = {}
+    for name, known in named:
+        if name and 0 < known[0] < inf:
+            groups.setdefault(name, []).append(known)
+    used = [known for group in groups.values() for known in group]
+    freedom = len(used) - len(groups)
+    squares = sum(len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values())
+    return squares / freedom if freedom else inf, freedom, used
+
 
 class Scatter(NamedTuple):
     """Scatter of the ratio from touch to touch, and where it comes from.
@@ -70,16 +88,9 @@ class Scatter(NamedTuple):
         >>> Scatter.of_session(("gel", touch) for touch in four).source
         'session'
         """
-        groups: dict[str, list[tuple[float, float]]] = {}
-        for name, touch in touches:
-            if name and 0 < (known := ratio_of(touch))[0] < inf:
-                groups.setdefault(name, []).append(known)
-        used = [known for group in groups.values() for known in group]
-        if (freedom := len(used) - len(groups)) < 1:
-            return cls()
-        squares = sum(len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values())
-        noise = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error)) / len(used)
-        return cls.of(max(squares / freedom - noise, 0.0), freedom, "session")
+        variance, freedom, used = within_groups((name, ratio_of(touch)) for name, touch in touches)
+        noise = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error)) / max(len(used), 1)
+        return cls.of(max(variance - noise, 0.0), freedom, "session")
 
 
 ASSUMED = Scatter()

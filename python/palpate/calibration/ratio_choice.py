@@ -1,9 +1,8 @@
 """Which ratio of a touch scatters least on the specimens of a calibration: of the hold or the level one, and at which age."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import product
-from math import inf, isfinite, log, sqrt
-from statistics import pvariance
+from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from palpate._core import Tracker
 from palpate.afterwards import offline
 from palpate.several import KINDS, RatioOf, objections
 from palpate.touch import Blocks, Channels, tracked
+from palpate.uncertainty import within_groups
 
 AGES_S = (0.0, 0.5, 0.8, 1.3, 2.0)
 """Ages that are compared; 0: the whole touch."""
@@ -135,8 +135,8 @@ def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[st
         for touch in offline(track.recording, **{**track.tracking, "contact_exponent": 1.0, "age": age_s})
         if touch.live.start in track.specimens and not objections(touch.live, accept)
     ]
-    scatter = [_scatter((name, touch.level(exponent)[0]) for name, touch in touches)[0] for exponent in _GRID]
-    return float(_GRID[np.argmin(scatter)])
+    variances = [within_groups((name, touch.level(exponent)) for name, touch in touches)[0] for exponent in _GRID]
+    return float(_GRID[np.argmin(np.sqrt(variances))])
 
 
 def _candidates(
@@ -156,20 +156,9 @@ def _candidates(
     }
     for kind, (exponent, age_s) in product(KINDS, made):
         if kind == "level" or exponent == exponents[0]:
-            named = ((name, KINDS[kind](touch)[0]) for name, touch in made[exponent, age_s])
-            yield _Candidate(kind, exponent, age_s, *_scatter(named))
-
-
-def _scatter(named: Iterable[tuple[str, float]]) -> tuple[float, int, int]:
-    """Return the relative standard deviation of ratios within specimens, how many there are, and its degrees of freedom."""
-    groups: dict[str, list[float]] = {}
-    for name, ratio in named:
-        if 0 < ratio < inf:
-            groups.setdefault(name, []).append(log(ratio))
-    count = sum(map(len, groups.values()))
-    freedom = count - len(groups)
-    squares = sum(len(group) * pvariance(group) for group in groups.values())
-    return sqrt(squares / freedom) if freedom else inf, count, freedom
+            named = ((name, KINDS[kind](touch)) for name, touch in made[exponent, age_s])
+            variance, freedom, used = within_groups(named)
+            yield _Candidate(kind, exponent, age_s, sqrt(variance), len(used), freedom)
 
 
 def _gains(one: _Candidate, simpler: _Candidate) -> bool:
