@@ -130,13 +130,7 @@ def restarted(output: Array, regressor: Array) -> Array:
 
 
 METHODS: dict[str, Callable[..., Array]] = {"Kalman walk": kalman_walk, "sum / sum": sums, "restarted": restarted}
-LIBRARIES: dict[str, Callable[..., Array]] = {
-    "scipy": scipy,
-    "padasip": padasip,
-    "river": river,
-    "filterpy": filterpy,
-    "simdkalman": simdkalman,
-}
+LIBRARIES: dict[str, Callable[..., Array]] = {f.__name__: f for f in (scipy, padasip, river, filterpy, simdkalman)}
 
 
 def installed() -> dict[str, Callable[..., Any]]:

@@ -13,16 +13,8 @@ from functools import partial
 from palpate import HandoverRls
 from palpate.simulation import Simulation, scenarios
 
-from bench.accuracy.error_vs_time import (
-    OWN,
-    ErrorTrace,
-    Estimate,
-    pairs_aligned,
-    pairs_as_read,
-    scene_trace,
-    summarise,
-    traced,
-)
+from bench.accuracy import error_vs_time as comparison
+from bench.accuracy.error_vs_time import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
 NEVER, LEFT_OUT = 1e9, 100.0  # a threshold without alarms; more samples than a CUSUM side has at an alarm
@@ -38,21 +30,21 @@ def cost_table() -> str:
     return "\n".join(lines)
 
 
-def _aligned(estimate: Estimate, run: Simulation) -> ErrorTrace:
+def _aligned(estimate: comparison.Estimate, run: Simulation) -> ErrorTrace:
     return pairs_aligned(run).trace(estimate)
 
 
 SHOWN = ("stiff-steady", "tremor", "strong-tremor", "skew", "step-up", "slow-drift", "relaxing", "tilt-ramp",
          "light-touch", "spikes", "bursts")  # fmt: skip
 STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
-    "paper": lambda run: pairs_as_read(run).trace(OWN["paper"]),
-    "+ alignment": partial(_aligned, OWN["paper"]),
-    "one memory": partial(_aligned, OWN["fixed 0.995"]),
+    "paper": lambda run: comparison.pairs_as_read(run).trace(comparison.OWN["paper"]),
+    "+ alignment": partial(_aligned, comparison.OWN["paper"]),
+    "one memory": partial(_aligned, comparison.OWN["fixed 0.995"]),
     "+ noise": partial(_aligned, traced(HandoverRls, smoothing=1.0, threshold=NEVER)),
     "+ instrument": partial(_aligned, traced(HandoverRls, threshold=NEVER)),
     "+ detector": partial(_aligned, traced(HandoverRls, guard=LEFT_OUT)),
     "+ hand-over": partial(_aligned, traced(HandoverRls)),
-    "the scene": partial(scene_trace, "handheld"),
+    "the scene": partial(comparison.scene_trace, "handheld"),
 }
 """From the paper's estimator to the scene handheld, one part after the other. All but the last know when the press begins."""
 KEY = """\
@@ -68,7 +60,7 @@ def gains(seeds: int) -> dict[str, dict[str, float]]:
     found = {}
     for name in SHOWN:
         runs = [scenarios.run(name, seed) for seed in range(seeds)]
-        found[name] = {step: summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
+        found[name] = {step: comparison.summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
     return found
 
 
