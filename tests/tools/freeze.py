@@ -81,9 +81,9 @@ def said(*arguments: str) -> str:
 
 
 def _steady(text: str, folder: Path) -> str:
-    """Replace the folder, times, versions; round numbers to 10 digits, for other versions of numpy."""
+    """Replace the folder, times, versions; round numbers to 8 digits, for other versions of numpy and other processors."""
     text = re.sub(EPHEMERAL, r'"\1": "*"', text.replace(f"{folder}/", "").replace(str(folder), "."))
-    return re.sub(r"\d+\.\d{9,}(e-?\d+)?", lambda found: f"{float(found[0]):.10g}", text)
+    return re.sub(r"\d+\.\d{9,}(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", text)
 
 
 def replayed(folder: Path) -> str:
