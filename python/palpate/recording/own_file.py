@@ -189,8 +189,8 @@ class Recorded:
             "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes is None,
             moved: abs(moved_s) > _MOVED_S,
         }
-        whole = (*found.doubts, *found.limits, *found.remarks)
-        return (*whole, *self.told, *(note for note, is_so in notes.items() if is_so))
+        said = (note for note, is_so in notes.items() if is_so)
+        return (*found.doubts, *found.limits, *found.remarks, *self.told, *said)
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
