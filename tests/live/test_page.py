@@ -102,7 +102,7 @@ def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Serve, tmp
     assert re.fullmatch(r"Recorded\n00:\d\d\nso far, \S+ rows; what came later is not known", page.text("next"))
     assert "Recording? · not known now" in page.text("record")
     page.press("t")
-    page.until(lambda: page.text("answer") == "Tare: not possible now, without a connection.")
+    page.until(lambda: page.text("answer").endswith(": not possible now, without a connection."))
     page.until(lambda: page.text("says").startswith("✕ No connection"))
     assert not page["tare"].is_enabled()
     again = serve("--no-token", port=live.port)
