@@ -36,16 +36,6 @@ struct Line : VectorRls<float, 1, true, Constant<defaults<VectorSettings<float>>
 };
 struct SlopeAndIntercept : Changes<Line> {};
 
-/// The gate and the window of samples before an estimator, for a loop that subtracts the baseline itself.
-struct Gated {
-  using State = embedded::GatedRls<float>;
-  static bool take(State& state, float output, float regressor) { return state.feed(output, regressor).finished; }
-  template <class Function>
-  static auto with(Function* function, State& state, const Reading& r) {
-    return function(state, r.hard - Readings::idle_hard, r.soft - Readings::idle_soft);
-  }
-};
-
 /// A whole scene: takes both readings.
 template <class Scene>
 struct Whole {
@@ -163,7 +153,6 @@ void for_each(Visit visit) {
   visit("Paper", Paper());
   visit("PaperSafe", PaperSafe());
   visit("PaperRuntime", PaperRuntime());
-  visit("Gated", Gated());
   visit("HandoverEstimator", HandoverEstimator());
   visit("SlopeAndIntercept", SlopeAndIntercept());
   visit("AlignStage", AlignStage());

@@ -225,8 +225,7 @@ struct Unmatched : Stage {
     return {pair.hard, pair.soft, pair.valid};
   }
 };
-template <int Order>
-using Aligned = Unmatched<Align<double, std::int64_t, Order>>;
+using Aligned = Unmatched<Align<double, std::int64_t>>;
 using Unaligned = Unmatched<NoAlign<double, std::int64_t>>;
 using Matched = MatchedPair<double, std::int64_t>;
 using Base = Baseline<double>;
@@ -253,8 +252,7 @@ int main(int argc, char** argv) {
   bench.add<Tracker<double, Matched, Base, Gate, Hand, Fit<double>>>("handheld without level ratio", readings);
   bench.add<Tracker<double, Matched, Base, Gate, Hand>>("handheld without fit", readings);
   bench.add<Tracker<double, Unaligned, Base, Gate, Hand, Fit<double>>>("handheld without align", readings);
-  bench.add<Tracker<double, Aligned<4>, Base, Gate, Hand, Fit<double>>>("handheld, align by 4 points", readings);
-  bench.add<Tracker<double, Aligned<6>, Base, Gate, Hand, Fit<double>>>("handheld, align by 6 points", readings);
+  bench.add<Tracker<double, Aligned, Base, Gate, Hand, Fit<double>>>("handheld, interpolated", readings);
   bench.add<Tracker<double, Matched, NoBaseline<double>, AlwaysContact<double>, Hand>>(
       "handheld without baseline, contact and fit", readings);
   bench.add<Tracker<double, Matched, Base, Gate, AdaptiveRls<double>>>("handheld with AdaptiveRls, without fit",

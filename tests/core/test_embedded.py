@@ -70,7 +70,6 @@ def test_no_heap_no_unwinder_no_double(target: str) -> None:
         ("Fixed", {"text": 64, "worst": 12, "state": 8, "stack": 0}),
         ("Paper", {"text": 160, "worst": 36, "state": 12, "stack": 0}),
         ("PaperSafe", {"text": 220, "worst": 54, "state": 12, "stack": 0}),
-        ("Gated", {"text": 440, "worst": 80, "state": 28, "stack": 0}),
         # QEMU counts ticks of 40 instructions. The worst of the full one comes once, at the end of a touch: the flags.
         ("Handheld", {"text": 5370, "mean": 445, "worst": 645, "state": 548, "stack": 208}),
         ("HandheldFull", {"text": 14300, "mean": 1060, "worst": 13100, "state": 1380, "stack": 808}),

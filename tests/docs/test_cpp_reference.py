@@ -37,7 +37,7 @@ def public_names() -> set[str]:
 def test_every_public_name_has_a_place(site: Path) -> None:
     known = InventoryFile.loads((site / "objects.inv").read_bytes(), uri="").data
     shown = {name for kind, names in known.items() if kind.startswith("cpp:") for name in names}
-    assert {"palpate::Rls", "palpate::embedded::GatedRls", "palpate::square_root"} <= shown
+    assert {"palpate::Rls", "palpate::embedded::PaperRls", "palpate::square_root"} <= shown
     assert public_names() - shown == set()
 
 

@@ -33,7 +33,6 @@ HEADER_LAYERS = (
     "touch",
     "tracker",
     "scenes",
-    "gated_estimator",
     "embedded",
     "palpate",
 )

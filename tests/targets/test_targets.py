@@ -53,7 +53,7 @@ def test_the_bits_are_as_they_were() -> None:
         "bits": "3f8e0813cbee",
         "hostile": "ed569b67bdef",
         "vectors": "e14339716b28",
-        "scenes": "0ca70bc720a2",
+        "scenes": "85b828a6ce68",
     }
 
 

@@ -3,7 +3,6 @@
 
 // The estimators and scenes for small processors.
 
-#include <palpate/gated_estimator.hpp>
 #include <palpate/scenes.hpp>
 #include <palpate/settings.hpp>
 
@@ -43,10 +42,10 @@ template <class Real>
 using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>, false>;
 /// Lean stage: the gate without a test for a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
-using Contact = palpate::Contact<Real, Constant<settings>, true, false>;
+using Contact = palpate::Contact<Real, Constant<settings>, false>;
 /// Lean stage: interpolation.
 template <class Real, class Ticks>
-using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
+using Align = palpate::Align<Real, Ticks, Constant<defaults<AlignSettings<Ticks>>>>;
 
 /// Stage of the full scenes: the level, and a drift of it.
 template <class Real>
@@ -63,12 +62,6 @@ using Fit = palpate::Fit<Real, Constant<defaults<FitSettings<Real>>>>;
 /// Stage of the full scenes: the ratio over the swept depth.
 template <class Real>
 using LevelRatio = palpate::LevelRatio<Real, Constant<defaults<LevelRatioSettings<Real>>>>;
-
-/// Gate and the estimator of the paper, which needs no check: GatedEstimator checks the samples, and there are none
-/// without contact.
-template <class Real>
-using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false, false>,
-                                PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
 /// Lean scene "paper": no flags, no revision, no standard error. `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,

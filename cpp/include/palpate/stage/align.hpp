@@ -33,13 +33,11 @@ struct AlignSettings {
   }
 };
 
-/// Lagrange interpolation through Order soft values around a hard one, with their real times; Order 2, 4 or 6. The
-/// delay is Order / 2 - 1 pairs (one more if the soft channel is read first). For Order 4 the relative error of a sine
-/// whose phase changes by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
-template <class Real, class Ticks, int Order = 4, class Settings = Kept<AlignSettings<Ticks>>>
+/// Lagrange interpolation through four soft values around a hard one, with their real times. The delay is one pair (two
+/// if the soft channel is read first). The relative error of a sine whose phase changes by a between two soft values is
+/// 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
+template <class Real, class Ticks, class Settings = Kept<AlignSettings<Ticks>>>
 class Align : public Settings {
-  static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
-
  public:
   using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
   using Settings::settings;
@@ -63,7 +61,7 @@ class Align : public Settings {
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:
-  LastReadings<Real, Ticks, Order> readings_;
+  LastReadings<Real, Ticks> readings_;
 };
 
 }  // namespace palpate

@@ -69,9 +69,9 @@ struct Recovery<Real, false> {};
 /// and the same for -change: the channels fell far below the baseline. So contact needs at least limit / (clip - slack)
 /// = 4 values: one spike is not a contact. The start of a touch is the first value after the last one below quiet. The
 /// end: below release times the highest value, confirm times in a row; the channel is idle again below idle_share times
-/// the highest value. Without Dates the start is not computed; without Recovers a wrong baseline is not noticed: there is
-/// no test for a fall, and `patience` has no end.
-template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true, bool Recovers = true>
+/// the highest value. Without Recovers a wrong baseline is not noticed: there is no test for a fall, and `patience` has
+/// no end.
+template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Recovers = true>
 class Contact : public Settings, Recovery<Real, Recovers> {
   using Extra = Recovery<Real, Recovers>;
 
@@ -133,9 +133,8 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     if constexpr (Recovers) {
       Extra::fall = next(Extra::fall, -size);
     }
-    if (Dates) {  // noise is never above quiet 65536 times in a row
-      age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
-    }
+    // Noise is never above quiet 65536 times in a row.
+    age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     if (sum_ >= settings.limit) {
       enter(change);
     }
@@ -172,9 +171,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     sum_ = 0;
     in_a_row_ = 0;
     static_cast<Extra&>(*this) = {};
-    if (Dates) {
-      age_ = 0;
-    }
+    age_ = 0;
   }
 
   constexpr int count_in_a_row(bool yes) noexcept {

@@ -141,7 +141,7 @@ class MatchedPair : public Settings {
     return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 
-  LastReadings<Real, Ticks, 4> readings_;
+  LastReadings<Real, Ticks> readings_;
   std::uint8_t uneven_ = 0;
 };
 

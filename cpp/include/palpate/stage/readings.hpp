@@ -40,12 +40,12 @@ constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
   return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);
 }
 
-/// The last readings of a channel with their times; index 0 is the newest. A ring: each value is stored once.
-template <class Real, class Ticks, int Least>
+/// The last four readings of a channel with their times; index 0 is the newest. A ring: each value is stored once.
+template <class Real, class Ticks>
 class Channel {
-  static constexpr int size = Least <= 4 ? 4 : 8;
-
  public:
+  static constexpr int size = 4;
+
   constexpr void push(Ticks time, Real value) noexcept {
     newest_ = static_cast<std::uint8_t>((newest_ + 1) % size);
     time_[newest_] = time;
@@ -67,17 +67,15 @@ class Channel {
   std::uint8_t newest_ = 0, filled_ = 0;
 };
 
-/// The last Order soft readings, and the last Order / 2 + 2 hard ones.
-template <class Real, class Ticks, int Order>
+/// The last readings of both channels.
+template <class Real, class Ticks>
 class LastReadings {
   static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:
-  static constexpr int half = Order / 2;
-  Channel<Real, Ticks, half + 2> hard;
-  Channel<Real, Ticks, Order> soft;
+  Channel<Real, Ticks> hard, soft;
 
-  /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
+  /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all four.
   constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard_value, Real soft_value) noexcept {
     const bool any = is_finite(soft_value);
     if (any && soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
@@ -89,7 +87,7 @@ class LastReadings {
     if (any) {
       soft.push(soft_time, soft_value);
     }
-    return any && soft.filled() >= Order;
+    return any && soft.filled() >= soft.size;
   }
 
   constexpr void reset() noexcept {
@@ -101,8 +99,8 @@ class LastReadings {
   /// there is none.
   constexpr int middle() const noexcept {
     using Unsigned = std::make_unsigned_t<Ticks>;
-    const auto from = static_cast<Unsigned>(soft.time(half)), span = static_cast<Unsigned>(soft.time(half - 1)) - from;
-    for (int i = 0; i < hard.filled() && i <= half; ++i) {
+    const auto from = static_cast<Unsigned>(soft.time(2)), span = static_cast<Unsigned>(soft.time(1)) - from;
+    for (int i = 0; i < hard.filled() && i <= 2; ++i) {
       if (static_cast<Unsigned>(hard.time(i)) - from - 1 < span) {  // an unsigned difference below 0 is large
         return i;
       }
@@ -111,15 +109,13 @@ class LastReadings {
   }
 
   /// Ticks from one soft reading in the middle to the other.
-  constexpr auto gap() const noexcept { return ticks_between(soft.time(half - 1), soft.time(half)); }
+  constexpr auto gap() const noexcept { return ticks_between(soft.time(1), soft.time(2)); }
 
-  /// The soft channel at a time: Lagrange interpolation through all Order values.
-  constexpr Real soft_at(Ticks time) const noexcept {
-    return interpolated(time, std::make_integer_sequence<int, Order>());
-  }
+  /// The soft channel at a time: Lagrange interpolation through all four values.
+  constexpr Real soft_at(Ticks time) const noexcept { return interpolated(time, std::make_integer_sequence<int, 4>()); }
 
  private:
-  // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of five
+  // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of three
   // stay in the range of float.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
     return product(static_cast<Real>(ticks_between(later, earlier)), Real(1) / Real(16777216));
@@ -129,7 +125,7 @@ class LastReadings {
   // (Divided differences need fewer operations, but they lose digits where two readings are close together.)
   template <int... I>
   constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
-    const Real node[] = {difference(soft.time(Order - 1 - I), time)...};
+    const Real node[] = {difference(soft.time(3 - I), time)...};
     Real sum = 0;
     ((sum = I % 2 == 0 ? sum + term<I>(node, all) : sum - term<I>(node, all)), ...);
     return sum;
@@ -137,12 +133,12 @@ class LastReadings {
 
   // Without the sign (-1)^I: each difference is that of the later node, and serves two terms.
   template <int I, int... J>
-  constexpr Real term(const Real (&node)[Order], std::integer_sequence<int, J...>) const noexcept {
+  constexpr Real term(const Real (&node)[4], std::integer_sequence<int, J...>) const noexcept {
     Real above = 1, below = 1;
     ((above = J == I ? above : product(above, node[J])), ...);
     // NOLINTNEXTLINE(bugprone-branch-clone): they differ where J is not I
     ((below = J == I ? below : product(below, J < I ? node[I] - node[J] : node[J] - node[I])), ...);
-    return product(soft[Order - 1 - I], above / below);
+    return product(soft[3 - I], above / below);
   }
 };
 
