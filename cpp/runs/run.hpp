@@ -10,7 +10,6 @@
 #include <limits>
 #include <palpate/scenes.hpp>
 #include <palpate/stage/stamps.hpp>
-#include <palpate/touch.hpp>
 
 namespace palpate::runs {
 

@@ -100,7 +100,7 @@ def test_a_level_that_overflows_in_the_fall_of_a_touch_ends() -> None:
 
 
 def test_lambda_1_for_ten_million_samples() -> None:
-    """What double does, and what float is known not to do (palpate/policy/forgetting.hpp): ratio 2, from half-way 3."""
+    """What double does, and what float is known not to do (palpate/policy/policies.hpp): ratio 2, from half-way 3."""
 
     def ends(estimator: Any, kind: Any) -> list[float]:
         x = np.tile(np.array([0.25, 0.375], kind), 2_500_000)

@@ -27,10 +27,9 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 HEADER_LAYERS = (
     "contraction version",
     "arithmetic",
-    "cube_root elasticity pack ring settings square_root",
+    "elasticity ring settings square_root",
     "policy",
     "estimator stage",
-    "touch",
     "tracker",
     "scenes",
     "embedded",

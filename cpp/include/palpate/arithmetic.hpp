@@ -3,8 +3,12 @@
 
 // Basis of all headers: IEEE arithmetic, with one rounding for each written operation.
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <palpate/contraction.hpp>
 #include <type_traits>
+#include <utility>
 
 #if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
 #error "palpate needs C++17: add -std=c++17 (MSVC: /std:c++17)"
@@ -114,6 +118,16 @@ constexpr Real positive_part(Real value) noexcept {
 template <class Real>
 constexpr bool is_finite(Real value) noexcept {
   return value - value == 0;
+}
+
+/// Share of the n-th value in a running mean. First 1 / n, which gives the mean of all values; as soon as that is below
+/// `smoothing`, `smoothing`, which gives an exponential memory of about 1 / smoothing values.
+template <class Real>
+constexpr Real mean_share(Real n, Real smoothing) noexcept {
+  if (PALPATE_UNLIKELY(product(n, smoothing) < 1)) {
+    return 1 / n;
+  }
+  return smoothing;
 }
 
 namespace detail {

@@ -7,8 +7,7 @@
 // vectorises; clang ignores its pragma under -ffp-contract=fast.)
 //
 // Where a product is hidden: PALPATE_HIDING_PLACE of a number of up to PALPATE_FUSED_BYTES, which larger ones, in
-// software, do not need, and PALPATE_HIDING_PACK of a SIMD register. A compiler that is unknown for a processor hides it
-// in memory: slower, and right on all of them.
+// software, do not need. A compiler that is unknown for a processor hides it in memory: slower, and right on all of them.
 
 #if !defined(__GNUC__) && !defined(__clang__)
 #if defined(_MSC_VER)
@@ -20,11 +19,9 @@
 #elif defined(__x86_64__) || defined(__i386__)
 #if defined(__FMA__) || defined(__FMA4__) || defined(__AVX512F__)
 #define PALPATE_HIDING_PLACE "+x"
-#define PALPATE_HIDING_PACK "+x"
 #endif
 #elif defined(__aarch64__)
 #define PALPATE_HIDING_PLACE "+w"
-#define PALPATE_HIDING_PACK "+w"
 #elif defined(__arm__)
 #if defined(__ARM_FEATURE_FMA)
 #define PALPATE_HIDING_PLACE "+w"
@@ -41,13 +38,8 @@
 #define PALPATE_HIDING_PLACE "+m"
 #endif
 
-#if defined(PALPATE_HIDING_PLACE)
-#if !defined(PALPATE_HIDING_PACK)
-#define PALPATE_HIDING_PACK "+m"
-#endif
 #if !defined(PALPATE_FUSED_BYTES)
 #define PALPATE_FUSED_BYTES 8
-#endif
 #endif
 
 namespace palpate {
@@ -62,11 +54,6 @@ inline double hidden(double value) noexcept {
 #if PALPATE_FUSED_BYTES >= 8
   __asm__("" : PALPATE_HIDING_PLACE(value));
 #endif
-  return value;
-}
-template <class Pack>
-inline Pack hidden(Pack value) noexcept {
-  __asm__("" : PALPATE_HIDING_PACK(value));
   return value;
 }
 }  // namespace detail

@@ -3,7 +3,6 @@
 
 // From the ratio to the modulus of the object: eq. (2) of the paper, its inverse, its derivative and its range.
 
-#include <limits>
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {

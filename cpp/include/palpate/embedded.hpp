@@ -4,7 +4,6 @@
 // The estimators and scenes for small processors.
 
 #include <palpate/scenes.hpp>
-#include <palpate/settings.hpp>
 
 /// The estimators and scenes for small processors: every setting is a compile-time constant. The results have the same
 /// bits as with settings in objects.

@@ -4,9 +4,7 @@
 // A queue from one producer to one consumer, without locks: an interrupt or a thread pushes, the estimating loop pops.
 
 #include <atomic>
-#include <cstddef>
 #include <palpate/arithmetic.hpp>
-#include <type_traits>
 
 namespace palpate {
 
@@ -47,21 +45,12 @@ class BasicRing : Storage {
   BasicRing& operator=(const BasicRing&) = delete;
 
   /// Push an item; false: the ring is full, the item is dropped and counted.
-  bool try_push(const Item& item) noexcept {
-    const std::size_t position = producer_.position.load(std::memory_order_relaxed);
-    if (space(position, 1) == 0) {
-      drop(position, 1);
-      return false;
-    }
-    Storage::items()[position & (capacity() - 1)] = item;
-    producer_.position.store(position + 1, std::memory_order_release);
-    return true;
-  }
+  bool try_push(const Item& item) noexcept { return push(&item, 1) == 1; }
 
   /// Push up to `count` items and return the number of accepted items, the first ones; the others are dropped, counted.
   std::size_t push(const Item* items, std::size_t count) noexcept {
     const std::size_t position = producer_.position.load(std::memory_order_relaxed);
-    const std::size_t accepted = space(position, count);
+    const std::size_t accepted = reach(producer_, consumer_, capacity(), position, count);
     const std::size_t run = run_of(position, accepted);
     copy(Storage::items() + (position & (capacity() - 1)), items, run);
     copy(Storage::items(), items + run, accepted - run);
@@ -73,20 +62,12 @@ class BasicRing : Storage {
   }
 
   /// Pop the oldest item; false: there is none.
-  bool try_pop(Item& item) noexcept {
-    const std::size_t position = consumer_.position.load(std::memory_order_relaxed);
-    if (there(position, 1) == 0) {
-      return false;
-    }
-    item = Storage::items()[position & (capacity() - 1)];
-    consumer_.position.store(position + 1, std::memory_order_release);
-    return true;
-  }
+  bool try_pop(Item& item) noexcept { return pop(&item, 1) == 1; }
 
   /// Pop up to `count` items, the oldest first, and return their number.
   std::size_t pop(Item* items, std::size_t count) noexcept {
     const std::size_t position = consumer_.position.load(std::memory_order_relaxed);
-    const std::size_t taken = there(position, count);
+    const std::size_t taken = reach(consumer_, producer_, 0, position, count);
     const std::size_t run = run_of(position, taken);
     copy(items, Storage::items() + (position & (capacity() - 1)), run);
     copy(items + run, Storage::items(), taken - run);
@@ -113,20 +94,15 @@ class BasicRing : Storage {
     std::size_t other = 0;  // position of the other side when it was last read
   };
 
-  // Free places, and items inside, at most `count`; the other side's position is read only if necessary.
-  std::size_t space(std::size_t position, std::size_t count) noexcept {
-    if (capacity() - (position - producer_.other) < count) {
-      producer_.other = consumer_.position.load(std::memory_order_acquire);
+  // Number of places from `position` up to the other side's position and `ahead` more, at most `count`. That position is
+  // read only if necessary.
+  static std::size_t reach(Side& own, const Side& other, std::size_t ahead, std::size_t position,
+                           std::size_t count) noexcept {
+    if (own.other + ahead - position < count) {
+      own.other = other.position.load(std::memory_order_acquire);
     }
-    const std::size_t free = capacity() - (position - producer_.other);
-    return count < free ? count : free;
-  }
-  std::size_t there(std::size_t position, std::size_t count) noexcept {
-    if (consumer_.other - position < count) {
-      consumer_.other = producer_.position.load(std::memory_order_acquire);
-    }
-    const std::size_t inside = consumer_.other - position;
-    return count < inside ? count : inside;
+    const std::size_t there = own.other + ahead - position;
+    return count < there ? count : there;
   }
 
   // Number of the `count` items before the end of the storage.

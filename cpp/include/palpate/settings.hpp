@@ -6,7 +6,6 @@
 //   constexpr palpate::SwitchedForgetting<float> mine{0.99f, 0.8f};    palpate::Constant<mine>
 
 #include <palpate/arithmetic.hpp>
-#include <utility>
 
 namespace palpate {
 

@@ -3,17 +3,50 @@
 
 // Tracker: all stages from two readings to the result of a touch. The scenes, which stages each one has: scenes.hpp.
 
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <palpate/estimator/handover.hpp>
-#include <palpate/settings.hpp>
 #include <palpate/stage/evidence.hpp>
 #include <palpate/stage/idle.hpp>
 #include <palpate/stage/matched_pair.hpp>
-#include <palpate/touch.hpp>
 
 namespace palpate {
+
+/// What was counted in a touch.
+struct Counts {
+  std::size_t start = 0;        ///< index of the first reading of the touch, from 0
+  std::uint32_t samples = 0;    ///< that the estimator took
+  std::uint32_t alarms = 0;     ///< samples with an alarm of the detector
+  std::uint32_t saturated = 0;  ///< readings from full_scale on, which are not used
+  std::uint32_t refused = 0;    ///< other readings without a sample: no value, no pair, or refused by the estimator
+};
+
+/// The result of a touch: ratio and standard_error are the best that is known; first_ratio is the one at its end. All are
+/// NaN if there is no sample; a standard error, too, if the estimator has none.
+template <class Real>
+struct Touch : Counts {
+  Real ratio = 0;                                                      ///< of the changes, hard to soft
+  Real covariance = 0;                                                 ///< of the estimator, unscaled, 1/pF^2
+  Real standard_error = std::numeric_limits<Real>::quiet_NaN();        ///< of the ratio
+  Real first_ratio = 0;                                                ///< before a revision
+  Real first_standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< before a revision
+  bool full = false;                                                   ///< it has the wanted length
+  Revision revision = Revision::none;                                  ///< what the baseline after the touch says
+  Real shift = 0;          ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
+  Fitted<Real> fitted{};   ///< what contradicts the model, and its flags
+  Levelled<Real> level{};  ///< the ratio over the swept depth, which a tilt does not change
+  // With the flag misfit_changed one of them is known:
+  Levelled<Real> before{};  ///< the ratio before a change that was confirmed: `ratio` is the one after it
+  Levelled<Real> after{};   ///< the ratio after a change that was not, from few samples: `ratio` is the one before it
+};
+
+/// The state after a reading.
+template <class Real>
+struct Report {
+  Real ratio;            ///< of the running touch, or of the last one
+  bool alarm;            ///< the detector has an alarm
+  bool contact;          ///< the probe touches something
+  bool finished;         ///< touch() is new
+  bool revised = false;  ///< touch() is revised
+};
 
 namespace detail {
 template <class Stage, class Ticks = typename Stage::ticks_type>

@@ -3,8 +3,7 @@
 
 // Noise model: scale and autocorrelation of the innovations.
 
-#include <limits>
-#include <palpate/estimator/running_mean.hpp>
+#include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
@@ -18,8 +17,8 @@ class InnovationNoise {
   /// an oscillation cancels: so the long-run variance is limited to within this factor of the variance.
   static constexpr int fewest = 32;
 
-  /// `first_forecast`: number of innovations for the first estimate of rho.
-  constexpr explicit InnovationNoise(Real first_forecast = 5) noexcept : until_forecast_(first_forecast) {}
+  // Written out: without it compilers for microcontrollers make a new state on the stack first, and copy it.
+  constexpr InnovationNoise() noexcept {}
 
   /// The innovation minus its forecast.
   constexpr Real whitened(Real innovation) const noexcept { return innovation - product(rho_, before_); }
@@ -159,7 +158,7 @@ class InnovationNoise {
   Real before_ = 0, before_that_ = 0;  // e(k-1), e(k-2)
   Real rho_ = 0;
   Real offset_ = 0, roughness_ = 0;
-  Real until_forecast_;  // innovations
+  Real until_forecast_ = 5;  // innovations; at first as many as Handover has before its detector starts
 };
 
 }  // namespace palpate

@@ -3,7 +3,6 @@
 
 // Weighted least squares for several coefficients, a sample at a time, with their covariance.
 
-#include <limits>
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {

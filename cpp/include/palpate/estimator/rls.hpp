@@ -4,10 +4,6 @@
 // Recursive least squares for one parameter, output(k) = ratio * regressor(k) + e(k), with exponential forgetting.
 // No function throws, allocates memory, or stores anything outside the object.
 
-#include <palpate/policy/acceptance.hpp>
-#include <palpate/policy/bound.hpp>
-#include <palpate/policy/detector.hpp>
-#include <palpate/policy/forgetting.hpp>
 #include <palpate/policy/policies.hpp>
 
 namespace palpate {
@@ -62,7 +58,6 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
 
  public:
   using real_type = Real;                                 ///< float or double
-  using check_type = Check;                               ///< Checked or Unchecked
   static constexpr Real default_covariance = Real(1e12);  ///< of the initial ratio: as good as unknown, 1/pF^2
 
   /// With these policies, an initial ratio and its covariance, 1/pF^2.

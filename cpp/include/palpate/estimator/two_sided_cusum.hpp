@@ -3,8 +3,18 @@
 
 // A change detector that estimates the time of the change, and keeps the sums of the samples since then.
 
-#include <palpate/pack.hpp>
 #include <palpate/settings.hpp>
+
+// Whether two numbers in one SIMD register are faster than one after the other: with the vector extensions of the compilers,
+// so that nothing depends on the optimisation of a loop. 32-bit ARM has none: its registers take numbers below the smallest
+// normal one for 0.
+#if !defined(PALPATE_HAS_LANES)
+#if (defined(__GNUC__) || defined(__clang__)) && (defined(__SSE2__) || defined(__aarch64__))
+#define PALPATE_HAS_LANES 1
+#else
+#define PALPATE_HAS_LANES 0
+#endif
+#endif
 
 namespace palpate {
 
@@ -14,22 +24,12 @@ struct WeightedSample {
   Real weight, output, regressor;
 };
 
-/// What a sample adds to sums: w y, w x, w^2.
-template <class Value>
-struct Terms {
-  Value weighted_output, information, square;
-};
-template <class Real>
-constexpr Terms<Real> terms_of(const WeightedSample<Real>& s) noexcept {
-  return {product(s.weight, s.output), product(s.weight, s.regressor), product(s.weight, s.weight)};
-}
-
 /// Sums over the samples from which a ratio was computed.
-template <class Value>
+template <class Real>
 struct Sums {
-  Value information = {};  // of w x
-  Value squares = {};      // of w^2
-  Value count = {};        // of 1
+  Real information = 0;  // of w x
+  Real squares = 0;      // of w^2
+  Real count = 0;        // of 1
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
@@ -41,147 +41,106 @@ struct Sums {
 
 /// One side of Page's CUSUM on a whitened innovation z in units of its scale, g' = max(0, g + z - drift), with the sums
 /// since g was last 0: this is the maximum-likelihood estimate of the time of a change (Page 1954; Basseville and
-/// Nikiforov 1993). `Value` is a Real, or a pack of them.
-template <class Value>
+/// Nikiforov 1993).
+template <class Real>
 struct CusumSide {
-  Value statistic = {};
-  Value age = {};              // samples since it was last 0
-  Value weighted_output = {};  // sum of w y
-  Sums<Value> sums;            // of the samples after the first `guard` of them
-
-  // The compilers make branches of the selects of one Real.
-  PALPATE_ONCE constexpr void add_with_branches(Value step, Value guard, const Terms<Value>& terms) noexcept {
-    const Value sum = statistic + step;
-    statistic = positive_part(sum);
-    if (sum > 0) {
-      age += 1;
-    } else {
-      age = 0;
-    }
-    if (age > guard) {
-      weighted_output += terms.weighted_output;
-      sums.information += terms.information;
-      sums.squares += terms.square;
-      sums.count += 1;
-    } else {
-      weighted_output = 0;
-      sums = {};
-    }
-  }
-
-  // The sign of noise cannot be predicted.
-  constexpr void add_with_selects(Value step, Value guard, const Terms<Value>& terms) noexcept {
-    const Value zero = {}, sum = statistic + step;
-    const auto keep = sum > zero;
-    statistic = select(keep, sum, zero);
-    age = select(keep, age + 1, zero);
-    const auto count = age > guard;
-    weighted_output = select(count, weighted_output + terms.weighted_output, zero);
-    sums.information = select(count, sums.information + terms.information, zero);
-    sums.squares = select(count, sums.squares + terms.square, zero);
-    sums.count = select(count, sums.count + 1, zero);
-  }
-
-  template <class Visit>
-  constexpr void visit_state(Visit&& visit) noexcept {
-    visit(statistic);
-    visit(age);
-    visit(weighted_output);
-    sums.visit_state(visit);
-  }
+  Real statistic = 0;
+  Real age = 0;              // samples since it was last 0
+  Real weighted_output = 0;  // sum of w y
+  Sums<Real> sums;           // of the samples after the first `guard` of them
 };
+
+/// The sums of one sample.
+template <class Real>
+constexpr CusumSide<Real> alone(const WeightedSample<Real>& s) noexcept {
+  return {0, 1, product(s.weight, s.output), {product(s.weight, s.regressor), product(s.weight, s.weight), 1}};
+}
 
 /// Both CUSUM sides: one for a rise of the ratio, one for a fall.
 template <class Real>
-struct SidesInTurn {
-  using real_type = Real;  ///< float or double
-  CusumSide<Real> up, down;
-
-  PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
-    const Terms<Real> terms = terms_of(sample);
-    up.add_with_branches(z - drift, guard, terms);
-    down.add_with_branches(-z - drift, guard, terms);
-  }
-  constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
-  constexpr Real statistic() const noexcept { return up.statistic > down.statistic ? up.statistic : down.statistic; }
-
-  template <class Visit>
-  constexpr void visit_state(Visit&& visit) noexcept {
-    up.visit_state(visit);
-    down.visit_state(visit);
-  }
-};
-
-#if PALPATE_HAS_LANES
-
-/// The same with both sides in one register. The compilers make branches of the selects of SidesInTurn, and half of them
-/// are predicted wrong.
-template <class Real>
-class SidesInLanes {
+class TwoSidedCusum {
  public:
   using real_type = Real;  ///< float or double
-  constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
-    if (__builtin_is_constant_evaluated()) {
-      auto turn = in_turn();
-      turn.add(z, drift, guard, sample);
-      for_each(turn.up, both_, [](Real from, Real* to) { to[0] = from; });
-      for_each(turn.down, both_, [](Real from, Real* to) { to[1] = from; });
+
+  PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
+    const CusumSide<Real> one = alone(sample);
+#if PALPATE_HAS_LANES
+    if (!__builtin_is_constant_evaluated()) {
+      add_to_both(Lanes{z - drift, -z - drift}, guard, one);
       return;
     }
-    CusumSide<Lanes> now;
-    for_each(now, both_, [](Lanes& to, const Real* from) { to = load<Lanes>(from); });
-    const Terms<Real> one = terms_of(sample);
-    now.add_with_selects(steps(z, drift), twice(guard),
-                         {twice(one.weighted_output), twice(one.information), twice(one.square)});
-    for_each(now, both_, [](Lanes from, Real* to) { store(from, to); });
+#endif
+    add_to(0, z - drift, guard, one);
+    add_to(1, -z - drift, guard, one);
   }
-  constexpr CusumSide<Real> larger() const noexcept { return in_turn().larger(); }
-  constexpr Real statistic() const noexcept {
-    const auto& [rise, fall] = both_.statistic;
-    return rise > fall ? rise : fall;
+  constexpr CusumSide<Real> larger() const noexcept {
+    const int i = statistic_[0] > statistic_[1] ? 0 : 1;
+    return {statistic_[i], age_[i], weighted_output_[i], {information_[i], squares_[i], count_[i]}};
   }
-
-  constexpr SidesInTurn<Real> in_turn() const noexcept {
-    SidesInTurn<Real> turn;
-    for_each(turn.up, both_, [](Real& to, const Real* from) { to = from[0]; });
-    for_each(turn.down, both_, [](Real& to, const Real* from) { to = from[1]; });
-    return turn;
-  }
+  constexpr Real statistic() const noexcept { return statistic_[0] > statistic_[1] ? statistic_[0] : statistic_[1]; }
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    for (int side = 0; side < 2; ++side) {
-      for_each(both_, both_, [&](Real* value, const Real*) { visit(value[side]); });
+    for (int i = 0; i < 2; ++i) {
+      for (auto* numbers : {&statistic_, &age_, &weighted_output_, &information_, &squares_, &count_}) {
+        visit((*numbers)[i]);
+      }
     }
   }
 
  private:
-  using Lanes = TwoLanes<Real>;
-  static Lanes twice(Real value) noexcept { return Lanes{value, value}; }
-  static Lanes steps(Real z, Real drift) noexcept { return Lanes{z - drift, -z - drift}; }
-
-  template <class Left, class Right, class Work>
-  static constexpr void for_each(Left& left, Right& right, Work work) noexcept {
-    work(left.statistic, right.statistic);
-    work(left.age, right.age);
-    work(left.weighted_output, right.weighted_output);
-    work(left.sums.information, right.sums.information);
-    work(left.sums.squares, right.sums.squares);
-    work(left.sums.count, right.sums.count);
+  // The compilers make branches of the selects of one Real.
+  PALPATE_ONCE constexpr void add_to(int i, Real step, Real guard, const CusumSide<Real>& one) noexcept {
+    const Real sum = statistic_[i] + step;
+    statistic_[i] = positive_part(sum);
+    if (sum > 0) {
+      age_[i] += 1;
+    } else {
+      age_[i] = 0;
+    }
+    if (age_[i] > guard) {
+      weighted_output_[i] += one.weighted_output;
+      information_[i] += one.sums.information;
+      squares_[i] += one.sums.squares;
+      count_[i] += 1;
+    } else {
+      weighted_output_[i] = information_[i] = squares_[i] = count_[i] = 0;
+    }
   }
 
-  alignas(2 * sizeof(Real)) CusumSide<Real[2]> both_;  // rise and fall
-};
+#if PALPATE_HAS_LANES
+  typedef Real Lanes __attribute__((vector_size(2 * sizeof(Real))));
+  using Mask = decltype(Lanes() > Lanes());
 
-template <class Real>
-using TwoSidedCusum = SidesInLanes<Real>;
-
-#else
-
-template <class Real>
-using TwoSidedCusum = SidesInTurn<Real>;
-
+  // Half of the branches of add_to are predicted wrong: the sign of noise cannot be predicted.
+  void add_to_both(Lanes step, Real guard, const CusumSide<Real>& one) noexcept {
+    const Lanes sum = load(statistic_) + step;
+    const Mask keep = sum > Lanes{};
+    const Lanes age = where(keep, load(age_) + 1);
+    const Mask counts = age > Lanes{guard, guard};
+    store(where(keep, sum), statistic_);
+    store(age, age_);
+    store(where(counts, load(weighted_output_) + one.weighted_output), weighted_output_);
+    store(where(counts, load(information_) + one.sums.information), information_);
+    store(where(counts, load(squares_) + one.sums.squares), squares_);
+    store(where(counts, load(count_) + 1), count_);
+  }
+  /// `value` in the lanes where the comparison `mask` holds, otherwise 0.
+  static Lanes where(Mask mask, Lanes value) noexcept {
+    return reinterpret_cast<Lanes>(mask & reinterpret_cast<Mask>(value));
+  }
+  static Lanes load(const Real (&from)[2]) noexcept {
+    Lanes value;
+    __builtin_memcpy(&value, from, sizeof value);
+    return value;
+  }
+  static void store(Lanes value, Real (&to)[2]) noexcept { __builtin_memcpy(to, &value, sizeof value); }
 #endif
+
+  // Of a rise and of a fall. TwoSidedCusum() and {} make them 0; with a 0 behind each, microcontrollers get more code.
+  alignas((PALPATE_HAS_LANES + 1) * sizeof(Real)) Real statistic_[2];
+  Real age_[2], weighted_output_[2], information_[2], squares_[2], count_[2];
+};
 
 namespace detail {
 template <class Detector, class Real = typename Detector::real_type>

@@ -3,10 +3,7 @@
 
 // Recursive least squares for several coefficients, with a change detector and standard errors.
 
-#include <cstdint>
-#include <limits>
 #include <palpate/estimator/least_squares.hpp>
-#include <palpate/estimator/running_mean.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
 

@@ -3,9 +3,6 @@
 
 // The capacitance of a channel without contact, its drift, and its noise.
 
-#include <cstdint>
-#include <limits>
-#include <palpate/arithmetic.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/stage/halves.hpp>
 

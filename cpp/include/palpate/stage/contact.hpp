@@ -3,8 +3,6 @@
 
 // Contact: the begin and the end of a touch.
 
-#include <cstdint>
-#include <palpate/arithmetic.hpp>
 #include <palpate/settings.hpp>
 
 namespace palpate {

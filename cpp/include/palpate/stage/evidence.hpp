@@ -3,10 +3,9 @@
 
 // What the samples of a touch say beside its ratio, and what was known before a change that may not be confirmed.
 
-#include <cstdint>
+#include <palpate/stage/align.hpp>
 #include <palpate/stage/fit.hpp>
 #include <palpate/stage/level_ratio.hpp>
-#include <palpate/stage/readings.hpp>
 #include <palpate/stage/revision.hpp>
 
 namespace palpate {

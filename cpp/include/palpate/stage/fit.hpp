@@ -3,12 +3,207 @@
 
 // Does a touch follow the model output = ratio * regressor? Least squares with the terms that the model leaves out.
 
-#include <cstdint>
-#include <limits>
 #include <palpate/settings.hpp>
-#include <palpate/stage/fit_test.hpp>
+#include <palpate/square_root.hpp>
+#include <palpate/stage/sweep.hpp>
 
 namespace palpate {
+
+/// What contradicts the model; several may be set.
+enum Misfit : std::uint8_t {
+  misfit_offset = 1,    ///< the bumps do not begin at the same depth
+  misfit_drift = 2,     ///< the ratio, or a baseline, drifts
+  misfit_lag = 4,       ///< one channel is behind the other
+  misfit_curve = 8,     ///< the output is no straight line of the regressor
+  misfit_tilt = 16,     ///< the ratio over the swept depth is another one
+  misfit_changed = 32,  ///< the ratio changed shortly before the end
+};
+
+/// The sizes of what the model leaves out.
+template <class Real>
+struct Fitted {
+  Real offset = 0;      ///< the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real lag = 0;         ///< of the soft channel behind the hard one, pairs
+  Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
+  Real tilt = 0;        ///< the ratio above the level ratio, share of it
+  Real open = 0;        ///< variance of the ratio that these leave open, without the drift
+  Real open_drift = 0;  ///< the same by the drift
+  Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  ///< if only the offset contradicts: of y = r x + c
+  Real offset_error = std::numeric_limits<Real>::quiet_NaN();  ///< its standard error
+  std::uint8_t flags = 0;                                      ///< of Misfit
+};
+
+/// Settings of Fit: when a term has a flag.
+template <class Real>
+struct FitSettings {
+  Real significant = Real(8);      ///< standard errors
+  Real least = Real(0.002);        ///< smaller effects have no flag
+  Real least_lag = Real(0.08);     ///< the same for a lag, pairs
+  Real least_curved = Real(0.01);  ///< change of the ratio together with the depth, at a hand-over
+  Real noise_gain = Real(0.42);    ///< of the filters before: variance of a pair for a reading's of 1
+  Real bend = Real(0.1);           ///< pairs are left out where the regressor bends by more than this share of itself
+  Real reliable = Real(30);        ///< the variation of a term over that of its noise
+};
+
+/// The columns of the sums; y is the output minus `first` times x.
+enum FitColumn : int { fit_x, fit_one, fit_time, fit_slope, fit_square, fit_y, fit_columns };
+/// The sums of their products.
+template <class Real>
+using FitSums = Sweep<Real, fit_columns>;
+
+/// Tests the terms of y = r x + c + d t + l x' + k (x / m - 1)^2, m the mean of x.
+template <class Real>
+struct FitTest {
+  const FitSettings<Real>& settings;
+  const FitSums<Real>& sums;
+  Real first, length;  // as above; of the touch, in units of t
+  Real hard, soft;     // variances of a reading
+  Real n = sums.at(fit_one, fit_one), m = sums.at(fit_x, fit_one) / n;
+  Real ratio_ = 0, variance_ = 0;
+  Fitted<Real> found_{};
+
+  constexpr Fitted<Real> result() noexcept {
+    FitSums<Real> solved = sums;
+    const Model model = solve(solved);
+    // x^2 = m^2 (x / m - 1)^2 + 2 m x - m^2.
+    const Real bend = model == Model::whole ? solved.at(fit_square, fit_y) : Real(0);
+    ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(m, bend);
+    variance_ = residual(solved.at(fit_y, fit_y) / (n - terms(model)), ratio_);
+    test_drift(solved);
+    if (model == Model::whole) {  // first: where a channel lags, the transients of a press look like the others
+      test_lag(solved);
+    }
+    if (model != Model::drift) {
+      test_offset(solved, model == Model::whole);
+    }
+    if (model == Model::whole) {
+      test_curve(solved);
+    }
+    if (found_.flags == misfit_offset && magnitude(found_.offset) < Real(0.5)) {
+      take_offset();
+    }
+    return found_;
+  }
+
+ private:
+  /// The terms besides r x: d t; c and d t; all.
+  enum class Model : std::uint8_t { drift, line, whole };
+  static constexpr Real terms(Model model) noexcept {
+    return model == Model::whole ? Real(5) : model == Model::line ? Real(3) : Real(2);
+  }
+
+  // The largest model whose terms vary by more than noise could make them.
+  constexpr Model solve(FitSums<Real>& all) const noexcept {
+    const Real noise = product(settings.noise_gain, soft);
+    const Real floor = product(product(n, noise), settings.reliable);
+    all.sweep(fit_one);
+    all.sweep(fit_time);
+    const Real spread = all.at(fit_x, fit_x);
+    if (!(spread > floor && several(spread) && all.sweep(fit_x))) {
+      all = sums;
+      all.sweep(fit_x);
+      all.sweep(fit_time);
+      return Model::drift;
+    }
+    const FitSums<Real> line = all;
+    // Noise of x^2, given x, and of x'.
+    const Real of_square = 4 * spread / n * floor + 2 * product(floor, noise), of_slope = product(Real(0.45), floor);
+    const bool whole = all.at(fit_square, fit_square) > of_square && all.sweep(fit_square) &&
+                       all.at(fit_slope, fit_slope) > of_slope && all.sweep(fit_slope) && reliable(all, fit_x, floor) &&
+                       reliable(all, fit_square, of_square) && reliable(all, fit_slope, of_slope);
+    if (!whole) {
+      all = line;
+    }
+    return whole ? Model::whole : Model::line;
+  }
+  static constexpr bool reliable(const FitSums<Real>& all, FitColumn term, Real floor) noexcept {
+    return product(all.error(term), floor) < 1;
+  }
+
+  // The variation of x is that of at least two pairs: spread^2 / sum (x - m)^4. One alone is a transient, which the
+  // filters do not match.
+  constexpr bool several(Real spread) const noexcept {
+    const Real m2 = product(m, m);
+    const Real fourth = sums.at(fit_square, fit_square) - 4 * product(m, sums.at(fit_x, fit_square)) +
+                        6 * product(m2, sums.at(fit_x, fit_x)) - 4 * product(product(m2, m), sums.at(fit_x, fit_one)) +
+                        product(product(m2, m2), n);
+    return product(spread, spread) > 2 * fourth;
+  }
+
+  /// Variance of the noise of the readings.
+  constexpr Real sensors(Real ratio) const noexcept { return hard + product(product(ratio, ratio), soft); }
+
+  /// Residual variance of a pair, or that of the noise of the readings, without the filters' gain.
+  constexpr Real residual(Real rest, Real ratio) const noexcept {
+    const Real least = sensors(ratio), seen = rest / settings.noise_gain;
+    return seen > least ? seen : least;
+  }
+
+  /// The share of the mean output that a term has.
+  constexpr Real share(Real value) const noexcept { return value / magnitude(product(ratio_, m)); }
+
+  constexpr void set_flag(Misfit flag, Real value, Real error, Real size, Real least) noexcept {
+    const Real limit = product(product(settings.significant, settings.significant), product(error, variance_));
+    if (product(value, value) > limit && magnitude(size) > least) {
+      found_.flags = static_cast<std::uint8_t>(found_.flags | flag);
+    }
+  }
+
+  /// What a term of this size leaves open: nothing up to 4 standard errors, all of it from 8 on, the ratio itself at most.
+  constexpr Real left_open(Real value, Real error) const noexcept {
+    const Real size = magnitude(share(value)), shift = product(size < 1 ? size : Real(1), ratio_);
+    const Real part = (product(value, value) / product(error, variance_) - 16) / 48;
+    const bool counts = part > 0 && !(found_.flags & misfit_lag);
+    return counts ? product(part < 1 ? part : Real(1), product(shift, shift)) : Real(0);
+  }
+
+  constexpr void test_drift(const FitSums<Real>& solved) noexcept {
+    const Real value = product(solved.at(fit_time, fit_y), length);
+    const Real error = product(solved.error(fit_time), product(length, length));
+    found_.drift = share(value);
+    found_.open_drift = left_open(value, error) / 4;
+    set_flag(misfit_drift, value, error, found_.drift, settings.least);
+  }
+
+  constexpr void test_lag(const FitSums<Real>& solved) noexcept {
+    const Real value = solved.at(fit_slope, fit_y);
+    found_.lag = value / ratio_;
+    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, settings.least_lag);
+  }
+
+  constexpr void test_offset(const FitSums<Real>& solved, bool whole) noexcept {
+    const Real m2 = product(m, m);
+    Real value = solved.at(fit_one, fit_y), error = solved.error(fit_one);
+    if (whole) {
+      value -= product(m2, solved.at(fit_square, fit_y));
+      error += product(m2, product(m2, solved.error(fit_square)) + 2 * solved.at(fit_one, fit_square));
+    }
+    found_.offset = -share(value);
+    found_.open += left_open(value, error);
+    set_flag(misfit_offset, value, error, found_.offset, settings.least);
+  }
+
+  constexpr void test_curve(const FitSums<Real>& solved) noexcept {
+    const Real m2 = product(m, m), value = product(m2, solved.at(fit_square, fit_y));
+    const Real error = product(product(m2, m2), solved.error(fit_square));
+    found_.curve = share(value);
+    found_.open += left_open(value, error);
+    set_flag(misfit_curve, value, error, found_.curve, settings.least);
+  }
+
+  // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
+  constexpr void take_offset() noexcept {
+    FitSums<Real> line = sums;
+    line.sweep(fit_one);
+    line.sweep(fit_x);
+    const Real ratio = first + line.at(fit_x, fit_y), alone = residual(line.at(fit_y, fit_y) / (n - 2), ratio);
+    if (alone < 2 * variance_ && alone < 16 * sensors(ratio)) {
+      found_.offset_ratio = ratio;
+      found_.offset_error = square_root(product(line.error(fit_x), alone));
+    }
+  }
+};
 
 /// The null stage: without it a touch is not revised, either.
 template <class Real>

@@ -3,7 +3,6 @@
 
 // Level, slope and noise of a few values, of which some are outliers.
 
-#include <limits>
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {

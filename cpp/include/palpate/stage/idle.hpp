@@ -3,11 +3,9 @@
 
 // The baselines of both channels and the gate: from readings to the begin and the end of a touch.
 
-#include <cstdint>
-#include <palpate/arithmetic.hpp>
+#include <palpate/stage/align.hpp>
 #include <palpate/stage/baseline.hpp>
 #include <palpate/stage/contact.hpp>
-#include <palpate/stage/readings.hpp>
 
 namespace palpate {
 

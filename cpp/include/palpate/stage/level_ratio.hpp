@@ -3,8 +3,6 @@
 
 // The ratio over the swept depth: a line with an intercept, which a tilt of the probe does not change.
 
-#include <limits>
-#include <palpate/cube_root.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
 #include <palpate/stage/sweep.hpp>

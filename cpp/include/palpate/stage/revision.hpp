@@ -3,10 +3,7 @@
 
 // The baseline after a touch: what the baseline did during the touch, and what that did to the ratio.
 
-#include <cstddef>
-#include <cstdint>
 #include <palpate/arithmetic.hpp>
-#include <palpate/stage/fit_test.hpp>
 
 namespace palpate {
 

@@ -3,8 +3,7 @@
 
 // Times that a computer gave to readings when they arrived, a few milliseconds early or late.
 
-#include <limits>
-#include <palpate/stage/readings.hpp>
+#include <palpate/stage/align.hpp>
 
 namespace palpate {
 

@@ -3,7 +3,6 @@
 
 // Normal equations as sums of products, solved by the sweep operator.
 
-#include <limits>
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
