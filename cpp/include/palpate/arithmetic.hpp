@@ -41,11 +41,7 @@
 #define PALPATE_LIKELY(condition) __builtin_expect(static_cast<bool>(condition), 1)
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #else
-#if defined(_MSC_VER)
-#define PALPATE_COLD __declspec(noinline)
-#else
 #define PALPATE_COLD
-#endif
 #define PALPATE_ONCE
 #define PALPATE_LIKELY(condition) (condition)
 #define PALPATE_UNLIKELY(condition) (condition)
@@ -80,33 +76,25 @@ constexpr void keep_branch() noexcept {
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
+#if defined(__GNUC__) || defined(__clang__)
 /// The absolute value.
+constexpr float magnitude(float value) noexcept { return __builtin_fabsf(value); }
+/// The absolute value.
+constexpr double magnitude(double value) noexcept { return __builtin_fabs(value); }
+/// value, negated where `sign` is below 0 (or -0).
+constexpr float with_sign(float value, float sign) noexcept { return value * __builtin_copysignf(1, sign); }
+/// value, negated where `sign` is below 0 (or -0).
+constexpr double with_sign(double value, double sign) noexcept { return value * __builtin_copysign(1, sign); }
+#else
 template <class Real>
 constexpr Real magnitude(Real value) noexcept {
-#if defined(__GNUC__) || defined(__clang__)
-  if constexpr (std::is_same_v<Real, float>) {
-    return __builtin_fabsf(value);
-  } else {
-    return __builtin_fabs(value);
-  }
-#else
   return -value > value ? -value : value;
-#endif
 }
-
-/// value, negated where `sign` is below 0 (or -0).
 template <class Real>
 constexpr Real with_sign(Real value, Real sign) noexcept {
-#if defined(__GNUC__) || defined(__clang__)
-  if constexpr (std::is_same_v<Real, float>) {
-    return value * __builtin_copysignf(1, sign);
-  } else {
-    return value * __builtin_copysign(1, sign);
-  }
-#else
   return sign < 0 || (sign == 0 && 1 / sign < 0) ? -value : value;
-#endif
 }
+#endif
 
 /// value if it is above 0, otherwise 0.
 template <class Real>

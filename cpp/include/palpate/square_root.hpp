@@ -21,9 +21,7 @@
 #define PALPATE_ROOT_DOUBLE "fsqrt %d0, %d1"
 #define PALPATE_ROOT_REGISTER "w"
 #elif defined(__arm__) && defined(__ARM_FP)
-#if __ARM_FP & 4
 #define PALPATE_ROOT_FLOAT "vsqrt.f32 %0, %1"
-#endif
 #if __ARM_FP & 8
 #define PALPATE_ROOT_DOUBLE "vsqrt.f64 %P0, %P1"
 #endif

@@ -129,10 +129,9 @@ class Tracker : public Settings,
   static_assert(
       !fits || detail::has<detail::Matches, AlignStage>,
       "palpate::Tracker: a Fit needs an AlignStage whose pairs have `matched`, as MatchedPair; else use NoFit");
-  static_assert(!fits || knows_its_error<Estimator>,
-                "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover; else use NoFit");
-  static_assert(!fits || detail::has<detail::GoesBack, Estimator>,
-                "palpate::Tracker: a Fit needs an Estimator with estimate() and restore(estimate); else use NoFit");
+  static_assert(!fits || (knows_its_error<Estimator> && detail::has<detail::GoesBack, Estimator>),
+                "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover, estimate() and "
+                "restore(estimate); else use NoFit");
   static_assert(fits || !LevelStage::levels, "palpate::Tracker: a LevelRatio needs a Fit; else use NoLevelRatio");
 
  public:
@@ -216,18 +215,13 @@ class Tracker : public Settings,
         if (Extra::unconfirmed.alarmed()) {
           note_change();
         }
-        changed = Extra::earlier.standard_error > 0;
-        if (changed) {
-          const Real own = standard_error(), apart = estimator.ratio() - Extra::earlier.ratio;
-          const Real square = product(own, own) + product(Extra::earlier.standard_error, Extra::earlier.standard_error);
-          changed = product(apart, apart) > 16 * square &&
-                    magnitude(apart / Extra::earlier.ratio) > Extra::evidence.fit.settings.least;
-          Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
-        }
+        changed = differs_from(Extra::earlier, Extra::evidence.fit.settings.least);
+        Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
       }
       Extra::fitted = Extra::evidence.fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
-      Extra::fitted.flags = static_cast<std::uint8_t>(Extra::fitted.flags | (changed ? misfit_changed : 0));
-      Extra::first_ratio = estimator.ratio();
+      if (changed) {
+        Extra::fitted.flags |= misfit_changed;
+      }
       Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
       standard_error_ = Extra::first_error;
       find_level(false);
@@ -277,7 +271,7 @@ class Tracker : public Settings,
       // Where something else contradicts the model, that is the cause; an offset has a flag of its own.
       const bool otherwise = result.fitted.flags & (misfit_offset | misfit_drift | misfit_lag | misfit_curve);
       if (Extra::tilted && !otherwise) {
-        result.fitted.flags = static_cast<std::uint8_t>(result.fitted.flags | misfit_tilt);
+        result.fitted.flags |= misfit_tilt;
       }
     }
     return result;
@@ -331,6 +325,16 @@ class Tracker : public Settings,
   constexpr Real early_variance(Real readings) const noexcept {
     const Real excess = estimator.innovation_variance() - readings / 2;
     return readings + (excess > 0 ? 4 * excess : 0);
+  }
+
+  /// Whether the ratio is another one, by more than 4 errors of both and this share.
+  constexpr bool differs_from(const Levelled<Real>& other, Real share) const noexcept {
+    if (!(other.standard_error >= 0)) {
+      return false;
+    }
+    const Real apart = estimator.ratio() - other.ratio, own = standard_error();
+    const Real square = product(own, own) + product(other.standard_error, other.standard_error);
+    return product(apart, apart) > 16 * square && magnitude(apart / other.ratio) > share;
   }
 
   constexpr bool in_range(Real value) const noexcept { return magnitude(value) < settings.full_scale; }
@@ -403,11 +407,8 @@ class Tracker : public Settings,
       Extra::earlier = Extra::after = Extra::levelled = {};
       Extra::tilted = Extra::lifted = Extra::drifts = false;
       Extra::begin = time;
-      if constexpr (levels) {
-        Extra::evidence.level.reset();
-      }
+      Extra::evidence.level.reset();
       Extra::evidence.times.begin(readings_);
-      Extra::evidence.times.drop();
       Extra::fitted = {};
       Extra::revision = {};
     }
@@ -416,7 +417,7 @@ class Tracker : public Settings,
   template <class Aligned>
   PALPATE_ONCE constexpr bool estimate(const Aligned& pair, [[maybe_unused]] ticks_type time) noexcept {
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
-    [[maybe_unused]] const auto before = estimate_of_fit();
+    [[maybe_unused]] const auto before = Extra::estimate_of(estimator);
     const auto step = estimator.update(hard, soft);
     if (PALPATE_UNLIKELY(!step.accepted)) {
       counts_.refused += 1;
@@ -427,9 +428,7 @@ class Tracker : public Settings,
       counts_.alarms += 1;
       if constexpr (fits) {
         keep(before, time, true);
-        if constexpr (levels) {
-          Extra::evidence.level.restart();
-        }
+        Extra::evidence.level.restart();
         Extra::evidence.fit.restart(step.ratio / before.ratio - 1);
       }
     }
@@ -467,14 +466,6 @@ class Tracker : public Settings,
     }
   }
 
-  constexpr auto estimate_of_fit() const noexcept {
-    if constexpr (fits) {
-      return estimator.estimate();
-    } else {
-      return 0;
-    }
-  }
-
   /// At a hand-over, and where a drift begins: the estimate before it.
   template <class Estimate>
   PALPATE_COLD constexpr void keep(const Estimate& before, ticks_type time, bool alarm) noexcept {
@@ -498,21 +489,14 @@ class Tracker : public Settings,
     }
   }
 
-  // After a change that was not confirmed the fall has another ratio; codes that are too coarse show no line. A tilt:
-  // more than 4 errors of both and 0.5 %.
+  // After a change that was not confirmed the fall has another ratio; codes that are too coarse show no line.
   constexpr void find_level([[maybe_unused]] bool revised) noexcept {
     if constexpr (levels) {
       const auto& level = Extra::evidence.level;
       Extra::levelled = rounding() > 0 ? Levelled<Real>() : level.result(estimator.ratio(), revised && !Extra::lifted);
-      const auto [ratio, error] = Extra::levelled;
-      Extra::tilted = false;
-      Extra::fitted.tilt = 0;
-      if (ratio > 0) {
-        const Real apart = estimator.ratio() - ratio, own = error_of(shared_variance(), Real(0));
-        const Real square = product(own, own) + product(error, error);
-        Extra::fitted.tilt = apart / ratio;
-        Extra::tilted = product(apart, apart) > 16 * square && magnitude(Extra::fitted.tilt) > Real(0.005);
-      }
+      const Real ratio = Extra::levelled.ratio;
+      Extra::tilted = differs_from(Extra::levelled, Real(0.005));
+      Extra::fitted.tilt = ratio > 0 ? (estimator.ratio() - ratio) / ratio : Real(0);
     }
   }
 

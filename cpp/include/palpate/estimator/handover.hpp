@@ -236,12 +236,6 @@ class Handover : public Parameters {
     return magnitude(value) < limit;
   }
 
-  // Data without noise still have rounding errors: a few eps of the output.
-  static constexpr Real least_scale(Real scale, Real output) noexcept {
-    const Real least = product(magnitude(output) + Real(1e-18), std::is_same_v<Real, float> ? Real(1e-6) : Real(1e-15));
-    return scale > least ? scale : least;
-  }
-
   // The scale is the mean of few magnitudes at first, and may be much too small. With 3 / n the first 64 samples have as
   // few false alarms as palpate.design.cusum promises: bench.accuracy.must_hold.
   constexpr Real scale_of(Real output) const noexcept {
@@ -249,7 +243,9 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
       scale = product(scale, 1 + 3 / (seen_ - (transient - 1)));
     }
-    return least_scale(scale, output);
+    // Data without noise still have rounding errors: a few eps of the output.
+    const Real least = product(magnitude(output) + Real(1e-18), std::is_same_v<Real, float> ? Real(1e-6) : Real(1e-15));
+    return scale > least ? scale : least;
   }
 
   constexpr Judged judge(Real innovation, Real output) const noexcept {

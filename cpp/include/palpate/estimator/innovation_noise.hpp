@@ -103,9 +103,8 @@ class InnovationNoise {
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    Real* own[] = {&mean_magnitude_, &lag0_, &lag1_,   &lag2_,      &count_,         &before_,
-                   &before_that_,    &rho_,  &offset_, &roughness_, &until_forecast_};
-    for (Real* value : own) {
+    for (Real* value : {&mean_magnitude_, &lag0_, &lag1_, &lag2_, &count_, &before_, &before_that_, &rho_, &offset_,
+                        &roughness_, &until_forecast_}) {
       visit(*value);
     }
   }

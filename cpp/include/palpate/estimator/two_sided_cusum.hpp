@@ -93,11 +93,7 @@ class TwoSidedCusum {
   PALPATE_ONCE constexpr void add_to(int i, Real step, Real guard, const CusumSide<Real>& one) noexcept {
     const Real sum = statistic_[i] + step;
     statistic_[i] = positive_part(sum);
-    if (sum > 0) {
-      age_[i] += 1;
-    } else {
-      age_[i] = 0;
-    }
+    age_[i] = sum > 0 ? age_[i] + 1 : Real(0);
     if (age_[i] > guard) {
       weighted_output_[i] += one.weighted_output;
       information_[i] += one.sums.information;

@@ -60,10 +60,9 @@ class VectorRls : public Parameters {
  public:
   using real_type = Real;  ///< float or double
   using Parameters::settings;
-  static constexpr int size = Size;              ///< number of coefficients
-  static constexpr int regressors = Regressors;  ///< without the intercept
-  static constexpr int window = 32;              ///< most samples of a hand-over
-  static constexpr int warm_up = 8;              ///< innovations before the detector starts
+  static constexpr int size = Size;  ///< number of coefficients
+  static constexpr int window = 32;  ///< most samples of a hand-over
+  static constexpr int warm_up = 8;  ///< innovations before the detector starts
   static constexpr Real default_covariance =
       1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 

@@ -17,10 +17,6 @@ struct Pair {
   bool valid;  ///< there is a pair
 };
 
-/// Whether a type can be one of times, which are integers: a time in float32 is too inexact after a minute.
-template <class Ticks>
-inline constexpr bool is_ticks = std::is_integral_v<Ticks> && sizeof(Ticks) >= 4;
-
 /// Ticks of 64 bits are nanoseconds, others are microseconds.
 template <class Ticks>
 inline constexpr Ticks ticks_per_second = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
@@ -52,7 +48,6 @@ class Channel {
       filled_ += 1;
     }
   }
-  constexpr void reset() noexcept { filled_ = 0; }
   constexpr int filled() const noexcept { return filled_; }
   constexpr Ticks time(int i) const noexcept { return time_[place(i)]; }
   constexpr Real operator[](int i) const noexcept { return value_[place(i)]; }
@@ -68,7 +63,9 @@ class Channel {
 /// The last readings of both channels.
 template <class Real, class Ticks>
 class LastReadings {
-  static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
+  // A time in float32 is too inexact after a minute.
+  static_assert(std::is_integral_v<Ticks> && sizeof(Ticks) >= 4,
+                "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:
   Channel<Real, Ticks> hard, soft;
@@ -88,10 +85,7 @@ class LastReadings {
     return any && soft.filled() >= soft.size;
   }
 
-  constexpr void reset() noexcept {
-    soft.reset();
-    hard.reset();
-  }
+  constexpr void reset() noexcept { *this = {}; }
 
   /// The newest hard reading after the older one of the two soft ones in the middle, and not after the newer one; -1:
   /// there is none.

@@ -109,8 +109,8 @@ class Baseline : public Settings {
     }
     now_.mean += product(taken - now_.mean, part);
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
-    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part),
-              halves_.value(noise_floor));
+    const Real seen = now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part);
+    now_.noise = seen > halves_.value(noise_floor) ? seen : halves_.value(noise_floor);
     if constexpr (Drifts) {
       const bool quiet = 100 * magnitude(value - now_.last) < now_.noise && now_.noise > 4 * halves_.value(noise_floor);
       quiet_ = static_cast<std::uint8_t>(quiet ? quiet_ + (quiet_ < Size) : 0);
@@ -184,8 +184,6 @@ class Baseline : public Settings {
     halves_.value(noise_floor) = found.floor;
     mark();
   }
-
-  constexpr void set_noise(Real noise, Real floor) noexcept { now_.noise = noise > floor ? noise : floor; }
 
   constexpr void judge_drift() noexcept {
     if constexpr (Drifts) {

@@ -58,7 +58,9 @@ struct Recovery {
   Real fall = 0;
 };
 template <class Real>
-struct Recovery<Real, false> {};
+struct Recovery<Real, false> {
+  static constexpr Real fall = 0;
+};
 
 /// Two one-sided CUSUMs (Page's test) of the change, in standard deviations of the idle noise:
 ///
@@ -111,13 +113,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped. Three times the
   /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost.
-  constexpr bool fell() const noexcept {
-    if constexpr (Recovers) {
-      return Extra::fall >= 3 * settings.limit;
-    } else {
-      return false;
-    }
-  }
+  constexpr bool fell() const noexcept { return Extra::fall >= 3 * settings.limit; }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 

@@ -113,12 +113,16 @@ struct Fitting {
   Fitted<Real> fitted;
   typename Reviser<Real>::Result revision;
   Levelled<Real> levelled, earlier, after;  // the last two: on the other side of a change
-  Real first_ratio = 0, first_error = 0;
+  Real first_error = 0;
   bool tilted = false;  // the ratio and the level ratio differ
   bool lifted = false;  // the result is the one before a change that was not confirmed
   bool drifts = false;  // the ratio, at the last sample
+
+  static constexpr auto estimate_of(const Estimator& estimator) noexcept { return estimator.estimate(); }
 };
 template <class Real, class Ticks, class Estimator, class FitStage, class LevelStage>
-struct Fitting<Real, Ticks, Estimator, FitStage, LevelStage, false> {};
+struct Fitting<Real, Ticks, Estimator, FitStage, LevelStage, false> {
+  static constexpr int estimate_of(const Estimator&) noexcept { return 0; }
+};
 
 }  // namespace palpate

@@ -69,7 +69,7 @@ struct FitTest {
     // x^2 = m^2 (x / m - 1)^2 + 2 m x - m^2.
     const Real bend = model == Model::whole ? solved.at(fit_square, fit_y) : Real(0);
     ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(m, bend);
-    variance_ = residual(solved.at(fit_y, fit_y) / (n - terms(model)), ratio_);
+    variance_ = residual(solved.at(fit_y, fit_y) / (n - static_cast<Real>(model)), ratio_);
     test_drift(solved);
     if (model == Model::whole) {  // first: where a channel lags, the transients of a press look like the others
       test_lag(solved);
@@ -87,11 +87,8 @@ struct FitTest {
   }
 
  private:
-  /// The terms besides r x: d t; c and d t; all.
-  enum class Model : std::uint8_t { drift, line, whole };
-  static constexpr Real terms(Model model) noexcept {
-    return model == Model::whole ? Real(5) : model == Model::line ? Real(3) : Real(2);
-  }
+  /// The number of terms: r x and d t; c, too; all.
+  enum class Model : std::uint8_t { drift = 2, line = 3, whole = 5 };
 
   // The largest model whose terms vary by more than noise could make them.
   constexpr Model solve(FitSums<Real>& all) const noexcept {
@@ -146,7 +143,7 @@ struct FitTest {
   constexpr void set_flag(Misfit flag, Real value, Real error, Real size, Real least) noexcept {
     const Real limit = product(product(settings.significant, settings.significant), product(error, variance_));
     if (product(value, value) > limit && magnitude(size) > least) {
-      found_.flags = static_cast<std::uint8_t>(found_.flags | flag);
+      found_.flags |= flag;
     }
   }
 
@@ -265,7 +262,7 @@ class Fit : public Settings {
     }
     if (magnitude(curved_) > settings.least_curved) {
       found.curve = curved_;
-      found.flags = static_cast<std::uint8_t>(found.flags | misfit_curve);
+      found.flags |= misfit_curve;
       const Real shift = product(curved_, ratio);
       found.open += product(shift, shift);
       found.offset_ratio = found.offset_error = std::numeric_limits<Real>::quiet_NaN();

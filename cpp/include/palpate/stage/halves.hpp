@@ -53,7 +53,6 @@ class Halves {
   }
 
   constexpr Real& value(int i) noexcept { return values_[i]; }
-  constexpr Real value(int i) const noexcept { return values_[i]; }
 
  private:
   struct Ranks {

@@ -96,15 +96,11 @@ class Idle {
 
   /// Seconds since a touch took samples.
   constexpr Real waited(Ticks time, bool running) noexcept {
-    if constexpr (ContactStage::recovers) {
-      if (running || gate.idle()) {
-        since_ = time;
-        return Real(0);
-      }
-      return seconds_between<Real>(time, since_);
-    } else {
+    if (!ContactStage::recovers || running || gate.idle()) {
+      since_ = time;
       return Real(0);
     }
+    return seconds_between<Real>(time, since_);
   }
 
   constexpr void measure_again() noexcept {

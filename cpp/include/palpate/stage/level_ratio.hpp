@@ -20,6 +20,10 @@ struct Levelled {
 template <class Real>
 struct NoLevelRatio {
   static constexpr bool levels = false;  ///< there is no level ratio
+  /// Nothing to forget.
+  constexpr void reset() noexcept {}
+  /// Nothing to forget.
+  constexpr void restart() noexcept {}
 };
 
 /// Settings of LevelRatio.
@@ -33,8 +37,7 @@ struct LevelRatioSettings {
   template <class Self, class Visit>
   static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
     const Real p = s.contact_exponent;
-    visit("contact_exponent", s.contact_exponent,
-          !(p < 0 || p > 0) || !(p < 1 || p > 1) || !(p < Real(1.5) || p > Real(1.5)),
+    visit("contact_exponent", s.contact_exponent, p == 0 || p == 1 || p == Real(1.5),
           "1 (flat bumps), 1.5 (domes), or 0 (no level ratio)");
     visit("age", s.age, s.age >= 0, "0 <= age");
   }

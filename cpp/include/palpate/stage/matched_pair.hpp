@@ -136,8 +136,7 @@ class MatchedPair : public Settings {
   // Windows that are not whole are left out, unless there are no others.
   constexpr FilteredPair<Real> interpolated(int i) noexcept {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
-    const bool valid =
-        uneven_ == patience && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
+    const bool valid = uneven_ == patience && readings_.gap() <= static_cast<Signed>(ticks_per_second<Ticks>);
     return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 

@@ -30,7 +30,7 @@ class Reviser {
   constexpr void begin(std::size_t reading) noexcept {
     mean_age_ = 0;
     last_ = reading;
-    changed_ = false;
+    changed_ = waits_ = false;
   }
 
   /// After each sample: the mean age of the samples in readings, with the weights of the estimator, whose sum is `count`;
@@ -69,20 +69,16 @@ class Reviser {
     found.significant = rise2 > 64 * (before + after);
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
     const Real moved = product(found.shift, found.shift);
-    if (fall > product(Real(0.05), height)) {
-      found.kind = Revision::baseline;
-    } else if (recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_)) {
-      found.kind = Revision::creep;
-    } else {
-      found.kind = Revision::drift;
+    const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
+    found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
+    found.variance = before;
+    found.open = moved;
+    if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
       // A baseline that does not drift evenly: half of the correction is open for a jump, which was a change of the ratio; a
       // quarter for an exponential.
       found.open = !drifted ? Real(0) : changed_ ? moved / 4 : moved / 16;
-      return found;
     }
-    found.variance = before;
-    found.open = moved;
     return found;
   }
 
