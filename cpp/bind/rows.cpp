@@ -14,17 +14,12 @@ using palpate::rows::Row;
 
 constexpr py::ssize_t least = 512;  // rows: some 50 us; from here on other threads go on meanwhile
 
-py::ssize_t count_lines(const py::bytes& text) {
-  const char* const begin = PyBytes_AS_STRING(text.ptr());
-  return static_cast<py::ssize_t>(palpate::rows::count_lines(begin, begin + PyBytes_GET_SIZE(text.ptr())));
-}
-
 py::object parse_rows(const py::bytes& text, const std::optional<std::pair<std::int64_t, double>>& scale,
                       bool uncertainty) {
   const auto [zero, per_pF] = scale.value_or(std::pair<std::int64_t, double>(0, 1));
   const palpate::rows::Form form{uncertainty, scale.has_value(), zero, per_pF};
   const char *at = PyBytes_AS_STRING(text.ptr()), *const end = at + PyBytes_GET_SIZE(text.ptr());
-  const py::ssize_t lines = count_lines(text) + (at != end && end[-1] != '\n');
+  const auto lines = static_cast<py::ssize_t>(palpate::rows::count_lines(at, end)) + (at != end && end[-1] != '\n');
   py::array found(once<&sample_dtype>(), lines);
   auto* const rows = static_cast<Row*>(found.mutable_data());
   run_block(lines, [&] { palpate::rows::parse_rows(at, end, form, rows); }, least);
@@ -44,20 +39,17 @@ py::bytes format_rows(py::handle samples) {
   return py::bytes(text.data(), static_cast<std::size_t>(end - text.data()));
 }
 
-constexpr auto parse_doc = R"(parse_rows(text, scale, uncertainty, /)
+}  // namespace
+
+void bind_rows(py::module_& module) {
+  module.def("parse_rows", &parse_rows, R"(parse_rows(text, scale, uncertainty, /)
 --
 
 Return whole lines of a recording, bytes, as an array of `SampleRing.dtype`; None where a line is not plain: with blanks,
 a plus, more than 9 decimals of a time, or no row.
 
 scale: the code of 0 pF, and the codes for one pF, to compute capacitances from codes; None: codes are left out.
-uncertainty: whether the rows have the column `t_uncertainty_us`.)";
-
-}  // namespace
-
-void bind_rows(py::module_& module) {
-  module.def("parse_rows", &parse_rows, parse_doc);
-  module.def("count_lines", &count_lines, "count_lines(text, /)\n--\n\nReturn the number of line ends in bytes.");
+uncertainty: whether the rows have the column `t_uncertainty_us`.)");
   module.def("format_rows", &format_rows,
              "format_rows(samples, /)\n--\n\nReturn an array of `SampleRing.dtype`, contiguous, as lines, bytes.");
 }

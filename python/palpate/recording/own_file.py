@@ -10,7 +10,6 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from palpate import _core
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
@@ -252,7 +251,7 @@ class Recorded:
                     self.columns, self.headed = VERSIONS[HEADERS.index(first.removesuffix(b"\r"))], True
                     line, offset = 2, len(first) + 1
                 block = self._block(lines, line, offset, rows, damage)
-                line, offset, rows = line + _core.count_lines(lines), offset + len(lines), rows + len(block)
+                line, offset, rows = line + lines.count(b"\n"), offset + len(lines), rows + len(block)
                 if len(block):
                     yield block
         seen.rows, seen.torn, self.seen = rows, len(tail), seen  # torn: of an incomplete row, or zeros of a power cut
