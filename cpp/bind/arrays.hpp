@@ -12,8 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +22,13 @@ constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
 constexpr int writeable = py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
 /// Lengths; -1 for any.
 using Shape = std::vector<py::ssize_t>;
+constexpr py::ssize_t no_axis = -2;
+
+/// The shape with only the axes that are there.
+inline Shape axes(Shape lengths) {
+  lengths.erase(std::remove(lengths.begin(), lengths.end(), no_axis), lengths.end());
+  return lengths;
+}
 
 /// What Make() gives, made by the first call and kept for as long as the process lives.
 template <auto Make>
@@ -32,24 +37,18 @@ const py::dtype& once() {
   return storage.call_once_and_store_result([] { return Make(); }).get_stored();
 }
 
-/// A structured dtype, field by field. PYBIND11_NUMPY_DTYPE would register it for the whole process.
-struct Column {
-  const char* name;
-  py::dtype type;
-  std::size_t offset;
-};
-#define PALPATE_COLUMN(Row, field) \
-  Column { #field, py::dtype::of<decltype(Row::field)>(), offsetof(Row, field) }
-
-template <class Row>
-py::dtype dtype_of(const std::vector<Column>& columns) {
+/// A structured dtype of an item of this size. PYBIND11_NUMPY_DTYPE would register it for the whole process.
+using Fields = std::vector<py::detail::field_descriptor>;
+inline py::dtype dtype_of(const Fields& fields, std::size_t size, bool is_aligned = false) {
   py::list names, formats, offsets;
-  for (const Column& column : columns) {
-    names.append(column.name);
-    formats.append(column.type);
-    offsets.append(column.offset);
+  for (const auto& field : fields) {
+    names.append(field.name);
+    formats.append(field.descr);
+    offsets.append(field.offset);
   }
-  return py::dtype(names, formats, offsets, sizeof(Row));
+  const py::dict all(py::arg("names") = names, py::arg("formats") = formats, py::arg("offsets") = offsets,
+                     py::arg("itemsize") = size);
+  return py::module_::import("numpy").attr("dtype")(all, py::arg("align") = is_aligned);
 }
 
 inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
@@ -65,11 +64,6 @@ inline void require_shape(const py::array& array, const char* name, const Shape&
   }
   allowed.resize(allowed.size() - (shape.size() > 1));
   throw py::value_error(std::string(name) + ": got shape " + shape_of(array) + ", allowed: (" + allowed + ")");
-}
-
-inline bool has_dtype(const py::array& array, const py::dtype& dtype) {
-  const py::dtype own = array.dtype();
-  return own.is(dtype) || own.equal(dtype);
 }
 
 /// `value` as an array of real numbers; numpy's own error where it cannot make an array of it. A masked value is none.
@@ -112,7 +106,7 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
     throw py::type_error("out: got " + py::str(py::type::of(out)).cast<std::string>() + ", allowed: a numpy array");
   }
   auto array = py::reinterpret_borrow<py::array>(out);
-  if (!has_dtype(array, dtype)) {
+  if (!array.dtype().equal(dtype)) {
     throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: " + py::str(py::handle(dtype)).cast<std::string>());
   }
@@ -130,12 +124,10 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
 }
 
 /// The addresses [first, last) that an array covers: contiguous, or of one dimension.
-inline std::pair<std::uintptr_t, std::uintptr_t> extent(const py::array& array) {
-  const auto first = reinterpret_cast<std::uintptr_t>(array.data());
-  const py::ssize_t stride = array.ndim() == 1 ? array.strides(0) : array.itemsize();
-  const auto span = static_cast<std::uintptr_t>(std::abs(stride) * (array.size() - 1));
-  const auto size = static_cast<std::uintptr_t>(array.itemsize());
-  return stride < 0 ? std::pair{first - span, first + size} : std::pair{first, first + span + size};
+inline std::pair<std::intptr_t, std::intptr_t> extent(const py::array& array) {
+  const auto begin = reinterpret_cast<std::intptr_t>(array.data());
+  const py::ssize_t span = (array.ndim() == 1 ? array.strides(0) : array.itemsize()) * (array.size() - 1);
+  return {std::min(begin, begin + span), std::max(begin, begin + span) + array.itemsize()};
 }
 
 /// Writing out[i] must not change a sample that is read later: where `out` overlaps `samples` in any other way than
@@ -158,18 +150,18 @@ void run_block(py::ssize_t size, Loop&& loop, py::ssize_t least = 4096) {
   loop();
 }
 
-/// Items at equal distances, in memory that an array keeps.
+/// Items at equal distances, in the memory of an array.
 template <class Item>
 struct View {
-  char* data = nullptr;
-  py::ssize_t stride = 0, size = 0;
+  py::array kept;
+  char* data;
+  py::ssize_t stride, size;
 
-  View() = default;
-  explicit View(const py::array& array)
-      : data(const_cast<char*>(static_cast<const char*>(array.data()))),
-        stride(array.strides(0)),
-        size(array.shape(0)) {}
+  explicit View(py::array array)
+      : kept(std::move(array)),
+        data(const_cast<char*>(static_cast<const char*>(kept.data()))),
+        stride(kept.strides(0)),
+        size(kept.shape(0)) {}
   Item& operator[](py::ssize_t i) const { return *static_cast<Item*>(static_cast<void*>(data + i * stride)); }
-  bool dense() const { return stride == static_cast<py::ssize_t>(sizeof(Item)) || size < 2; }
-  Item* items() const { return static_cast<Item*>(static_cast<void*>(data)); }
+  Item* items() const { return &(*this)[0]; }
 };

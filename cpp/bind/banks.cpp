@@ -32,23 +32,6 @@ array([2. , 2.4, 2.8])
 1
 )";
 
-constexpr auto update_doc = R"(update(self, /, output, regressor, out=None)
---
-
-Take one sample of each stream and return their ratios; errors as of `AdaptiveRls.process`.
-
-Parameters
-----------
-output, regressor : array_like of real numbers, shape (streams,), of VectorRls regressors (streams, size)
-out : numpy.ndarray, shape (streams,), contiguous, optional
-    Where the ratios are written; it may be `output` or `regressor` itself.
-
-Returns
--------
-numpy.ndarray, shape (streams,)
-    The ratios. A sample that is not finite is refused, and counted in `rejected`.
-)";
-
 constexpr auto process_doc = R"(process(self, /, output, regressor, out=None)
 --
 
@@ -71,105 +54,77 @@ numpy.ndarray, shape (n, streams)
 /// The estimators of a bank, of one kind.
 template <class Kind>
 struct Streams {
-  static constexpr bool is_vector = std::is_same_v<Kind, VectorKind>;
-  using E = std::conditional_t<is_vector, VectorEstimator, Estimator<Kind>>;
+  using E = Estimator<Kind>;
   using Real = typename E::Real;
   Settings settings;
   std::vector<typename E::State> states;
 
+  py::ssize_t size() const { return static_cast<py::ssize_t>(states.size()); }
   py::object at(py::ssize_t stream) const { return py::cast(E(settings, states[static_cast<std::size_t>(stream)])); }
+  void set(std::size_t stream, py::handle estimator) { states[stream] = estimator.cast<const E&>().numbers(); }
   void reset() { std::fill(states.begin(), states.end(), E(settings).numbers()); }
-
-  /// Take a sample of a stream, and write the results where the returned place ends.
-  static Real* take(typename E::State& state, Real output, const Real* regressors, Real* to) {
-    if constexpr (is_vector) {
-      state.take(output, regressors);
-      return std::copy_n(state.core.coefficients(), state.core.coefficient_count(), to);
-    } else {
-      state.take(output, *regressors);
-      *to = state.core.ratio();
-      return to + 1;
-    }
-  }
+  py::array array_of(const py::list& values) const { return py::array_t<Real>(values); }
 
   py::object take(bool is_block, const py::object& output, const py::object& regressor, const py::object& out,
                   bool& busy) {
     constexpr int dense = py::array::c_style;
-    const auto streams = static_cast<py::ssize_t>(states.size());
-    py::ssize_t width = 1, count = 1;  // of the regressors and of the results of a stream
-    if constexpr (is_vector) {
-      width = static_cast<py::ssize_t>(states[0].core.size());
-      count = static_cast<py::ssize_t>(states[0].core.coefficient_count());
-    }
-    // (frames, streams, last), without the axes that are not there.
-    const auto shape = [&](py::ssize_t frames, bool each, py::ssize_t last) {
-      Shape lengths;
-      for (const auto& [axis, length] : {std::pair(is_block, frames), {each, streams}, {is_vector && last > 0, last}}) {
-        if (axis) {
-          lengths.push_back(length);
-        }
-      }
-      return lengths;
-    };
-    const py::array y = samples_of<Real, dense>(output, "output", shape(-1, true, 0));
-    const py::ssize_t frames = is_block ? y.shape(0) : 1;
+    const py::ssize_t streams = size(), width = states[0].core.width();
+    const py::array y = samples_of<Real, dense>(output, "output", axes({is_block ? -1 : no_axis, streams}));
+    const py::ssize_t frames = is_block ? y.shape(0) : no_axis;
     const py::array given = real_array(regressor, "regressor");
-    const bool is_shared = is_block && given.ndim() == 1 + is_vector;
-    const py::array x = samples_of<Real, dense>(given, "regressor", shape(frames, !is_shared, width));
-    py::array result = output_array(out, once<&py::dtype::of<Real>>(), shape(frames, true, count), dense);
+    const bool is_shared = is_block && given.ndim() == 1 + Kind::Core::is_vector;
+    const py::array x =
+        samples_of<Real, dense>(given, "regressor", axes({frames, is_shared ? no_axis : streams, width}));
+    py::array result =
+        output_array(out, once<&py::dtype::of<Real>>(), axes({frames, streams, states[0].core.count()}), dense);
     const py::array outputs = apart_from(y, result), regressors = apart_from(x, result);
-    require_idle(busy, "bank");  // making arrays of the arguments may have run other Python code
-    const InUse in_use(busy);
+    const InUse in_use(busy, "bank");
     auto* to = static_cast<Real*>(result.mutable_data());
     auto *to_explain = static_cast<const Real*>(outputs.data()),
          *explains = static_cast<const Real*>(regressors.data());
+    const Real* const end = to_explain + outputs.size();
+    const py::ssize_t next = Kind::Core::is_vector ? width : 1;
     run_block(outputs.size(), [&] {
-      for (py::ssize_t frame = 0; frame < frames; ++frame) {
+      while (to_explain != end) {
         for (auto& state : states) {
-          to = take(state, *to_explain++, explains, to);
-          explains += is_shared ? 0 : width;
+          state.take(*to_explain++, explains);
+          to = state.core.write(to);
+          explains += is_shared ? 0 : next;
         }
-        explains += is_shared ? width : 0;
+        explains += is_shared ? next : 0;
       }
     });
     return std::move(result);
   }
 };
 
-class Bank {
+template <class... Kinds>
+class BankOf {
  public:
-  Bank(py::handle estimator, py::ssize_t streams) {
+  BankOf(py::handle estimator, py::ssize_t streams) {
     if (streams < 1 || streams > py::ssize_t{1} << 32) {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
     }
-    const bool found = choose(estimator, static_cast<std::size_t>(streams), streams_);
-    if (!found) {
+    if (!(make<Kinds>(estimator, static_cast<std::size_t>(streams)) || ...)) {
       throw py::type_error(
           "estimator: got " + methods::shown(estimator) +
           ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
     }
   }
-  /// Of copies of all its estimators.
-  explicit Bank(const py::tuple& estimators) : Bank(estimators[0], static_cast<py::ssize_t>(estimators.size())) {
-    const auto set = [&](auto& bank) {
-      for (std::size_t i = 0; i < estimators.size(); ++i) {
-        bank.states[i] = estimators[i].template cast<const typename std::decay_t<decltype(bank)>::E&>().numbers();
-      }
-    };
-    std::visit(set, streams_);
-  }
 
-  /// Of the bank's own type.
-  py::array array_of(const py::list& values) const {
-    const auto make = [&](const auto& bank) -> py::array {
-      return py::array_t<typename std::decay_t<decltype(bank)>::Real>(values);
-    };
-    return std::visit(make, streams_);
+  /// Pickled as copies of all its estimators.
+  py::tuple pickled() const { return py::make_tuple(estimators()); }
+  static BankOf restored(const py::tuple& state) {
+    const py::tuple estimators = state[0];
+    BankOf bank(estimators[0], static_cast<py::ssize_t>(estimators.size()));
+    for (std::size_t i = 0; i < estimators.size(); ++i) {
+      std::visit([&](auto& streams) { streams.set(i, estimators[i]); }, bank.streams_);
+    }
+    return bank;
   }
 
   template <bool is_block>
   py::object take(const py::object& output, const py::object& regressor, const py::object& out) {
-    require_idle(busy_, "bank");
     return std::visit([&](auto& bank) { return bank.take(is_block, output, regressor, out, busy_); }, streams_);
   }
   void reset() {
@@ -177,15 +132,14 @@ class Bank {
     std::visit([](auto& bank) { bank.reset(); }, streams_);
   }
   py::ssize_t size() const {
-    return std::visit([](const auto& bank) { return static_cast<py::ssize_t>(bank.states.size()); }, streams_);
+    return std::visit([](const auto& bank) { return bank.size(); }, streams_);
   }
   py::object at(py::handle stream) const {
     const py::ssize_t given = methods::to_size(stream, "stream"), i = given < 0 ? given + size() : given;
     if (i < 0 || i >= size()) {
       throw py::index_error("stream: got " + std::to_string(given) + ", allowed: below " + std::to_string(size()));
     }
-    require_idle(busy_, "bank");
-    return std::visit([&](const auto& bank) { return bank.at(i); }, streams_);
+    return of([&](const auto& bank) { return bank.at(i); });
   }
   py::tuple estimators() const {
     py::tuple all(size());
@@ -194,41 +148,53 @@ class Bank {
     }
     return all;
   }
-  bool operator==(const Bank& other) const { return estimators().equal(other.estimators()); }
+  bool operator==(const BankOf& other) const { return estimators().equal(other.estimators()); }
 
+  /// An array of the attribute of all estimators.
+  py::array attribute(const char* name, const char* owners) const {
+    py::list values;
+    for (const py::handle estimator : estimators()) {
+      if (!py::hasattr(estimator, name)) {
+        throw py::attribute_error(std::string(name) + ": got a bank of estimators without it, allowed: " + owners);
+      }
+      values.append(estimator.attr(name));
+    }
+    return of([&](const auto& bank) { return bank.array_of(values); });
+  }
   /// An array of what get(state) gives for each stream.
   template <class Get>
   py::array each(Get get) const {
-    require_idle(busy_, "bank");
-    const auto values = [&](const auto& bank) -> py::array {
+    return of([&](const auto& bank) -> py::array {
       py::array_t<decltype(get(bank.states[0]))> result(size());
       std::transform(bank.states.begin(), bank.states.end(), result.mutable_data(), get);
       return result;
-    };
-    return std::visit(values, streams_);
+    });
   }
 
  private:
-  template <class... Kinds>
-  static bool choose(py::handle estimator, std::size_t streams, std::variant<Streams<Kinds>...>& chosen) {
-    const auto is_of = [&](auto* kind) {
-      using Chosen = std::remove_pointer_t<decltype(kind)>;
-      const bool found = py::isinstance<typename Chosen::E>(estimator);
-      if (found) {
-        const auto& given = estimator.cast<const typename Chosen::E&>();
-        chosen = Chosen{given.settings(), std::vector(streams, given.numbers())};
-      }
-      return found;
-    };
-    return (is_of(static_cast<Streams<Kinds>*>(nullptr)) || ...);
+  /// What get(streams) gives.
+  template <class Get>
+  auto of(Get get) const {
+    require_idle(busy_, "bank");
+    return std::visit(get, streams_);
+  }
+  /// False: the estimator is of another kind.
+  template <class Kind>
+  bool make(py::handle estimator, std::size_t streams) {
+    const bool fits = py::isinstance<Estimator<Kind>>(estimator);
+    if (fits) {
+      const auto& given = estimator.cast<const Estimator<Kind>&>();
+      streams_ = Streams<Kind>{given.settings(), std::vector(streams, given.numbers())};
+    }
+    return fits;
   }
 
-  std::variant<Streams<FixedKind<double>>, Streams<FixedKind<float>>, Streams<AdaptiveKind<double>>,
-               Streams<AdaptiveKind<float>>, Streams<HandoverKind<double>>, Streams<HandoverKind<float>>,
-               Streams<VectorKind>>
-      streams_;
+  std::variant<Streams<Kinds>...> streams_;
   bool busy_ = false;
 };
+
+using Bank = BankOf<FixedKind<double>, FixedKind<float>, AdaptiveKind<double>, AdaptiveKind<float>,
+                    HandoverKind<double>, HandoverKind<float>, VectorKind>;
 
 std::string repr(const Bank& bank) {
   const auto kind = py::type::of(bank.at(py::int_(0))).attr("__name__").cast<std::string>();
@@ -241,24 +207,22 @@ void bind_banks(py::module_& module) {
   const auto made = [](py::handle estimator, py::handle streams) {
     return Bank(estimator, methods::to_size(streams, "streams"));
   };
-  const auto pickled = [](const py::object& self) {
-    return py::make_tuple(self.cast<const Bank&>().estimators(), py::getattr(self, "__dict__", py::dict()));
-  };
-  const auto restored = [](const py::tuple& state) {
-    return std::pair(Bank(state[0].cast<py::tuple>()), state[1].cast<py::dict>());
-  };
   const auto output = py::arg("output"), regressor = py::arg("regressor");
   const auto out = py::arg("out") = py::none();
   auto type = methods::define_class<Bank>(module, "Bank", "(estimator, streams)", class_doc, made, py::arg("estimator"),
                                           py::arg("streams"));
   methods::define_copies(type);
-  type.def("update", &Bank::take<false>, output, regressor, out, update_doc)
+  type.def("update", &Bank::take<false>, output, regressor, out, R"(update(self, /, output, regressor, out=None)
+--
+
+Take one sample of each stream and return their ratios, shape (streams,).
+
+As `process` for one row, the shapes without n: output and regressor (streams,), of VectorRls regressors (streams, size).)")
       .def("process", &Bank::take<true>, output, regressor, out, process_doc)
-      .def("reset", &Bank::reset, "reset(self, /)\n--\n\nForget all samples; the settings stay.")
+      .def("reset", &Bank::reset, methods::reset_doc)
       .def("__len__", &Bank::size, "__len__(self, /)\n--\n\n")
       .def("__getitem__", &Bank::at, "__getitem__(self, stream, /)\n--\n\nA copy of the estimator of a stream.")
       .def("__repr__", &repr, "__repr__(self, /)\n--\n\n")
-      .def(py::pickle(pickled, restored))
       .def_property_readonly("streams", &Bank::size, "Number of streams.")
       .def_property_readonly(
           "settings", [](const Bank& bank) { return py::object(bank.at(py::int_(0)).attr("settings")); },
@@ -269,21 +233,10 @@ void bind_banks(py::module_& module) {
   };
   visit_counts(add);
   const auto attribute = [&](const char* name, const char* owners) {
-    const auto get = [=](const Bank& bank) {
-      py::list values;
-      for (const py::handle estimator : bank.estimators()) {
-        if (!py::hasattr(estimator, name)) {
-          throw py::attribute_error(std::string(name) + ": got a bank of estimators without it, allowed: " + owners);
-        }
-        values.append(estimator.attr(name));
-      }
-      return bank.array_of(values);
-    };
     const std::string doc = std::string("Of ") + owners + ", as there: an array, of each stream.";
-    type.def_property_readonly(name, get, doc.c_str());
+    type.def_property_readonly(name, [=](const Bank& bank) { return bank.attribute(name, owners); }, doc.c_str());
   };
-  const auto scalars = "Rls, AdaptiveRls and HandoverRls";
-  attribute("ratio", scalars);
+  attribute("ratio", "Rls, AdaptiveRls and HandoverRls");
   attribute("covariance", "all estimators");
   attribute("standard_error", "HandoverRls");
   for (const char* name : {"coefficients", "standard_errors", "degrees_of_freedom"}) {

@@ -3,14 +3,39 @@
 
 // Python's three kinds of estimators: the parts of the core that each is made of, and what is allowed for its settings.
 
+#include <palpate/arithmetic.hpp>
 #include <palpate/estimator/handover.hpp>
 
+#include "arrays.hpp"
 #include "settings.hpp"
+
+/// An estimator of a ratio, as the blocks take all estimators.
+template <class Core>
+struct OneRatio : Core {
+  using Real = typename Core::real_type;
+  using Core::Core;
+  static constexpr bool is_vector = false;
+  static constexpr auto explains = "regressor";
+
+  auto take(Real output, const Real* regressor) noexcept { return Core::update(output, *regressor); }
+  /// Axes of the regressors and of the results of a sample.
+  py::ssize_t width() const noexcept { return no_axis; }
+  py::ssize_t count() const noexcept { return no_axis; }
+  /// Write the results, or what only trace() has of them, to where the returned place ends.
+  Real* write(Real* to) const noexcept {
+    *to = Core::ratio();
+    return to + 1;
+  }
+  Real* write_spread(Real* to) const noexcept {
+    *to = Core::covariance();
+    return to + 1;
+  }
+};
 
 /// An estimator with the settings of its Parts, structs of the core, and those of its first ratio.
 template <class Real, template <class> class Estimator, template <class> class... Parts>
 struct KindOf {
-  using Core = Estimator<Real>;
+  using Core = OneRatio<Estimator<Real>>;
 
   static Settings defaults() {
     Settings settings;
@@ -22,7 +47,9 @@ struct KindOf {
   }
   static void check(const Settings& s) {
     (s.check<Parts<double>>(), ...);
-    check_prior<Real>(s);
+    const double ratio = s["initial_ratio"];
+    require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+    check_covariance<Real>(s);
   }
 
  protected:

@@ -161,38 +161,52 @@ numpy.ndarray, shape (n,), structured
     `statistic`; `alarm`; and, from HandoverRls, `standard_error`.
 )";
 
+template <class E>
+double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+  using Real = typename E::Real;
+  const auto [output, regressor] = methods::numbers_of<2>(given, count, {"output", "regressor"});
+  E& estimator = methods::object_of<E>(self);
+  const auto x = static_cast<Real>(regressor);
+  estimator.take(static_cast<Real>(output), &x);
+  return estimator.numbers().core.ratio();
+}
+
 template <class Kind>
-void bind(py::module_& module, const char* name, const char* doc) {
+void define(py::module_& module, const std::string& name, const char* doc) {
   using E = Estimator<Kind>;
   const auto made = [name](const py::args& places, const py::kwargs& given) {
     if (!places.empty()) {
-      throw py::type_error(std::string(name) + ": got too many values without a name, allowed: names only");
+      throw py::type_error(name + ": got too many values without a name, allowed: names only");
     }
-    const Settings settings = Kind::defaults().with(name, given);
+    const Settings settings = Kind::defaults().with(name.c_str(), given);
     Kind::check(settings);
     return E(settings);
   };
-  auto type = methods::define_class<E>(module, name, "(*, " + Kind::defaults().text() + ")", doc, made);
-  methods::define_numeric<&E::update>(type, "update", update_doc, {"output", "regressor"});
-  define_estimator(type, process_doc, trace_doc, "regressor");
-  const auto add = [&](const char* property, auto get, const char* text) { define_number(type, property, get, text); };
-  visit_properties(add);
+  auto type = methods::define_class<E>(module, name.c_str(), "(*, " + Kind::defaults().text() + ")", doc, made);
+  methods::define_fast<&update<E>>(type, "update", update_doc);
+  const auto add = define_estimator(type, process_doc, trace_doc);
+  add("ratio", [](const auto& s) { return s.core.ratio(); }, "Estimated output / regressor.");
+  add(
+      "covariance", [](const auto& s) { return s.core.covariance(); },
+      "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.");
   if constexpr (knows_its_error<typename E::Core>) {
-    add("standard_error", [](const auto& s) { return standard_error_of(s.core); }, standard_error_doc);
+    add(
+        "standard_error", [](const auto& s) { return standard_error_of(s.core); },
+        "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
   }
+}
+
+template <template <class> class Kind>
+void define_both(py::module_& module, const std::string& name, const char* doc, const std::string& note = "") {
+  define<Kind<double>>(module, name, doc);
+  const auto in_float = "`" + name + "` in float32: bit for bit what the C++ header computes with `float`." + note;
+  define<Kind<float>>(module, name + "32", in_float.c_str());
 }
 
 }  // namespace
 
 void bind_estimators(py::module_& module) {
-  bind<FixedKind<double>>(module, "Rls", rls_doc);
-  bind<FixedKind<float>>(module, "Rls32",
-                         "`Rls` in float32: bit for bit what the C++ header computes with `float`. With forgetting = 1 "
-                         "only for some 1e7 samples.");
-  bind<AdaptiveKind<double>>(module, "AdaptiveRls", adaptive_doc);
-  bind<AdaptiveKind<float>>(module, "AdaptiveRls32",
-                            "`AdaptiveRls` in float32: bit for bit what the C++ header computes with `float`.");
-  bind<HandoverKind<double>>(module, "HandoverRls", handover_doc);
-  bind<HandoverKind<float>>(module, "HandoverRls32",
-                            "`HandoverRls` in float32: bit for bit what the C++ header computes with `float`.");
+  define_both<FixedKind>(module, "Rls", rls_doc, " With forgetting = 1 only for some 1e7 samples.");
+  define_both<AdaptiveKind>(module, "AdaptiveRls", adaptive_doc);
+  define_both<HandoverKind>(module, "HandoverRls", handover_doc);
 }

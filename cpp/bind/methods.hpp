@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
-#include <tuple>
+#include <utility>
 
 #include "module.hpp"
 
@@ -59,6 +59,8 @@ RuntimeError
     The object is in use by another thread.
 )";
 
+constexpr auto reset_doc = "reset(self, /)\n--\n\nForget all samples; the settings stay.";
+
 inline void* refuse_bare(std::size_t) { throw py::type_error("self: got one whose __init__() has not been called"); }
 
 /// A class with a constructor of these parameters, as "(*, forgetting=0.995)".
@@ -80,13 +82,20 @@ py::class_<T> define_class(py::module_& module, const char* name, const std::str
   return type;
 }
 
-/// Comparison, and a method copy() of what can be pickled.
+/// Comparison, a method copy(), and pickling by pickled() and restored(); what a subclass in Python has comes along.
 template <class T>
 void define_copies(py::class_<T>& type) {
   const auto equal = [](const T& left, const T& right) { return left == right; };
   const auto copy = [](const py::object& self) { return py::module_::import("copy").attr("copy")(self); };
-  type.def("__eq__", equal, py::is_operator(), "__eq__(self, other, /)\n--\n\n");
-  type.def("copy", copy, "copy(self, /)\n--\n\nAn independent one in the same state.");
+  const auto pickled = [](const py::object& self) {
+    return self.cast<const T&>().pickled() + py::make_tuple(py::getattr(self, "__dict__", py::dict()));
+  };
+  const auto restored = [](const py::tuple& state) {
+    return std::pair(T::restored(state), py::dict(state[state.size() - 1]));
+  };
+  type.def("__eq__", equal, py::is_operator(), "__eq__(self, other, /)\n--\n\n")
+      .def("copy", copy, "copy(self, /)\n--\n\nAn independent one in the same state.")
+      .def(py::pickle(pickled, restored));
 }
 
 /// How a prompt and a notebook show an object: palpate.display writes it, from what any caller can read.
@@ -137,43 +146,21 @@ void define_fast(py::class_<T>& type, const char* name, const char* doc) {
   type.attr(name) = py::reinterpret_steal<py::object>(descriptor);
 }
 
-/// With numbers by place.
-template <auto Method>
-struct Numeric;
-template <class T, class Result, class... Numbers, Result (T::*Method)(Numbers...)>
-struct Numeric<Method> {
-  static constexpr std::size_t size = sizeof...(Numbers);
-  static inline std::array<const char*, size> names;
-
-  static Result call(PyObject* self, PyObject* const* given, Py_ssize_t count) {
-    if (count != static_cast<Py_ssize_t>(size)) {
-      throw py::type_error("takes exactly " + std::to_string(size) + " numbers (" + std::to_string(count) + " given)");
-    }
-    T& object = object_of<T>(self);
-    std::array<double, size> values;
-    for (std::size_t i = 0; i < size; ++i) {
-      values[i] = real_of(given[i], names[i]);
-    }
-    const auto apply = [&](auto... numbers) { return (object.*Method)(numbers...); };
-    return std::apply(apply, values);
+/// The numbers by place that such a method is called with.
+template <std::size_t size>
+std::array<double, size> numbers_of(PyObject* const* given, Py_ssize_t count,
+                                    const std::array<const char*, size>& names) {
+  if (count != static_cast<Py_ssize_t>(size)) {
+    throw py::type_error("takes exactly " + std::to_string(size) + " numbers (" + std::to_string(count) + " given)");
   }
-};
-template <auto Method, class T>
-void define_numeric(py::class_<T>& type, const char* name, const char* doc, decltype(Numeric<Method>::names) names) {
-  Numeric<Method>::names = names;
-  define_fast<&Numeric<Method>::call>(type, name, doc);
+  std::array<double, size> values;
+  for (std::size_t i = 0; i < size; ++i) {
+    values[i] = real_of(given[i], names[i]);
+  }
+  return values;
 }
 
 }  // namespace methods
-
-/// While a block is processed, and other threads may run.
-struct InUse {
-  explicit InUse(bool& flag) : busy(flag) { busy = true; }
-  InUse(const InUse&) = delete;
-  ~InUse() { busy = false; }
-
-  bool& busy;
-};
 
 inline void require_idle(bool busy, const char* what) {
   if (busy) {
@@ -181,3 +168,15 @@ inline void require_idle(bool busy, const char* what) {
                              " is processing a block in another thread: give each thread its own");
   }
 }
+
+/// While a block is processed, and other threads may run: made when no code of Python can run before the block.
+struct InUse {
+  InUse(bool& flag, const char* what) : busy(flag) {
+    require_idle(busy, what);
+    busy = true;
+  }
+  InUse(const InUse&) = delete;
+  ~InUse() { busy = false; }
+
+  bool& busy;
+};

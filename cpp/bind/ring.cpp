@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <limits>
 #include <memory>
-#include <optional>
 #include <palpate/ring.hpp>
 #include <vector>
 
 #include "sample_rows.hpp"
 
 namespace {
+
+using palpate::rows::Row;
 
 /// An integer of Python or numpy in its range. A bool is refused: a source that gives one has mixed up its fields.
 template <class Integer>
@@ -22,11 +21,10 @@ Integer whole(py::handle value, const char* name, Integer least, Integer most) {
     throw py::type_error(refused());
   }
   int overflow = 0;
-  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
-  if (!index) {
+  const long long number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
+  if (number == -1 && PyErr_Occurred()) {
     throw py::error_already_set();
   }
-  const long long number = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
   if (overflow != 0 || number < least || number > most) {
     throw py::value_error(refused());
   }
@@ -42,47 +40,41 @@ double real(py::handle value, const char* name) {
   return methods::to_real(value, name, allowed);
 }
 
-/// A row, and how it comes from Python.
-struct SampleRow : palpate::rows::Row {
-  /// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
-  static SampleRow of(py::handle sample) {
-    if (!py::isinstance<py::tuple>(sample)) {
-      throw py::type_error("sample: got " + methods::shown(sample) + ", allowed: a palpate.Sample");
-    }
-    if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 9) {
-      throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 9 of palpate.Sample");
-    }
-    const auto field = [&](py::ssize_t place) { return py::handle(PyTuple_GET_ITEM(sample.ptr(), place)); };
-    using Time = std::numeric_limits<std::int64_t>;
-    return {{whole<std::int64_t>(field(0), "seq", 0, Time::max()),
-             whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
-             whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
-             whole<std::int32_t>(field(3), "hard_raw", no_code, last_code),
-             whole<std::int32_t>(field(4), "soft_raw", no_code, last_code),
-             real(field(5), "hard"),
-             real(field(6), "soft"),
-             whole<std::uint8_t>(field(7), "status", 0, last_status),
-             {},
-             whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, std::numeric_limits<std::int32_t>::max())}};
+/// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
+Row row_of(py::handle sample) {
+  if (!py::isinstance<py::tuple>(sample)) {
+    throw py::type_error("sample: got " + methods::shown(sample) + ", allowed: a palpate.Sample");
   }
-
-  static constexpr std::int32_t no_code = -1, last_code = std::numeric_limits<std::int32_t>::max(), unknown = -1;
-};
+  if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 9) {
+    throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 9 of palpate.Sample");
+  }
+  const auto field = [&](py::ssize_t place) { return py::handle(PyTuple_GET_ITEM(sample.ptr(), place)); };
+  using Time = std::numeric_limits<std::int64_t>;
+  constexpr std::int32_t unknown = -1, last = std::numeric_limits<std::int32_t>::max();
+  return {whole<std::int64_t>(field(0), "seq", 0, Time::max()),
+          whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
+          whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
+          whole<std::int32_t>(field(3), "hard_raw", unknown, last),
+          whole<std::int32_t>(field(4), "soft_raw", unknown, last),
+          real(field(5), "hard"),
+          real(field(6), "soft"),
+          whole<std::uint8_t>(field(7), "status", 0, Row::last_status),
+          {},
+          whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, last)};
+}
 
 class HeapStorage {
  public:
-  using item_type = SampleRow;
+  using item_type = Row;
   explicit HeapStorage(std::size_t capacity) : items_(capacity) {}
   std::size_t capacity() const noexcept { return items_.size(); }
-  SampleRow* items() noexcept { return items_.data(); }
+  Row* items() noexcept { return items_.data(); }
 
  private:
-  std::vector<SampleRow> items_;
+  std::vector<Row> items_;
 };
 
-using SampleRing = palpate::BasicRing<HeapStorage>;
-
-std::size_t power_of_two(py::ssize_t capacity) {
+HeapStorage storage_of(py::ssize_t capacity) {
   if (capacity < 2 || capacity > py::ssize_t{1} << 30) {
     throw py::value_error("capacity: got " + std::to_string(capacity) + ", allowed: 2 <= capacity <= 2**30");
   }
@@ -90,55 +82,45 @@ std::size_t power_of_two(py::ssize_t capacity) {
   while (power < static_cast<std::size_t>(capacity)) {
     power *= 2;
   }
-  return power;
+  return HeapStorage(power);
 }
 
-class PyRing {
- public:
-  explicit PyRing(py::ssize_t capacity) : ring_(std::make_unique<SampleRing>(HeapStorage(power_of_two(capacity)))) {}
+struct PyRing : palpate::BasicRing<HeapStorage> {
+  explicit PyRing(py::ssize_t capacity) : BasicRing(storage_of(capacity)) {}
 
-  bool push(py::handle sample) {
+  void require_open() const {
+    if (closed) {
+      throw py::value_error("ring: got a sample after close(), allowed: none");
+    }
+  }
+  bool push_sample(py::handle sample) {
     require_open();
-    return ring_->try_push(SampleRow::of(sample));
+    return try_push(row_of(sample));
   }
   static py::tuple row(const PyRing&, py::handle sample) {
-    const auto r = SampleRow::of(sample);
+    const auto r = row_of(sample);
     return py::make_tuple(r.seq, r.t_hard_ns, r.t_soft_ns, r.hard_raw, r.soft_raw, r.hard, r.soft, r.status,
                           r.t_uncertainty_us);
   }
   std::size_t push_many(py::handle samples) {
     require_open();
-    const auto rows = sample_rows<SampleRow>(samples, "samples");
-    return ring_->push(rows.items(), static_cast<std::size_t>(rows.size));
+    const auto rows = sample_rows(samples, "samples");
+    return push(rows.items(), static_cast<std::size_t>(rows.size));
   }
   std::size_t pop_many(py::handle out) {
-    const auto rows = sample_rows<SampleRow>(out, "out", writeable);
-    return ring_->pop(rows.items(), static_cast<std::size_t>(rows.size));
+    const auto rows = sample_rows(out, "out", writeable);
+    return pop(rows.items(), static_cast<std::size_t>(rows.size));
   }
-  void close() { closed_ = true; }
+  void close() { closed = true; }
 
-  py::object dtype() const { return once<&sample_dtype>(); }
-  std::size_t capacity() const { return ring_->capacity(); }
-  std::size_t dropped() const { return ring_->dropped(); }
-  std::optional<std::size_t> first_dropped() const {
-    return dropped() == 0 ? std::nullopt : std::optional(ring_->first_dropped());
-  }
-  std::size_t size() const { return ring_->size(); }
-  bool closed() const { return closed_; }
+  static py::object dtype(const PyRing&) { return once<&sample_dtype>(); }
+  py::object first() const { return dropped() == 0 ? py::none() : py::object(py::int_(first_dropped())); }
   std::string repr() const {
     return "<SampleRing(" + std::to_string(capacity()) + ") len=" + std::to_string(size()) +
-           " dropped=" + std::to_string(dropped()) + (closed_ ? " closed>" : ">");
+           " dropped=" + std::to_string(dropped()) + (closed ? " closed>" : ">");
   }
 
- private:
-  void require_open() const {
-    if (closed_) {
-      throw py::value_error("ring: got a sample after close(), allowed: none");
-    }
-  }
-
-  std::unique_ptr<SampleRing> ring_;  // aligned to cache lines, which pybind11 does not do
-  bool closed_ = false;
+  bool closed = false;
 };
 
 constexpr auto ring_doc = R"(A queue of samples from one thread to one other, of fixed capacity and without locks.
@@ -164,29 +146,27 @@ Examples
 array([0, 1, 2, 3])
 )";
 
-constexpr auto push_many_doc = R"(push_many(self, samples, /)
---
+}  // namespace
 
-Push an array of `dtype`, shape (n,), contiguous; return how many were accepted: the first ones. ValueError after `close`.)";
-
-constexpr auto push_doc = R"(push(self, sample, /)
+void bind_ring(py::module_& module) {
+  const auto made = [](py::handle capacity) {
+    return std::make_unique<PyRing>(methods::to_size(capacity, "capacity"));
+  };
+  methods::define_class<PyRing>(module, "SampleRing", "(capacity=1024)", ring_doc, made, py::arg("capacity") = 1024)
+      .def("push", &PyRing::push_sample, R"(push(self, sample, /)
 --
 
 Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
 
 TypeError or ValueError for a field that is not a number (a bool is not), or outside its range: `seq` from 0 and times of
-64 bits, codes of 31 bits or -1, status 0 to 8, an uncertainty of 31 bits or -1. ValueError after `close`.)";
-
-}  // namespace
-
-void bind_ring(py::module_& module) {
-  const auto made = [](py::handle capacity) { return PyRing(methods::to_size(capacity, "capacity")); };
-  methods::define_class<PyRing>(module, "SampleRing", "(capacity=1024)", ring_doc, made, py::arg("capacity") = 1024)
-      .def("push", &PyRing::push, push_doc)
+64 bits, codes of 31 bits or -1, status 0 to 8, an uncertainty of 31 bits or -1. ValueError after `close`.)")
       .def("row", &PyRing::row,
            "row(self, sample, /)\n--\n\nReturn the fields of a `Sample` as the ring stores them, as int and float; "
            "errors as of `push`. Pushes nothing.")
-      .def("push_many", &PyRing::push_many, push_many_doc)
+      .def("push_many", &PyRing::push_many, R"(push_many(self, samples, /)
+--
+
+Push an array of `dtype`, shape (n,), contiguous; return how many were accepted: the first ones. ValueError after `close`.)")
       .def("pop_many", &PyRing::pop_many,
            "pop_many(self, out, /)\n--\n\nPop into an array of `dtype`, shape (n,), contiguous, the oldest first; "
            "return how many there were.")
@@ -197,7 +177,7 @@ void bind_ring(py::module_& module) {
                              "numpy.dtype of a sample: the fields of `Sample`, 56 bytes with the padding.")
       .def_property_readonly("capacity", &PyRing::capacity, "Samples that it holds.")
       .def_property_readonly("dropped", &PyRing::dropped, "Samples dropped so far because it was full.")
-      .def_property_readonly("first_dropped", &PyRing::first_dropped,
+      .def_property_readonly("first_dropped", &PyRing::first,
                              "How many had been accepted when the first was dropped; None where none was.")
-      .def_property_readonly("closed", &PyRing::closed, "Whether `close` was called.");
+      .def_readonly("closed", &PyRing::closed, "Whether `close` was called.");
 }

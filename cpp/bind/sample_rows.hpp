@@ -8,16 +8,15 @@
 
 inline py::dtype sample_dtype() {
   using palpate::rows::Row;
-  return dtype_of<Row>({PALPATE_COLUMN(Row, seq), PALPATE_COLUMN(Row, t_hard_ns), PALPATE_COLUMN(Row, t_soft_ns),
-                        PALPATE_COLUMN(Row, hard_raw), PALPATE_COLUMN(Row, soft_raw), PALPATE_COLUMN(Row, hard),
-                        PALPATE_COLUMN(Row, soft), PALPATE_COLUMN(Row, status), PALPATE_COLUMN(Row, t_uncertainty_us)});
+  return dtype_of({PYBIND11_MAP_LIST(PYBIND11_FIELD_DESCRIPTOR, Row, seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw,
+                                     hard, soft, status, t_uncertainty_us)},
+                  sizeof(Row));
 }
 
 /// The items of an array of samples, shape (n,), contiguous and aligned.
-template <class Row = palpate::rows::Row>
-View<Row> sample_rows(py::handle value, const char* name, int flags = 0) {
+inline View<palpate::rows::Row> sample_rows(py::handle value, const char* name, int flags = 0) {
   const auto array = py::reinterpret_borrow<py::array>(value);
-  if (!py::isinstance<py::array>(value) || !has_dtype(array, once<&sample_dtype>())) {
+  if (!py::isinstance<py::array>(value) || !array.dtype().equal(once<&sample_dtype>())) {
     const py::object got = py::getattr(value, "dtype", py::type::of(value));
     throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
                          ", allowed: a numpy array of SampleRing.dtype");
@@ -29,5 +28,5 @@ View<Row> sample_rows(py::handle value, const char* name, int flags = 0) {
                           ": got a strided, unaligned or read-only array, allowed: a contiguous one" +
                           (flags ? " that may be written" : ""));
   }
-  return View<Row>(array);
+  return View<palpate::rows::Row>(array);
 }

@@ -3,24 +3,20 @@
 
 // The scenes: the settings of each, and how each runs.
 
-#include <array>
 #include <variant>
 
 #include "../runs/run.hpp"
 #include "arrays.hpp"
 #include "estimator_kinds.hpp"
-#include "touch.hpp"
 
 using palpate::runs::Run;
 using palpate::runs::TrackerRow;
 
 /// One row of Tracker.process.
 inline py::dtype tracker_row_dtype() {
-  return dtype_of<TrackerRow>({PALPATE_COLUMN(TrackerRow, ratio), PALPATE_COLUMN(TrackerRow, standard_error),
-                               PALPATE_COLUMN(TrackerRow, alarm), PALPATE_COLUMN(TrackerRow, contact),
-                               PALPATE_COLUMN(TrackerRow, touch), PALPATE_COLUMN(TrackerRow, statistic),
-                               PALPATE_COLUMN(TrackerRow, hard_baseline), PALPATE_COLUMN(TrackerRow, soft_baseline),
-                               PALPATE_COLUMN(TrackerRow, revised)});
+  return dtype_of({PYBIND11_MAP_LIST(PYBIND11_FIELD_DESCRIPTOR, TrackerRow, ratio, standard_error, alarm, contact,
+                                     touch, statistic, hard_baseline, soft_baseline, revised)},
+                  sizeof(TrackerRow));
 }
 
 using FixedScene = palpate::FixedTracker<double>;
@@ -39,7 +35,8 @@ constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::Match
 
 /// A scene's settings are those of its tracker, as the core makes it, and of its estimator.
 template <class Kind, class Core>
-Settings settings_of(const Core& core = Core()) {
+Settings settings_of() {
+  const Core core;
   Settings settings;
   settings.add("samples", core.settings.samples);
   settings.add("seconds", core.settings.seconds);
@@ -56,7 +53,7 @@ Settings settings_of(const Core& core = Core()) {
     settings.add("contact_exponent", levels ? LevelSettings().contact_exponent : 0);
     settings.add("age", LevelSettings().age);
   }
-  for (const auto& [name, value] : Kind::defaults()) settings.add(name, value);
+  settings.add_all(Kind::defaults());
   return settings;
 }
 
@@ -87,31 +84,28 @@ AnyRun run_of(const Settings& s) {
 
 struct Scene {
   const char* name;
-  Settings settings;
+  Settings (*settings)();
   AnyRun (*run)(const Settings&);
 };
 
-inline const std::array<Scene, 4>& scenes() {
-  using Robust = HandoverKind<double>;
-  static const std::array<Scene, 4> all{{
-      {"fixed", settings_of<FixedKind<double>, FixedScene>(), &run_of<FixedKind<double>, FixedScene>},
-      {"paper", settings_of<AdaptiveKind<double>, PaperScene>(), &run_of<AdaptiveKind<double>, PaperScene>},
-      {"handheld", settings_of<Robust, HandheldScene>(), &run_of<Robust, HandheldScene>},
-      {"sliding", settings_of<Robust, palpate::SlidingTracker<double>>(), &run_of<Robust, HandheldScene>},
-  }};
-  return all;
-}
+using Robust = HandoverKind<double>;
+constexpr Scene scenes[] = {
+    {"fixed", &settings_of<FixedKind<double>, FixedScene>, &run_of<FixedKind<double>, FixedScene>},
+    {"paper", &settings_of<AdaptiveKind<double>, PaperScene>, &run_of<AdaptiveKind<double>, PaperScene>},
+    {"handheld", &settings_of<Robust, HandheldScene>, &run_of<Robust, HandheldScene>},
+    {"sliding", &settings_of<Robust, palpate::SlidingTracker<double>>, &run_of<Robust, HandheldScene>},
+};
 
 inline py::list scene_names() {
   py::list names;
-  for (const Scene& scene : scenes()) {
+  for (const Scene& scene : scenes) {
     names.append(scene.name);
   }
   return names;
 }
 
 inline const Scene& scene_named(const py::object& given) {
-  for (const Scene& scene : scenes()) {
+  for (const Scene& scene : scenes) {
     if (given.equal(py::str(scene.name))) {
       return scene;
     }

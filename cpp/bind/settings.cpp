@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "settings.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace {
 
-bool is_samples(const char* name) { return std::strcmp(name, "samples") == 0; }
-bool is_length(const char* name) { return is_samples(name) || std::strcmp(name, "seconds") == 0; }
-bool is_size(const char* name) { return std::strcmp(name, "size") == 0; }
-bool is_switch(const char* name) {
-  return std::strcmp(name, "host_stamps") == 0 || std::strcmp(name, "intercept") == 0;
-}
+bool is_samples(std::string_view name) { return name == "samples"; }
+bool is_length(std::string_view name) { return is_samples(name) || name == "seconds"; }
+bool is_size(std::string_view name) { return name == "size"; }
+bool is_switch(std::string_view name) { return name == "host_stamps" || name == "intercept"; }
 
 double real_of(const char* name, py::handle value) {
   if (value.is_none() && is_length(name)) {
     return 0;
   }
   const double real = methods::to_real(value, name);
+  const bool is_whole = real >= 1 && real == std::floor(real);
   if (is_size(name)) {
-    require(real >= 1 && real <= 8 && real == std::floor(real), name, real, "a whole number, 1 to 8");
+    require(is_whole && real <= 8, name, real, "a whole number, 1 to 8");
   } else if (is_switch(name)) {
     require(real == 0 || real == 1, name, real, "True or False");
   } else if (is_samples(name)) {
-    require(real >= 1 && real <= 4e9 && real == std::floor(real), name, real, "a whole number >= 1, or None");
+    require(is_whole && real <= 4e9, name, real, "a whole number >= 1, or None");
   } else if (is_length(name)) {
     require(real > 0 && real <= 9e9, name, real, "0 < seconds <= 9e9, or None");
   }
@@ -32,58 +31,43 @@ double real_of(const char* name, py::handle value) {
 
 }  // namespace
 
-const Settings::Setting* Settings::find(const std::string& name) const noexcept {
-  return std::find_if(begin(), end(), [&](const Setting& s) { return name == s.name; });
-}
-
-py::dict Settings::dict() const {
-  py::dict result;
-  for (const auto& [name, value] : *this) {
-    if (is_length(name) && value == 0) {
-      result[name] = py::none();
-    } else if (is_switch(name)) {
-      result[name] = py::bool_(value != 0);
-    } else if (is_samples(name) || is_size(name)) {
-      result[name] = py::int_(static_cast<std::uint32_t>(value));
-    } else {
-      result[name] = py::float_(value);
-    }
+void Settings::add(const char* name, double value) {
+  if (is_length(name) && value == 0) {
+    all_[name] = py::none();
+  } else if (is_switch(name)) {
+    all_[name] = py::bool_(value != 0);
+  } else if (is_samples(name) || is_size(name)) {
+    all_[name] = py::int_(static_cast<std::uint32_t>(value));
+  } else {
+    all_[name] = py::float_(value);
   }
-  return result;
 }
 
 std::string Settings::text() const {
   std::string text;
-  for (const auto& [name, value] : *this) {
-    text += (text.empty() ? "" : ", ") + std::string(name) + "=" + number(value);
+  for (const auto& [name, value] : all_) {
+    text += (text.empty() ? "" : ", ") + name.cast<std::string>() + "=" + py::repr(value).cast<std::string>();
   }
   return text;
 }
 
 Settings Settings::with(const char* owner, const py::dict& given) const {
-  Settings all = *this;
+  Settings all;
+  all.add_all(*this);
   for (const auto& [key, value] : given) {
     const auto name = key.cast<std::string>();
-    const Setting* const setting = find(name);
-    if (setting == end()) {
-      throw py::type_error(std::string(owner) + ": " +
-                           unlike(py::str(name), py::list(dict()), "an unexpected keyword"));
+    if (!all_.contains(name)) {
+      throw py::type_error(std::string(owner) + ": " + unlike(py::str(name), py::list(all_), "an unexpected keyword"));
     }
-    all.set(setting->name, real_of(setting->name, value));
+    all.add(name.c_str(), real_of(name.c_str(), value));
   }
-  all.choose_length(given);
-  return all;
-}
-
-// A length in samples or in seconds: the one that is given replaces the scene's own.
-void Settings::choose_length(const py::dict& given) {
+  // A length in samples or in seconds: the one that is given replaces the scene's own.
   const bool samples = given.contains("samples"), seconds = given.contains("seconds");
   if (samples && seconds) {
-    require((*this)["samples"] == 0 || (*this)["seconds"] == 0, "seconds", (*this)["seconds"],
-            "None beside samples (" + number((*this)["samples"]) + "): a touch has one length");
-  } else if (samples && find("seconds") != end()) {
-    set("seconds", 0);
-  } else if (seconds) {
-    set("samples", 0);
+    require(all["samples"] == 0 || all["seconds"] == 0, "seconds", all["seconds"],
+            "None beside samples (" + number(all["samples"]) + "): a touch has one length");
+  } else if (samples || seconds) {
+    all.add(samples ? "seconds" : "samples", 0);
   }
+  return all;
 }

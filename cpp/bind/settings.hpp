@@ -4,10 +4,8 @@
 // Settings as Python gives them: named numbers, kept as given for repr, == and pickle. Their names and defaults are
 // those of the core's structs, and so are their ranges.
 
-#include <array>
 #include <cstring>
 #include <limits>
-#include <palpate/arithmetic.hpp>
 #include <string>
 
 #include "methods.hpp"
@@ -27,16 +25,12 @@ inline void require(bool ok, const char* name, double value, const std::string& 
 
 class Settings {
  public:
-  struct Setting {
-    const char* name;
-    double value;
-  };
-
-  void add(const char* name, double value) noexcept { settings_[size_++] = {name, value}; }
+  void add(const char* name, double value);
+  void add_all(const Settings& others) { all_.attr("update")(others.all_); }
 
   /// The fields of a struct of the core, in its order; or only min_information, which in Python is 1 / max_covariance.
   template <class Values>
-  void add_fields(bool bound, const Values& values = Values()) noexcept {
+  void add_fields(bool bound, const Values& values = Values()) {
     Values::visit_fields(values, [&](const char* name, auto value, bool, const char*) {
       if (is_bound(name) == bound) {
         add(bound ? "max_covariance" : name, bound ? 1 / static_cast<double>(value) : static_cast<double>(value));
@@ -46,13 +40,13 @@ class Settings {
 
   /// The struct of the core with these settings; its own where there is no such setting.
   template <class Values>
-  Values values() const noexcept {
+  Values values() const {
     Values values;
     Values::visit_fields(values, [&](const char* name, auto& value, bool, const char*) {
       using Real = std::decay_t<decltype(value)>;
       if (is_bound(name)) {
         value = 1 / static_cast<Real>((*this)["max_covariance"]);
-      } else if (find(name) != end()) {
+      } else if (all_.contains(name)) {
         value = static_cast<Real>((*this)[name]);
       }
     });
@@ -62,30 +56,28 @@ class Settings {
   /// ValueError for the first setting that a struct of the core does not allow.
   template <class Values>
   void check() const {
-    const Setting* wrong = end();
-    const char* range = nullptr;
+    std::string wrong, range;
     const Values given = values<Values>();
     Values::visit_fields(given, [&](const char* name, const auto&, bool allowed, const char* text) {
-      if (!allowed && wrong == end() && !is_bound(name)) {
-        wrong = find(name), range = text;
+      if (!allowed && wrong.empty() && all_.contains(name)) {
+        wrong = name, range = text;
       }
     });
-    if (wrong != end()) {
-      const std::string text = range;
-      const Setting* const other = find(text.substr(text.rfind(' ') + 1));
-      require(false, wrong->name, wrong->value,
-              other == end() || other == wrong ? text : text + " (" + number(other->value) + ")");
+    if (!wrong.empty()) {
+      const std::string last = range.substr(range.rfind(' ') + 1);
+      const bool is_other = last != wrong && all_.contains(last);
+      require(false, wrong.c_str(), (*this)[wrong], is_other ? range + " (" + number((*this)[last]) + ")" : range);
     }
   }
 
-  double operator[](const char* name) const noexcept { return find(name)->value; }
-  const Setting* begin() const noexcept { return settings_.data(); }
-  const Setting* end() const noexcept { return settings_.data() + size_; }
-  std::size_t size() const noexcept { return size_; }
-
-  bool operator==(const Settings& other) const { return dict().equal(other.dict()); }
+  /// None is 0.
+  double operator[](const std::string& name) const {
+    const py::object value = all_[name.c_str()];
+    return value.is_none() ? 0 : value.cast<double>();
+  }
+  bool operator==(const Settings& other) const { return all_.equal(other.all_); }
   /// As keywords: {name: value}; samples a whole number or None, seconds None for any, a switch True or False.
-  py::dict dict() const;
+  py::dict dict() const { return all_.attr("copy")(); }
   /// "steady=0.995, drift=0.75"
   std::string text() const;
   /// These, with those that are given in their place. A name that is not here is `owner`'s TypeError.
@@ -93,14 +85,8 @@ class Settings {
 
  private:
   static bool is_bound(const char* name) noexcept { return std::strcmp(name, "min_information") == 0; }
-  const Setting* find(const std::string& name) const noexcept;
-  void set(const char* name, double value) noexcept {
-    settings_[static_cast<std::size_t>(find(name) - begin())].value = value;
-  }
-  void choose_length(const py::dict& given);
 
-  std::array<Setting, 27> settings_{};
-  std::size_t size_ = 0;
+  py::dict all_;  // shared by copies: not changed but by add
 };
 
 /// Covariance and information are kept to the normal numbers of Real, where arithmetic is exact to an eps and fast.
@@ -112,10 +98,4 @@ void check_covariance(const Settings& s) {
           number(smallest) + " <= max_covariance <= " + number(largest));
   require(initial >= smallest && initial <= most, "initial_covariance", initial,
           number(smallest) + " <= initial_covariance <= max_covariance (" + number(most) + ")");
-}
-template <class Real>
-void check_prior(const Settings& s) {
-  const double ratio = s["initial_ratio"];
-  require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
-  check_covariance<Real>(s);
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "touch.hpp"
-
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <string>
 #include <type_traits>
 
+#include "../runs/run.hpp"
 #include "methods.hpp"
 
 namespace {
 
-using R = TouchResult;
+using R = palpate::runs::Result;
+using Fitted = palpate::Fitted<double>;
+using Level = palpate::Levelled<double>;
 
 py::object flags(const R& touch) {
   py::list flags;
@@ -32,45 +32,15 @@ py::object plain(const py::object& value) {
   return is_nan ? py::none() : value;
 }
 
-constexpr auto revised_doc =
-    R"(Whether the baseline after the release is known, and `ratio` corrected for its drift (with the flag "creep" or
-"baseline": known, and not corrected).)";
-constexpr auto level_ratio_doc =
-    R"(Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: a tilt
-of the probe does not change it; nan in other scenes, or where the press shows no sweep.)";
-constexpr auto age_doc =
-    R"(Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its length.)";
-constexpr auto ratio_after_doc =
-    R"(With the flag "changed", shortly before the end: the ratio after the change, from the last samples, and `ratio` is the
-one before it; else nan.)";
-constexpr auto offset_ratio_doc =
-    R"(Ratio of hard = ratio * soft + offset, where the flag "offset" is the only misfit and explains it; else nan.)";
-constexpr auto effects_doc =
-    R"(Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean
-depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the soft
-channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level ratio, share of it;
-`shift` of the ratio by the revision, share.)";
-
-constexpr auto flags_doc =
-    R"(Warnings about the result; `palpate.advice` says what to do. "short" (shorter than `seconds` or `samples`),
-"saturated", "refused" (more than three quarters of the readings gave no sample), "late" (a fifth of the pairs or more did
-not come in time: the computer was too slow), "unsettled" (no standard error yet, in a scene that has one), "unexcited" (the samples hardly moved the initial ratio), "one-sided" (one channel did not change, or
-fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "offset" (bumps not level), "drift" (of
-a baseline or of the object), "lag" (of a channel, or wrong times), "curve" (a gauge or bump that is not linear); "tilt"
-(the ratio differs from the level ratio); "changed" (the ratio changed during the touch: `ratio` is the one after it; or
-shortly before the end: the one before); and, known after the release: "creep" (a channel recovers slowly), "baseline" (it
-was measured in contact); "gap" (`Tracker.gap` ended the touch; or the baseline was measured after it, and no release has
-shown yet that this was without contact).)";
-
 struct Field {
   const char* name;
   py::object (*get)(const R&);
   const char* doc;
 };
 
-template <auto Member>
+template <auto Member, auto... Part>
 py::object get(const R& touch) {
-  return py::cast(std::invoke(Member, touch));
+  return py::cast((std::invoke(Member, touch).*....*Part));
 }
 
 const Field fields[] = {
@@ -82,31 +52,48 @@ const Field fields[] = {
      "Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one."},
     {"standard_error", &get<&R::standard_error>,
      "Standard deviation of the ratio, with what a misfit leaves open; nan if it is not known."},
-    {"revised", &get<&R::revised>, revised_doc},
+    {"revised", &get<&R::revised>,
+     R"(Whether the baseline after the release is known, and `ratio` corrected for its drift (with the flag "creep" or
+"baseline": known, and not corrected).)"},
     {"first_ratio", &get<&R::first_ratio>, "The ratio that was known at the end of the touch."},
     {"first_standard_error", &get<&R::first_standard_error>, "Its standard deviation."},
-    {"level_ratio", [](const R& touch) { return py::cast(touch.level.ratio); }, level_ratio_doc},
-    {"level_standard_error", [](const R& touch) { return py::cast(touch.level.standard_error); },
-     "Standard deviation of `level_ratio`."},
+    {"level_ratio", &get<&R::level, &Level::ratio>,
+     R"(Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: a tilt
+of the probe does not change it; nan in other scenes, or where the press shows no sweep.)"},
+    {"level_standard_error", &get<&R::level, &Level::standard_error>, "Standard deviation of `level_ratio`."},
     {"contact_exponent", &get<&R::contact_exponent>,
      "Exponent of force against depth with which `level_ratio` was computed; 0: there is none."},
-    {"age_s", &get<&R::age>, age_doc},
-    {"ratio_before", [](const R& touch) { return py::cast(touch.before.ratio); },
+    {"age_s", &get<&R::age>,
+     R"(Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its length.)"},
+    {"ratio_before", &get<&R::before, &Level::ratio>,
      "With the flag \"changed\", where the change lasted: the ratio before it, and `ratio` is the one after it; else "
      "nan."},
-    {"before_standard_error", [](const R& touch) { return py::cast(touch.before.standard_error); },
-     "Standard deviation of `ratio_before`."},
-    {"ratio_after", [](const R& touch) { return py::cast(touch.after.ratio); }, ratio_after_doc},
-    {"after_standard_error", [](const R& touch) { return py::cast(touch.after.standard_error); },
-     "Standard deviation of `ratio_after`."},
-    {"offset_ratio", [](const R& touch) { return py::cast(touch.fitted.offset_ratio); }, offset_ratio_doc},
-    {"offset_standard_error", [](const R& touch) { return py::cast(touch.fitted.offset_error); },
-     "Standard deviation of `offset_ratio`."},
-    {"effects", &effects, effects_doc},
+    {"before_standard_error", &get<&R::before, &Level::standard_error>, "Standard deviation of `ratio_before`."},
+    {"ratio_after", &get<&R::after, &Level::ratio>,
+     R"(With the flag "changed", shortly before the end: the ratio after the change, from the last samples, and `ratio` is the
+one before it; else nan.)"},
+    {"after_standard_error", &get<&R::after, &Level::standard_error>, "Standard deviation of `ratio_after`."},
+    {"offset_ratio", &get<&R::fitted, &Fitted::offset_ratio>,
+     R"(Ratio of hard = ratio * soft + offset, where the flag "offset" is the only misfit and explains it; else nan.)"},
+    {"offset_standard_error", &get<&R::fitted, &Fitted::offset_error>, "Standard deviation of `offset_ratio`."},
+    {"effects", &effects,
+     R"(Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean
+depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the soft
+channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level ratio, share of it;
+`shift` of the ratio by the revision, share.)"},
     {"alarm_share", &get<&R::alarm_share>, "Share of the samples with the alarm on."},
     {"saturated", &get<&R::saturated>, "Readings left out as saturated."},
     {"refused", &get<&R::refused>, "Readings that gave no sample: without a value, or impossible to align."},
-    {"flags", &flags, flags_doc},
+    {"flags", &flags,
+     R"(Warnings about the result; `palpate.advice` says what to do. "short" (shorter than `seconds` or `samples`),
+"saturated", "refused" (more than three quarters of the readings gave no sample), "late" (a fifth of the pairs or more did
+not come in time: the computer was too slow), "unsettled" (no standard error yet, in a scene that has one), "unexcited" (the samples hardly moved the initial ratio), "one-sided" (one channel did not change, or
+fell: a ratio below 0.02 or above 50); the samples contradict hard = ratio * soft: "offset" (bumps not level), "drift" (of
+a baseline or of the object), "lag" (of a channel, or wrong times), "curve" (a gauge or bump that is not linear); "tilt"
+(the ratio differs from the level ratio); "changed" (the ratio changed during the touch: `ratio` is the one after it; or
+shortly before the end: the one before); and, known after the release: "creep" (a channel recovers slowly), "baseline" (it
+was measured in contact); "gap" (`Tracker.gap` ended the touch; or the baseline was measured after it, and no release has
+shown yet that this was without contact).)"},
 };
 
 py::dict as_dict(const R& touch) {

@@ -1,8 +1,84 @@
 // SPDX-License-Identifier: MIT
-#include "readings.hpp"
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "scenes.hpp"
 
 namespace {
+
+/// As std::llround(seconds * 1e9), without a call; |seconds| < 9e9.
+std::int64_t nanoseconds_of(double seconds) {
+  const double exact = palpate::product(seconds, 1e9);
+  const auto whole = static_cast<std::int64_t>(exact);
+  const double rest = exact - static_cast<double>(whole);  // both are multiples of the last place: no rounding
+  return whole + (rest >= 0.5) - (rest <= -0.5);
+}
+bool is_time(double seconds) { return std::abs(seconds) < 9e9; }
+[[noreturn]] void refuse_time(const char* name, double seconds) {
+  throw py::value_error(std::string(name) + ": got " + number(seconds) + ", allowed: finite times, s, within 9e9 of 0");
+}
+
+/// The times of a channel, ns; `given`: seconds as floats, or nanoseconds as integers.
+View<const std::int64_t> times_of(const py::object& given, const char* name, py::ssize_t size) {
+  const py::array array(given);
+  const char kind = array.dtype().kind();
+  py::ssize_t i = 0;
+  if (kind == 'i' || kind == 'u') {
+    require_shape(array, name, {size});
+    const View<const std::int64_t> times{py::array_t<std::int64_t, py::array::forcecast | aligned>(array)};
+    run_block(size, [&] {
+      while (i < size && (kind == 'i' || times[i] >= 0)) {
+        ++i;
+      }
+    });
+    if (i < size) {  // one above int64 has become negative
+      throw py::value_error(std::string(name) + ": got " + std::to_string(static_cast<std::uint64_t>(times[i])) +
+                            ", allowed: times below 2**63 ns");
+    }
+    return times;
+  }
+  const View<const double> seconds(samples_of<double>(array, name, {size}));
+  py::array_t<std::int64_t> times(size);
+  std::int64_t* const ns = times.mutable_data();
+  run_block(size, [&] {
+    for (; i < size && is_time(seconds[i]); ++i) {
+      ns[i] = nanoseconds_of(seconds[i]);
+    }
+  });
+  if (i < size) {
+    refuse_time(name, seconds[i]);
+  }
+  return View<const std::int64_t>(times);
+}
+
+/// The touches that have ended, and the numbers, from 1, of those that were revised, in order of time. Only the last one
+/// can be revised: before the next one begins, or never.
+struct Touches {
+  std::vector<palpate::runs::Result> list;
+  std::vector<std::size_t> revisions;
+  std::ptrdiff_t before = 0;  ///< how many there are before those in the list
+
+  void end(const palpate::runs::Result& touch) { list.push_back(touch); }
+  void revise(const palpate::runs::Result& touch) {
+    list.back() = touch;
+    revisions.push_back(count());
+  }
+  std::size_t count() const { return static_cast<std::size_t>(before) + list.size(); }
+
+  /// Those of a block, behind the last one of all.
+  static Touches after(const Touches& all) {
+    const auto last = all.list.end() - (all.list.empty() ? 0 : 1);
+    return {{last, all.list.end()}, {}, last - all.list.begin()};
+  }
+  void append(const Touches& block) {
+    list.erase(list.begin() + block.before, list.end());
+    list.insert(list.end(), block.list.begin(), block.list.end());
+    revisions.insert(revisions.end(), block.revisions.begin(), block.revisions.end());
+  }
+};
 
 class PyTracker {
  public:
@@ -25,22 +101,34 @@ class PyTracker {
     return report.finished ? py::cast(touches_.list.back()) : py::none();
   }
 
+  /// Rows, or None. Through a copy, as in Estimator: a reader in another thread sees the state before the block or the one
+  /// after it. A block of 256 takes some 15 us.
+  template <bool has_rows>
   py::object process(const py::object& t_hard, const py::object& t_soft, const py::object& hard,
                      const py::object& soft) {
-    require_idle(busy_, "tracker");
-    const Readings given(t_hard, t_soft, hard, soft);
-    py::array rows(once<&tracker_row_dtype>(), given.hard.size);
+    const View<const double> hard_pF(samples_of<double>(hard, "hard", {-1}));
+    const View<const double> soft_pF(samples_of<double>(soft, "soft", {hard_pF.size}));
+    const auto hard_ns = times_of(t_hard, "t_hard", hard_pF.size), soft_ns = times_of(t_soft, "t_soft", hard_pF.size);
+    py::array rows(once<&tracker_row_dtype>(), has_rows ? hard_pF.size : 0);
     auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
-    run_through(given, [row](py::ssize_t i, const auto& run, const auto& report, std::size_t touches) {
-      row[i] = run.row(report, touches);
-    });
-    return rows;
-  }
-
-  void take(const py::object& t_hard, const py::object& t_soft, const py::object& hard, const py::object& soft) {
-    require_idle(busy_, "tracker");
-    const Readings given(t_hard, t_soft, hard, soft);
-    run_through(given, [](py::ssize_t, const auto&, const auto&, std::size_t) {});
+    const InUse in_use(busy_, "tracker");
+    Touches block = Touches::after(touches_);
+    const auto take = [&](auto& run) {
+      auto next = run;
+      const auto loop = [&] {
+        for (py::ssize_t i = 0; i < hard_pF.size; ++i) {
+          const auto report = next.take(hard_ns[i], soft_ns[i], hard_pF[i], soft_pF[i], block);
+          if constexpr (has_rows) {
+            row[i] = next.row(report, block.count());
+          }
+        }
+      };
+      run_block(hard_pF.size, loop, 256);
+      run = next;
+    };
+    std::visit(take, run_);
+    touches_.append(block);
+    return has_rows ? py::object(rows) : py::none();
   }
 
   py::object finish() {
@@ -65,61 +153,35 @@ class PyTracker {
 
   /// What of `all` comes after the first `count`.
   template <class Items>
-  static py::list after(const Items& all, py::handle count) {
+  static Items after(const Items& all, py::handle count) {
     const py::ssize_t first = methods::to_size(count, "count");
     if (first < 0) {
       throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
     }
-    py::list result;
-    for (auto i = static_cast<std::size_t>(first); i < all.size(); ++i) {
-      result.append(all[i]);
-    }
-    return result;
+    return Items(all.begin() + std::min(first, static_cast<py::ssize_t>(all.size())), all.end());
   }
-  py::list touches_since(py::handle count) const { return after(touches_.list, count); }
-  py::list revisions_since(py::handle count) const { return after(touches_.revisions, count); }
+  auto touches_since(py::handle count) const { return after(touches_.list, count); }
+  auto revisions_since(py::handle count) const { return after(touches_.revisions, count); }
 
   const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
-  py::list touches() const { return touches_since(py::int_(0)); }
+  const auto& touches() const { return touches_.list; }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
 
  private:
-  /// Take readings, and call `after` for each. Through a copy, as in Estimator: a reader in another thread sees the state
-  /// before the block or the one after it, and a time that is refused changes nothing. A block of 256 takes some 15 us.
-  template <class After>
-  void run_through(const Readings& given, After&& after) {
-    require_idle(busy_, "tracker");  // making arrays of the arguments may have run other Python code
-    const InUse in_use(busy_);
-    Touches block = Touches::after(touches_);
-    std::visit(
-        [&](auto& run) {
-          auto next = run;
-          const Times* refused = nullptr;
-          py::ssize_t i = 0;
-          const auto loop = [&] {
-            std::int64_t t_hard, t_soft;
-            for (; i < given.hard.size && !(refused = given.read(i, t_hard, t_soft)); ++i) {
-              const auto report = next.take(t_hard, t_soft, given.hard[i], given.soft[i], block);
-              after(i, next, report, block.count());
-            }
-          };
-          run_block(given.hard.size, loop, 256);
-          if (refused) {
-            refused->refuse(i);
-          }
-          run = next;
-        },
-        run_);
-    touches_.append(block);
-  }
   const char* scene_;
   Settings settings_;
   AnyRun run_;
   Touches touches_;
   bool busy_ = false;
 };
+
+py::object feed(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+  const auto v = methods::numbers_of<4>(given, count, {"t_hard", "t_soft", "hard", "soft"});
+  return methods::object_of<PyTracker>(self).feed(v[0], v[1], v[2], v[3]);
+}
+
 constexpr auto tracker_doc =
     R"(All stages of a scene: takes readings of both channels, finds touches, estimates their ratios.
 
@@ -150,12 +212,6 @@ Examples
 [(250, 2.5)]
 )";
 
-constexpr auto feed_doc = R"(feed($self, t_hard, t_soft, hard, soft, /)
---
-
-Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.
-)";
-
 constexpr auto process_doc = R"(process(self, /, t_hard, t_soft, hard, soft)
 --
 
@@ -177,51 +233,50 @@ numpy.ndarray, shape (n,), structured
     without, nan until the first is known); `revised`, whether this reading revised the last touch.
 )";
 
-constexpr auto take_doc = R"(take(self, /, t_hard, t_soft, hard, soft)
---
-
-Take a block of readings as `process`, without rows: where only the touches count, in about half the time.)";
-
-constexpr auto gap_doc = R"(gap(self, /)
---
-
-The readings from here on have another baseline: the board was opened again or replaced, or its range was moved.
-
-It ends a touch that is running, and measures the baseline again, with whatever the probe touches now. The flag "gap" is
-on that touch, and on the next ones until the release of one of them has shown that this baseline was measured without
-contact; or until `tare`. If it shows the opposite, that touch has the flag "baseline".)";
-
-constexpr auto tare_doc = R"(tare(self, /, force=False)
---
-
-Measure the baseline again, with nothing touched: after a jump upwards, which the gate takes for an endless touch.
-
-In contact it raises RuntimeError, unless `force` is True: a baseline that was measured in contact is noticed at the
-release, and measured again.)";
-
 }  // namespace
 
 void bind_tracker(py::module_& module) {
   using T = PyTracker;
   const auto made = [](const py::object& name, const py::kwargs& given) {
     const Scene& scene = scene_named(name);
-    const Settings settings = scene.settings.with("Tracker", given);
+    const Settings settings = scene.settings().with("Tracker", given);
     return T(scene, settings);
   };
   auto type = methods::define_class<T>(module, "Tracker", "(scene='handheld', **settings)", tracker_doc, made,
                                        py::arg("scene") = "handheld");
-  methods::define_numeric<&T::feed>(type, "feed", feed_doc, {"t_hard", "t_soft", "hard", "soft"});
+  methods::define_fast<&feed>(type, "feed", R"(feed($self, t_hard, t_soft, hard, soft, /)
+--
+
+Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.
+)");
   methods::define_display(type, "tracker");
   const auto add = [&](const char* property, auto get, const char* doc) {
     type.def_property_readonly(property, [get](const T& tracker) { return tracker.of_run(get); }, doc);
   };
   const auto t_hard = py::arg("t_hard"), t_soft = py::arg("t_soft"), hard = py::arg("hard"), soft = py::arg("soft");
-  type.def("process", &T::process, t_hard, t_soft, hard, soft, (process_doc + std::string(methods::raises)).c_str())
-      .def("take", &T::take, t_hard, t_soft, hard, soft, take_doc)
+  type.def("process", &T::process<true>, t_hard, t_soft, hard, soft,
+           (process_doc + std::string(methods::raises)).c_str())
+      .def("take", &T::process<false>, t_hard, t_soft, hard, soft, R"(take(self, /, t_hard, t_soft, hard, soft)
+--
+
+Take a block of readings as `process`, without rows: where only the touches count, in about half the time.)")
       .def("finish", &T::finish,
            "finish(self, /)\n--\n\nEnd the running touch and return it; None if no touch is running.")
-      .def("tare", &T::tare, py::arg("force") = false, tare_doc)
-      .def("gap", &T::gap, gap_doc)
+      .def("tare", &T::tare, py::arg("force") = false, R"(tare(self, /, force=False)
+--
+
+Measure the baseline again, with nothing touched: after a jump upwards, which the gate takes for an endless touch.
+
+In contact it raises RuntimeError, unless `force` is True: a baseline that was measured in contact is noticed at the
+release, and measured again.)")
+      .def("gap", &T::gap, R"(gap(self, /)
+--
+
+The readings from here on have another baseline: the board was opened again or replaced, or its range was moved.
+
+It ends a touch that is running, and measures the baseline again, with whatever the probe touches now. The flag "gap" is
+on that touch, and on the next ones until the release of one of them has shown that this baseline was measured without
+contact; or until `tare`. If it shows the opposite, that touch has the flag "baseline".)")
       .def("touches_since", &T::touches_since,
            "touches_since(self, count, /)\n--\n\nReturn the touches after the first `count`, in order of time.")
       .def("revisions_since", &T::revisions_since,

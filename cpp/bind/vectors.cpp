@@ -68,15 +68,14 @@ Take a block of samples; the same bits as one `update` for each.
 
 Parameters
 ----------
-output : array_like of real numbers, shape (n,)
-regressors : array_like of real numbers, shape (n, size)
-out : numpy.ndarray, shape (n, size), or (n, size + 1) with an intercept, contiguous, optional
+output, regressors : array_like of real numbers, shape (n,) and (n, size)
+out : numpy.ndarray, contiguous, optional
     Where the coefficients are written.
 
 Returns
 -------
-numpy.ndarray, of the shape of `out`
-    The coefficients after each sample.
+numpy.ndarray, shape (n, size), or (n, size + 1) with an intercept
+    The coefficients after each sample; `out` if it was given.
 )";
 constexpr auto trace_doc = R"(trace(self, /, output, regressors, out=None)
 --
@@ -90,66 +89,44 @@ numpy.ndarray, shape (n,), structured
     `statistic`; `alarm`.
 )";
 
+using E = Estimator<VectorKind>;
+
 /// The numbers of a tuple, a list, an array, or of anything else that numpy makes an array of.
-AnyVector::Numbers values_of(py::handle given, std::size_t size) {
+AnyVector::Numbers values_of(PyObject* given, py::ssize_t size) {
   AnyVector::Numbers values;
-  const auto length = static_cast<py::ssize_t>(size);
-  if (PyTuple_CheckExact(given.ptr()) && PyTuple_GET_SIZE(given.ptr()) == length) {
-    for (std::size_t i = 0; i < size; ++i) {
-      values[i] = methods::real_of(PyTuple_GET_ITEM(given.ptr(), static_cast<py::ssize_t>(i)), "regressors");
+  if (PyTuple_CheckExact(given) && PyTuple_GET_SIZE(given) == size) {
+    for (py::ssize_t i = 0; i < size; ++i) {
+      values[static_cast<std::size_t>(i)] = methods::real_of(PyTuple_GET_ITEM(given, i), "regressors");
     }
     return values;
   }
-  const auto copy = [&](const View<const double>& view) {
-    for (std::size_t i = 0; i < size; ++i) {
-      values[i] = view[static_cast<py::ssize_t>(i)];
-    }
-    return values;
-  };
-  return is_plain<double>(given, length) ? copy(View<const double>(py::reinterpret_borrow<py::array>(given)))
-                                         : copy(View<const double>(samples_of<double>(
-                                               py::reinterpret_borrow<py::object>(given), "regressors", {length})));
+  const auto object = py::reinterpret_borrow<py::object>(given);
+  const View<const double> view(is_plain<double>(object, size) ? py::reinterpret_borrow<py::array>(object)
+                                                               : samples_of<double>(object, "regressors", {size}));
+  for (py::ssize_t i = 0; i < size; ++i) {
+    values[static_cast<std::size_t>(i)] = view[i];
+  }
+  return values;
 }
 
 double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
   if (count != 2) {
     throw py::type_error("takes exactly an output and regressors (" + std::to_string(count) + " given)");
   }
-  return methods::object_of<VectorEstimator>(self).update(given[0], given[1]);
+  E& estimator = methods::object_of<E>(self);
+  const double output = methods::real_of(given[0], "output");
+  const AnyVector::Numbers values = values_of(given[1], estimator.numbers().core.width());
+  return estimator.take(output, values.data()).innovation;
 }
 
-py::array numbers(const double* values, const AnyVector& core) {
-  return py::array_t<double>(static_cast<py::ssize_t>(core.coefficient_count()), values);
-}
-
-py::object row_dtype(std::size_t count) {
-  const py::dtype real = py::dtype::of<double>();
-  py::list fields;
-  for (const char* vector : {"coefficients", "standard_errors"}) {
-    fields.append(py::make_tuple(vector, real, py::make_tuple(count)));
-  }
-  for (const char* number : {"innovation", "statistic"}) {
-    fields.append(py::make_tuple(number, real));
-  }
-  fields.append(py::make_tuple("alarm", py::dtype::of<bool>()));
-  return py::module_::import("numpy").attr("dtype")(fields, py::arg("align") = true);
-}
+py::array numbers(const double* values, const AnyVector& core) { return py::array_t<double>(core.count(), values); }
 
 }  // namespace
 
-template <std::size_t... I>
-AnyVector::Cores AnyVector::made(const Settings& s, std::index_sequence<I...>) {
-  const palpate::Kept<palpate::VectorSettings<double>> kept{s.values<palpate::VectorSettings<double>>()};
-  Cores cores;
-  const auto index = static_cast<std::size_t>(s["size"] + s["intercept"]) - 1;
-  ((index == I ? void(cores.emplace<I>(kept, s["initial_covariance"])) : void()), ...);
-  return cores;
+AnyVector::AnyVector(const Settings& s) : intercept_(s["intercept"] != 0) {
+  const auto values = s.values<palpate::VectorSettings<double>>();
+  emplace<0>(static_cast<std::size_t>(s["size"] + s["intercept"]) - 1, {values}, s["initial_covariance"]);
 }
-
-AnyVector::AnyVector(const Settings& s)
-    : size_(static_cast<std::size_t>(s["size"])),
-      intercept_(s["intercept"] != 0),
-      core_(made(s, std::make_index_sequence<most>())) {}
 
 Settings VectorKind::defaults() {
   using V = palpate::VectorSettings<double>;
@@ -169,47 +146,16 @@ void VectorKind::check(const Settings& s) {
   check_covariance<double>(s);
 }
 
-double VectorEstimator::update(py::handle output, py::handle regressors) {
-  require_idle(busy_, "estimator");
-  const double y = methods::real_of(output.ptr(), "output");
-  const AnyVector::Numbers values = values_of(regressors, state_.core.size());
-  require_idle(busy_, "estimator");  // a number's own code may have run
-  return state_.take(y, values.data()).innovation;
-}
-
-py::object VectorEstimator::process(const py::object& output, const py::object& regressors, const py::object& out) {
-  const auto write = [](double* to, const AnyVector& core, const auto&) {
-    std::copy_n(core.coefficients(), core.coefficient_count(), to);
-  };
-  const auto columns = static_cast<py::ssize_t>(state_.core.coefficient_count());
-  return block<double, true>(output, regressors, out, once<&py::dtype::of<double>>(),
-                             {-1, static_cast<py::ssize_t>(state_.core.size())}, {-1, columns}, write);
-}
-
-py::object VectorEstimator::trace(const py::object& output, const py::object& regressors, const py::object& out) {
-  const auto write = [](double* to, const AnyVector& core, const auto& step) {
-    const std::size_t count = core.coefficient_count();
-    to = std::copy_n(core.coefficients(), count, to);
-    to = std::copy_n(core.standard_errors().begin(), count, to);
-    *to++ = step.accepted ? step.innovation : std::numeric_limits<double>::quiet_NaN();
-    *to++ = core.statistic();
-    *to = 0;  // the padding, too
-    std::memset(to, core.alarm(), 1);
-  };
-  const auto dtype = row_dtype(state_.core.coefficient_count()).cast<py::dtype>();
-  return block<double, true>(output, regressors, out, dtype, {-1, static_cast<py::ssize_t>(state_.core.size())}, {-1},
-                             write);
-}
-
 void bind_vectors(py::module_& module) {
-  using E = VectorEstimator;
   const auto made = [](const py::args& places, const py::kwargs& given) {
-    const Settings named = VectorKind::defaults().with("VectorRls", given);
     if (places.size() + given.contains("size") != 1) {
       throw py::type_error("VectorRls: got " + std::to_string(places.size()) +
                            " values without a name, allowed: size; the others by name");
     }
-    const Settings settings = places.empty() ? named : named.with("VectorRls", py::dict(py::arg("size") = places[0]));
+    if (!places.empty()) {
+      given["size"] = places[0];
+    }
+    const Settings settings = VectorKind::defaults().with("VectorRls", given);
     VectorKind::check(settings);
     return E(settings);
   };
@@ -217,16 +163,14 @@ void bind_vectors(py::module_& module) {
   parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", steady")) + ")";
   auto type = methods::define_class<E>(module, "VectorRls", parameters, class_doc, made);
   methods::define_fast<&update>(type, "update", update_doc);
-  define_estimator(type, process_doc, trace_doc, "regressors");
-  const auto add = [&](const char* name, auto get, const char* doc) { define_number(type, name, get, doc); };
-  visit_counts(add);
+  const auto add = define_estimator(type, process_doc, trace_doc);
   add(
       "coefficients", [](const auto& s) { return numbers(s.core.coefficients(), s.core); },
       "Estimates, shape (size,), or (size + 1,) with the intercept last.");
   add(
       "covariance",
       [](const auto& s) {
-        const auto count = static_cast<py::ssize_t>(s.core.coefficient_count());
+        const py::ssize_t count = s.core.count();
         py::array_t<double> matrix({count, count});
         for (py::ssize_t c = 0; c < count; ++c) {
           std::copy_n(s.core.covariance(static_cast<int>(c)).begin(), count, matrix.mutable_data(c, 0));

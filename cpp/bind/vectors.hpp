@@ -12,7 +12,7 @@
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
 
-/// A VectorRls of any size. An intercept is a last regressor, 1.
+/// A VectorRls of any size, as OneRatio. An intercept is a last regressor, 1.
 class AnyVector {
   template <int N>
   using Core = palpate::VectorRls<double, N>;
@@ -22,27 +22,27 @@ class AnyVector {
 
  public:
   using real_type = double;
-  static constexpr std::size_t most = 8;  // coefficients
-  using Numbers = std::array<double, most>;
+  using Numbers = std::array<double, 8>;
+  static constexpr bool is_vector = true;
+  static constexpr auto explains = "regressors";
 
   explicit AnyVector(const Settings& s);
 
-  /// From the first size() of the values.
-  auto update(double output, const double* values) noexcept {
-    const auto take = [&](auto& core) {
+  auto take(double output, const double* regressors) noexcept {
+    const auto update = [&](auto& core) {
       constexpr std::size_t last = std::decay_t<decltype(core)>::size - 1;
       double given[last + 1];
-      std::copy_n(values, last, given);
-      given[last] = intercept_ ? 1 : values[last];
+      std::copy_n(regressors, last, given);
+      given[last] = intercept_ ? 1 : regressors[last];
       return core.update(output, given);
     };
-    return std::visit(take, core_);
+    return std::visit(update, core_);
   }
-  std::size_t size() const noexcept { return size_; }
-  std::size_t coefficient_count() const noexcept { return size_ + intercept_; }
-  const double* coefficients() const noexcept {
-    return std::visit([](const auto& core) { return core.coefficients(); }, core_);
-  }
+  py::ssize_t width() const noexcept { return count() - intercept_; }
+  py::ssize_t count() const noexcept { return static_cast<py::ssize_t>(core_.index()) + 1; }
+  double* write(double* to) const noexcept { return std::copy_n(coefficients(), count(), to); }
+  double* write_spread(double* to) const noexcept { return std::copy_n(standard_errors().begin(), count(), to); }
+
   /// A column of the covariance; as many numbers as coefficients.
   Numbers covariance(int column) const noexcept {
     return filled([column](const auto& core, auto& values) { core.covariance(column, values); });
@@ -54,6 +54,9 @@ class AnyVector {
     double degrees = 0;
     filled([&](const auto& core, auto& values) { degrees = core.standard_errors(values); });
     return degrees;
+  }
+  const double* coefficients() const noexcept {
+    return std::visit([](const auto& core) { return core.coefficients(); }, core_);
   }
   double statistic() const noexcept {
     return std::visit([](const auto& core) { return core.statistic(); }, core_);
@@ -68,8 +71,14 @@ class AnyVector {
   }
 
  private:
-  template <std::size_t... I>
-  static Cores made(const Settings& s, std::index_sequence<I...>);
+  template <std::size_t I>
+  void emplace(std::size_t index, const palpate::Kept<palpate::VectorSettings<double>>& settings, double covariance) {
+    if (I == index) {
+      core_.emplace<I>(settings, covariance);
+    } else if constexpr (I < 7) {
+      emplace<I + 1>(index, settings, covariance);
+    }
+  }
   template <class Fill>
   Numbers filled(Fill fill) const noexcept {
     const auto copied = [&](const auto& core) {
@@ -82,7 +91,6 @@ class AnyVector {
     return std::visit(copied, core_);
   }
 
-  std::size_t size_;
   bool intercept_;
   Cores core_;
 };
@@ -92,14 +100,4 @@ struct VectorKind {
   static Settings defaults();
   static void check(const Settings& s);
   static Core core(const Settings& s) { return Core(s); }
-};
-
-class VectorEstimator : public Estimator<VectorKind> {
- public:
-  using Estimator::Estimator;
-  explicit VectorEstimator(const Estimator& other) : Estimator(other) {}
-
-  double update(py::handle output, py::handle regressors);
-  py::object process(const py::object& output, const py::object& regressors, const py::object& out);
-  py::object trace(const py::object& output, const py::object& regressors, const py::object& out);
 };
