@@ -148,14 +148,12 @@ void VectorKind::check(const Settings& s) {
 
 void bind_vectors(py::module_& module) {
   const auto made = [](const py::args& places, const py::kwargs& given) {
+    const Settings named = VectorKind::defaults().with("VectorRls", given);
     if (places.size() + given.contains("size") != 1) {
       throw py::type_error("VectorRls: got " + std::to_string(places.size()) +
                            " values without a name, allowed: size; the others by name");
     }
-    if (!places.empty()) {
-      given["size"] = places[0];
-    }
-    const Settings settings = VectorKind::defaults().with("VectorRls", given);
+    const Settings settings = places.empty() ? named : named.with("VectorRls", py::dict(py::arg("size") = places[0]));
     VectorKind::check(settings);
     return E(settings);
   };
