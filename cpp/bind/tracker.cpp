@@ -165,7 +165,7 @@ class PyTracker {
 
   const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
-  const auto& touches() const { return touches_.list; }
+  auto touches() const { return touches_.list; }  // copies: the next touch moves those in the list
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
 

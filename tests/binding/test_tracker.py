@@ -26,6 +26,18 @@ def test_states_and_rows_tell_the_same() -> None:
     assert np.isfinite(tracker.standard_error)
 
 
+def test_a_touch_stays_as_it_is_when_the_next_ones_end() -> None:
+    run = scenarios.run("four-specimens", 1)
+    tracker = palpate.Tracker()
+    seen = []
+    for row in zip(run.t_hard_s, run.t_soft_s, run.hard, run.soft, strict=True):
+        if tracker.feed(*map(float, row)):
+            touch = tracker.touches[-1]
+            seen.append((touch, touch.as_dict()))
+    assert len({touch.start_s for touch, _ in seen}) == 4
+    assert [touch.as_dict() for touch, _ in seen] == [then for _, then in seen]
+
+
 def test_tare_after_the_baseline_jumped() -> None:
     run = scenarios.run("tremor", 1)
     t = [run.t_hard_s, run.t_soft_s]

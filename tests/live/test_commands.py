@@ -27,7 +27,6 @@ VALUES: dict[str, dict[str, Any]] = {
     "calibrating": {"on": True},
     "settings": {"unit": "kPa", "shore": True, "probe": "", "site": "", "operator": ""},
     "cut": {"from_s": 0.5, "to_s": 2},
-    "noise": {"on": True},
     "view": {"id": 1, "from_s": 0.5, "to_s": 2, "rows": 20},
 }
 """What the page sends with its commands; nothing with the rest."""
