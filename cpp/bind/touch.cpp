@@ -10,8 +10,6 @@
 namespace {
 
 using R = palpate::runs::Result;
-using Fitted = palpate::Fitted<double>;
-using Level = palpate::Levelled<double>;
 
 py::object flags(const R& touch) {
   py::list flags;
@@ -38,9 +36,9 @@ struct Field {
   const char* doc;
 };
 
-template <auto Member, auto... Part>
+template <auto Member>
 py::object get(const R& touch) {
-  return py::cast((std::invoke(Member, touch).*....*Part));
+  return py::cast(std::invoke(Member, touch));
 }
 
 const Field fields[] = {
@@ -57,25 +55,29 @@ const Field fields[] = {
 "baseline": known, and not corrected).)"},
     {"first_ratio", &get<&R::first_ratio>, "The ratio that was known at the end of the touch."},
     {"first_standard_error", &get<&R::first_standard_error>, "Its standard deviation."},
-    {"level_ratio", &get<&R::level, &Level::ratio>,
+    {"level_ratio", [](const R& touch) { return py::cast(touch.level.ratio); },
      R"(Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: a tilt
 of the probe does not change it; nan in other scenes, or where the press shows no sweep.)"},
-    {"level_standard_error", &get<&R::level, &Level::standard_error>, "Standard deviation of `level_ratio`."},
+    {"level_standard_error", [](const R& touch) { return py::cast(touch.level.standard_error); },
+     "Standard deviation of `level_ratio`."},
     {"contact_exponent", &get<&R::contact_exponent>,
      "Exponent of force against depth with which `level_ratio` was computed; 0: there is none."},
     {"age_s", &get<&R::age>,
      R"(Seconds from where the press had settled to the end of the touch, if it ends at an age; 0: it ends at its length.)"},
-    {"ratio_before", &get<&R::before, &Level::ratio>,
+    {"ratio_before", [](const R& touch) { return py::cast(touch.before.ratio); },
      "With the flag \"changed\", where the change lasted: the ratio before it, and `ratio` is the one after it; else "
      "nan."},
-    {"before_standard_error", &get<&R::before, &Level::standard_error>, "Standard deviation of `ratio_before`."},
-    {"ratio_after", &get<&R::after, &Level::ratio>,
+    {"before_standard_error", [](const R& touch) { return py::cast(touch.before.standard_error); },
+     "Standard deviation of `ratio_before`."},
+    {"ratio_after", [](const R& touch) { return py::cast(touch.after.ratio); },
      R"(With the flag "changed", shortly before the end: the ratio after the change, from the last samples, and `ratio` is the
 one before it; else nan.)"},
-    {"after_standard_error", &get<&R::after, &Level::standard_error>, "Standard deviation of `ratio_after`."},
-    {"offset_ratio", &get<&R::fitted, &Fitted::offset_ratio>,
+    {"after_standard_error", [](const R& touch) { return py::cast(touch.after.standard_error); },
+     "Standard deviation of `ratio_after`."},
+    {"offset_ratio", [](const R& touch) { return py::cast(touch.fitted.offset_ratio); },
      R"(Ratio of hard = ratio * soft + offset, where the flag "offset" is the only misfit and explains it; else nan.)"},
-    {"offset_standard_error", &get<&R::fitted, &Fitted::offset_error>, "Standard deviation of `offset_ratio`."},
+    {"offset_standard_error", [](const R& touch) { return py::cast(touch.fitted.offset_error); },
+     "Standard deviation of `offset_ratio`."},
     {"effects", &effects,
      R"(Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean
 depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the soft
