@@ -52,7 +52,6 @@ const ANSWERS = {
     known.forced = message.message.startsWith("tare:");
     enable("state");
   },
-  failed: (message) => answer(message.message, true),
 };
 
 function hear(message) {
