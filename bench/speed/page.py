@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
 from typing import Any
@@ -28,7 +29,7 @@ BOUNDS_S = {"first picture": 2.5, "whole": 5.0, "next touch": 0.1, "progress of 
 STEP = """
 const [done] = arguments, { charts, known } = palpate, before = known.chosen, begin = performance.now();
 document.getElementById("after").click();
-const look = () => (known.chosen !== before && charts.touchplot.shown?.touch.number === known.chosen && !charts.rows.views.underWay().length
+const look = () => (known.chosen !== before && charts.touchplot.shown?.touch.number === known.chosen && !charts.rows.underWay().length
   ? done((performance.now() - begin) / 1000) : requestAnimationFrame(look));
 look();
 """
@@ -53,7 +54,8 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
     with webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver"))) as page:
         page.get("about:blank")
         begin, run = time.monotonic(), page.execute_script
-        with Popen(command, stdout=PIPE, stderr=DEVNULL, text=True) as server:
+        with Popen(command, stdout=PIPE, stderr=DEVNULL, text=True) as server, ExitStack() as end:
+            end.callback(server.terminate)
             assert server.stdout
             page.get(json.loads(server.stdout.readline())["address"])
             found["first picture"] = waited(lambda: run("return globalThis.palpate?.charts.detail.points > 0"), begin)
@@ -68,9 +70,8 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
                 lambda: run("return !document.getElementById('progress').hidden"), begin
             )
             begin = time.monotonic()
-            run("document.getElementById('stopreport').click()")
+            run("document.querySelector('#progress button').click()")
             found["report stopped"] = waited(lambda: run("return document.getElementById('progress').hidden"), begin)
-            server.terminate()
     with table.open() as file:
         if [float(row["ratio"]) for row in csv.DictReader(file)] != [touch.ratio for touch in touches]:
             raise RuntimeError(f"{table.name}: not the touches of {path.name}")
