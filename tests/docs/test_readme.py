@@ -47,7 +47,7 @@ def test_replay_prints_what_the_readme_shows() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, encoding="utf-8", check=True, cwd=ROOT
     )
-    assert done.stdout == shown
+    assert done.stderr + done.stdout == shown
 
 
 def test_the_python_lines_print_what_the_readme_shows(monkeypatch: pytest.MonkeyPatch) -> None:
