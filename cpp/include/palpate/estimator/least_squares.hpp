@@ -23,13 +23,8 @@ struct TriangularFactor {
   Real projected[Size] = {};               // z
   Real upper[above > 0 ? above : 1] = {};  // U above its diagonal, row by row
 
-  constexpr bool finite() const noexcept {
-    Real sum = 0;
-    for (const Real value : coefficients) {
-      sum += product(value, Real(0));
-    }
-    return sum == 0;
-  }
+  /// After a rotation. Substitution subtracts a multiple of each coefficient from the first one; infinity * 0 is NaN.
+  constexpr bool finite() const noexcept { return is_finite(coefficients[0]); }
 
   /// values = U^-1 values, the ones above `last` being 0.
   constexpr void substitute(Real (&values)[Size], int last = Size - 1) const noexcept {
@@ -65,13 +60,13 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     }
   }
 
-  /// The factor after a sample, and what is left of the sample. A regressor that is a combination of those before it, as
-  /// far as 1 / resolution of its mean square can tell, says nothing.
-  PALPATE_ONCE constexpr Factor rotated(Real forgetting, Real resolution, Sample& row) const noexcept {
-    Factor next;
+  /// `next`, which may be this factor, becomes the factor after a sample, and `row` what is left of the sample. A
+  /// regressor that is a combination of those before it, as far as 1 / resolution of its mean square can tell, says
+  /// nothing; one that overflows has made a coefficient infinite or NaN.
+  PALPATE_ONCE constexpr void rotate(Real forgetting, Real resolution, Sample& row, Factor& next) const noexcept {
     for (int i = 0, j = 0; i < Size; ++i) {
       Real x = row.regressors[i];
-      if (PALPATE_UNLIKELY(product(product(x, x), product(resolution, count_squares)) < squares[i * (i + 3) / 2])) {
+      if (PALPATE_UNLIKELY(!(product(product(x, x), product(resolution, count_squares)) >= squares[i * (i + 3) / 2]))) {
         keep_apart();
         x = row.regressors[i] = 0;
       }
@@ -87,38 +82,30 @@ struct LeastSquares : TriangularFactor<Real, Size> {
       next.coefficients[i] = next.projected[i] = projected[i] + product(share, row.output);
     }
     next.substitute(next.coefficients);
-    return next;
   }
 
-  /// Take the sample of which `row` is left. Number by number: to copy the struct the compilers store it, and load it
-  /// again in other pieces, which waits for the stores.
-  PALPATE_ONCE constexpr void accept(Real forgetting, const Sample& sample, const Sample& row,
-                                     const Factor& next) noexcept {
-    for (int i = 0; i < Size; ++i) {
-      coefficients[i] = next.coefficients[i];
-      diagonal[i] = next.diagonal[i];
-      projected[i] = next.projected[i];
-      keep_apart();
-    }
-    for (int i = 0; i < above; ++i) {
-      upper[i] = next.upper[i];
-    }
+  /// The sums of `next` become those after the sample of which `row` is left. Sums in one SIMD register take more steps.
+  PALPATE_ONCE constexpr void sum_up(Real forgetting, const Sample& sample, const Sample& row,
+                                     LeastSquares& next) const noexcept {
     const Real square = product(forgetting, forgetting);
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = 0; k <= i; ++k, ++j) {
-        squares[j] = product(square, squares[j]) + product(sample.regressors[i], sample.regressors[k]);
+        next.squares[j] = product(square, squares[j]) + product(sample.regressors[i], sample.regressors[k]);
+        keep_apart();
       }
     }
-    count = product(forgetting, count) + 1;
-    count_squares = product(square, count_squares) + 1;
-    residuals = product(forgetting, residuals) + product(product(row.weight, row.output), row.output);
+    next.count = product(forgetting, count) + 1;
+    keep_apart();
+    next.count_squares = product(square, count_squares) + 1;
+    keep_apart();
+    next.residuals = product(forgetting, residuals) + product(product(row.weight, row.output), row.output);
   }
 
   /// Both in one. Returns the weight of the residual, 1 / (1 + x' P x / forgetting).
   constexpr Real add(Real forgetting, Real resolution, const Sample& sample) noexcept {
     Sample row = sample;
-    const Factor next = rotated(forgetting, resolution, row);
-    accept(forgetting, sample, row, next);
+    rotate(forgetting, resolution, row, *this);
+    sum_up(forgetting, sample, row, *this);
     return row.weight;
   }
 
@@ -134,7 +121,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
       Sample row;
       row.regressors[i] = 1;
       row.weight = information;
-      next = rotated(Real(1), std::numeric_limits<Real>::infinity(), row);
+      rotate(Real(1), std::numeric_limits<Real>::infinity(), row, next);
       for (int k = 0; k < Size; ++k) {
         next.projected[k] = next.coefficients[k] = coefficients[k];
       }

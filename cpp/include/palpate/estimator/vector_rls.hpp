@@ -69,30 +69,35 @@ class VectorRls : public Parameters {
   /// With these settings, and coefficients 0 of this covariance, 1 / regressor^2.
   constexpr explicit VectorRls(const Parameters& parameters = Parameters(),
                                Real covariance = default_covariance) noexcept
-      : Parameters(parameters), fit_(larger(1 / covariance, settings.min_information)), guarded_(fit_.diagonal[0]) {}
+      : Parameters(parameters),
+        guarded_(larger(1 / covariance, settings.min_information)),
+        fits_{Fit(guarded_), Fit(guarded_)} {}
 
   /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
   constexpr VectorStep<Real> update(Real output, const Real (&values)[Regressors]) noexcept {
     const Sample sample = sample_of(output, values);
-    const Real innovation = innovation_of(sample, fit_);
     Sample row = sample_of(output, values);
-    const auto next = fit_.rotated(settings.steady, resolution, row);
+    // Of an index multiplied by the size of a fit, g++ would compute each address anew.
+    const Fit& before = second_ ? fits_[1] : fits_[0];
+    Fit& next = second_ ? fits_[0] : fits_[1];
+    before.rotate(settings.steady, resolution, row, next);
+    const Real innovation = innovation_of(sample, before), z = product(innovation, square_root(row.weight));
     if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
       return {innovation, alarm_, false, false};
     }
+    before.sum_up(settings.steady, sample, row, next);
+    remember(sample);
     const Real scale = scale_of(output), limit = product(settings.clip, scale), inverse = 1 / scale;
-    const Real z = product(innovation, square_root(row.weight));
     const bool watched = seen_ >= warm_up, outlier = watched && magnitude(z) > limit;
     const Real clipped = PALPATE_UNLIKELY(outlier) ? z > 0 ? limit : -limit : z;
-    remember(sample);
+    learn(magnitude(clipped), row.weight);
     if (PALPATE_LIKELY(watched)) {
       watch(product(clipped, inverse), row);
     }
-    learn(magnitude(clipped), row.weight);
     if (PALPATE_UNLIKELY(alarm_)) {
       adapt(scale);
     } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
-      fit_.accept(settings.steady, sample, row, next);
+      second_ = !second_;
       guard(settings.steady);
     }
     return {innovation, alarm_, true, outlier};
@@ -111,7 +116,7 @@ class VectorRls : public Parameters {
       visit(number);
       value = static_cast<std::decay_t<decltype(value)>>(number);
     };
-    fit_.visit_state(visit);
+    fit().visit_state(visit);
     for (int i = 0; i < Size; ++i) {
       visit(rise_[i]), visit(fall_[i]);
     }
@@ -126,18 +131,18 @@ class VectorRls : public Parameters {
   }
 
   /// The estimates: `size` numbers, the intercept last.
-  constexpr const Real* coefficients() const noexcept { return fit_.coefficients; }
+  constexpr const Real* coefficients() const noexcept { return fit().coefficients; }
   /// A column of P, for noise of variance 1 and without forgetting, 1 / regressor^2.
-  constexpr void covariance(int column, Real (&result)[Size]) const noexcept { fit_.covariance(column, result); }
+  constexpr void covariance(int column, Real (&result)[Size]) const noexcept { fit().covariance(column, result); }
   /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN where the samples do not
   /// determine a coefficient. All NaN, and 0 degrees of freedom, before Size + 4 samples, in total and since a change.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
-    const Real left = fit_.count - fit_.leverages(result, guarded_);
-    const bool settled = fit_.count > Size + Real(3.5) && left > 0;
+    const Real left = fit().count - fit().leverages(result, guarded_);
+    const bool settled = fit().count > Size + Real(3.5) && left > 0;
     for (Real& value : result) {
-      value = settled ? square_root(product(value, fit_.residuals / left)) : std::numeric_limits<Real>::quiet_NaN();
+      value = settled ? square_root(product(value, fit().residuals / left)) : std::numeric_limits<Real>::quiet_NaN();
     }
-    return settled ? product(left, fit_.count / fit_.count_squares) : Real(0);
+    return settled ? product(left, fit().count / fit().count_squares) : Real(0);
   }
   /// The largest side of the CUSUM, in standard deviations.
   constexpr Real statistic() const noexcept {
@@ -150,7 +155,7 @@ class VectorRls : public Parameters {
   /// Whether the last sample led to a hand-over; with `alarmed`, whether there is an alarm.
   constexpr bool alarm() const noexcept { return alarm_; }
   /// Sum of the weights of the samples from which the coefficients were computed.
-  constexpr Real count() const noexcept { return fit_.count; }
+  constexpr Real count() const noexcept { return fit().count; }
 
  private:
   static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
@@ -218,22 +223,27 @@ class VectorRls : public Parameters {
   /// The m-th last one.
   constexpr const Sample& remembered(std::uint32_t m) const noexcept { return samples_[(next_ + window - m) % window]; }
 
+  // Not in watch: for it g++ would load all sides before the branch.
+  PALPATE_COLD constexpr void start_sides() noexcept {
+    either_ = 0;
+    for (int i = 0; i < Size; ++i) {
+      rise_[i] = fall_[i] = 0;
+    }
+  }
+
   /// Branches on z or on the sign of a regressor would be predicted wrong half the time. Of a select with the constant 0
   /// g++ makes one, of a select of two computed numbers it does not.
   PALPATE_ONCE constexpr void watch(Real z, const Sample& row) noexcept {
     const bool switches = settings.alarmed > 0;
     if (PALPATE_UNLIKELY(alarm_) && !switches) {
-      either_ = 0;
-      for (int i = 0; i < Size; ++i) {
-        rise_[i] = fall_[i] = 0;
-      }
+      start_sides();
     }
     const Real zero = z - z;
     const auto kept = [zero](Real sum) { return larger(sum, zero); };
     for (int i = 0; i < Size; ++i) {
       const Real signed_z = with_sign(z, row.regressors[i]);
       rise_[i] = kept(rise_[i] + (signed_z - settings.drift));
-      fall_[i] = kept(fall_[i] + (-signed_z - settings.drift));
+      fall_[i] = kept(fall_[i] - (signed_z + settings.drift));
     }
     either_ = kept(either_ + (magnitude(z) - (settings.drift + Real(0.8))));  // the mean of |z| is 0.8
     alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? settings.threshold / 4 : settings.threshold);
@@ -242,7 +252,7 @@ class VectorRls : public Parameters {
   PALPATE_ONCE constexpr void guard(Real forgetting) noexcept {
     guarded_ = product(forgetting, guarded_);
     if (PALPATE_UNLIKELY(guarded_ < settings.min_information)) {
-      fit_.strengthen(2 * settings.min_information - guarded_);
+      fit().strengthen(2 * settings.min_information - guarded_);
       guarded_ = 2 * settings.min_information;
     }
   }
@@ -253,11 +263,11 @@ class VectorRls : public Parameters {
   /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
   PALPATE_COLD constexpr void adapt(Real scale) noexcept {
     if (settings.alarmed > 0) {
-      fit_.add(settings.alarmed, resolution, remembered(1));
+      fit().add(settings.alarmed, resolution, remembered(1));
       guard(settings.alarmed);
       return;
     }
-    const Fit before = fit_;
+    const Fit before = fit();
     const Real price = 2 * product(scale, scale);
     Fit latest(2 * settings.min_information, before.coefficients);
     Real gain = 0, most = -std::numeric_limits<Real>::infinity();
@@ -269,19 +279,22 @@ class VectorRls : public Parameters {
       gain += product(innovation, innovation) - product(price, (1 - weight) / (1 + weight));
       if (gain - latest.residuals > most && latest.finite()) {
         most = gain - latest.residuals;
-        fit_ = latest;
+        fit() = latest;
         held_ = m;
         guarded_ = 2 * settings.min_information;
       }
     }
   }
 
-  Fit fit_;
-  Real rise_[Size] = {}, fall_[Size] = {}, either_ = 0;  // sides of the CUSUM
+  constexpr Fit& fit() noexcept { return fits_[second_]; }
+  constexpr const Fit& fit() const noexcept { return fits_[second_]; }
+
   Real guarded_;                                         // information that each direction has at least
+  Fit fits_[2];                                          // the present one, and the next: no number is copied
+  Real rise_[Size] = {}, fall_[Size] = {}, either_ = 0;  // sides of the CUSUM
   Real mean_magnitude_ = 0, seen_ = 0;                   // of clipped z, and their number
   std::uint32_t held_ = 0, next_ = 0;                    // of samples_
-  bool alarm_ = false;
+  bool alarm_ = false, second_ = false;                  // of fits_
   Sample samples_[window] = {};
 };
 
