@@ -131,7 +131,7 @@ class Estimate:
             The estimator before a change that is confirmed by this sample.
         """
         state = self._state
-        before = {name: getattr(state, name) for name in ("ratio", "information", "squares", "weight")}
+        before = {name: getattr(state, name) for name in ("base", "information", "squares", "weight")}
         drifted = state.drifting
         state.update(hard, soft)
         self.samples += 1
@@ -141,7 +141,7 @@ class Estimate:
             # The samples that the hand-over kept count as the last readings.
             self._weights = np.ones(round(state.weight))
             self._numbers = number - np.arange(len(self._weights), dtype=float)
-            self.fit.restart(state.ratio / before["ratio"] - 1)
+            self.fit.restart(state.ratio / before["base"] - 1)
             self.sweep.restart()
             self.changed = True
         if state.drifting and not (drifted and self._unconfirmed):
@@ -163,6 +163,7 @@ class Estimate:
             kept = {name: deepcopy(getattr(self, name)) for name in names}
             for name, value in before.items():
                 setattr(kept["_state"], name, value)
+            kept["_state"].lag = kept["_state"].lead = 0.0
             self._unconfirmed, self._begun_s, self._alarmed = kept, time_s, False
         self._alarmed = self._alarmed or alarm
         self._changed_s, self._squares = time_s, []

@@ -5,6 +5,7 @@ The core keeps sums since a CUSUM side was last 0; this keeps the samples, and a
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
 FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
 MEMORY = 0.995  # forgetting factor of the noise model
 ALLOWED_OFFSET = 2  # of the innovations, in units of their roughness; above it the ratio drifts
-DRIFT_FROM = 16  # innovations
+DRIFT_FROM, MATURE = 16, 48  # innovations: until a drift is seen; until what the press itself disturbs is past
+EXPECTED = 64  # innovations after a drift until the whole offset is allowed again, from half of it
 MOST = 0.9  # share of a new sample in the ratio, while the ratio drifts
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
 
@@ -38,6 +40,7 @@ class Noise:
     offset: Any  # running means of e(k) and |e(k) - e(k-1)|
     roughness: Any
     due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
+    since: int = EXPECTED  # innovations after a drift
 
     def scale(self, output: Any, seen: int) -> Any:
         """Return the standard deviation of the whitened innovation: sqrt(pi / 2) times its mean magnitude.
@@ -66,16 +69,21 @@ class Noise:
 
     def follow_offset(self, e: Any) -> None:
         """Update the running means of the innovation and of its steps."""
+        self.since += 1
         self.offset += (e - self.offset) / 16
         self.roughness += (abs(e - self.before) - self.roughness) / 32
 
+    def allowed(self) -> Any:
+        """Return the offset, in units of the roughness, above which the ratio drifts."""
+        return min(self.number(ALLOWED_OFFSET) / 2 + self.number(self.since) / EXPECTED, self.number(ALLOWED_OFFSET))
+
     def drifts(self) -> bool:
         """Return whether the innovations have an offset that their noise does not explain."""
-        return bool(abs(self.offset) > self.number(ALLOWED_OFFSET) * self.roughness and self.weight >= DRIFT_FROM)
+        return bool(abs(self.offset) > self.allowed() * self.roughness and self.weight >= DRIFT_FROM)
 
     def least_share(self) -> Any:
         """Return the least share of a new sample in the ratio, while the ratio drifts."""
-        return min(abs(self.offset) / self.roughness - self.number(ALLOWED_OFFSET), self.number(MOST))
+        return min(abs(self.offset) / self.roughness - self.allowed(), self.number(MOST))
 
     def remember(self, e: Any) -> None:
         """Keep the innovation for the next forecast."""
@@ -164,13 +172,19 @@ class _Handover:
         given = {name: number(value) for name, value in settings.items()}
         self.steady, self.drift, self.threshold = given["steady"], given["drift"], given["threshold"]
         self.clip, self.smoothing, self.guard, self.number = given["clip"], given["smoothing"], guard, number
-        self.ratio, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
+        self.base, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
         self.least = 1 / given["max_covariance"]  # information
         # The sums of (lambda^k w)^2 and of lambda^k; the mean regressor.
         self.squares = self.weight = self.instrument = number(0)
         self.noise = Noise(number, *[number(0)] * 10)
         self.up, self.down, self.seen = _Side(), _Side(), 0
         self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
+        self.row: list[Any] = []  # innovations of the last outliers in a row
+        self.lag = self.lead = number(0)  # while the ratio drifts: the mean innovation, and what it adds to the ratio
+
+    @property
+    def ratio(self) -> Any:
+        return self.base + self.lead
 
     def statistic(self) -> Any:
         return max(self.up.statistic, self.down.statistic)
@@ -179,7 +193,7 @@ class _Handover:
         return bool(self.statistic() > self.threshold)
 
     def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
-        e = output - regressor * self.ratio
+        e = output - regressor * self.base
         # The mean of the earlier regressors; the regressor itself if the two differ by more than a factor of 4.
         size, x = abs(self.instrument), abs(regressor)
         leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
@@ -194,19 +208,24 @@ class _Handover:
             z = clipped / scale if regressor >= 0 else -clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
+        self.row = [*self.row, e] if outlier else []
+        if self.alarm() and self._differ():
+            self.up, self.down = _Side(), _Side()
         self.outlier, self.drifting = outlier, bool(self.noise.drifts())
         limited = self.noise.rho * self.noise.before + clipped if outlier else e
+        gain = self.number(0)
         if self.alarm():
             self._hand_over()
         elif not outlier or self.noise.drifts():
-            self._follow(w, regressor, limited)
+            gain = self._follow(w, regressor, limited)
         self._learn(limited, clipped, outlier)
         # The instrument: the mean of the first 1 / smoothing regressors, then an exponential mean.
         self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
+        self._follow_lag(limited, gain)
         return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
 
-    def _follow(self, w: Any, regressor: Any, e: Any) -> None:
-        """Update the information and the ratio: R' = lambda R + w x, r' = r + (w / R') e.
+    def _follow(self, w: Any, regressor: Any, e: Any) -> Any:
+        """Update the information and the ratio, R' = lambda R + w x, r' = r + (w / R') e; return w / R'.
 
         While the ratio drifts, lambda is so small that a sample as large as the mean has at least the least share.
         """
@@ -216,9 +235,29 @@ class _Handover:
         left = forgetting * self.information
         bounded = max(left, min(self.least, self.information))
         self.information = left + w * regressor if w * regressor > 0 else bounded
-        self.ratio += w / self.information * e
+        self.base += w / self.information * e
         self.squares = forgetting**2 * self.squares + w * w
         self.weight = forgetting * self.weight + 1
+        return w / self.information
+
+    def _follow_lag(self, e: Any, gain: Any) -> None:
+        """While the ratio drifts, add what the recursion is behind: the mean innovation, less the share that is corrected."""
+        noise, drifts = self.noise, self.drifting and not self.alarm()
+        mature = noise.weight >= MATURE
+        if drifts and mature:
+            noise.since = 0
+            share = min(gain * self.instrument, self.number(1))
+            self.lag += share * (e - self.lag)
+            self.lead = (1 - share) * self.lag / self.instrument
+        else:
+            self.lag = self.lead = self.number(0)
+
+    def _differ(self) -> bool:
+        """Return whether the outliers in a row are of different sizes, as in a burst of noise; after a change they are of one."""
+        steps = size = self.number(0)
+        for before, e in pairwise([self.number(0), *self.row]):
+            steps, size = steps / 2 + (abs(e - before) if size else 0), size / 2 + abs(e)
+        return bool(3 * steps > size)
 
     def _hand_over(self) -> None:
         """Estimate again: from the samples since the CUSUM side was last 0, without the first `guard`, at least from one."""
@@ -226,7 +265,7 @@ class _Handover:
         samples = since[self.guard :] or since[-1:]
         self.squares = sum((w * w for w, _, _ in samples), self.number(0))
         self.information = sum((w * x for w, _, x in samples), self.number(0))
-        self.ratio = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
+        self.base = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
         self.weight = self.number(len(samples))
 
     def _learn(self, e: Any, clipped: Any, outlier: bool) -> None:
@@ -244,6 +283,7 @@ class _Handover:
                 noise.update_forecast(self.seen)
         if self.alarm():
             noise.before = noise.before_that = noise.offset = self.number(0)
+            noise.since = EXPECTED
 
     def standard_error(self) -> Any:
         if self.noise.weight < FEWEST or self.weight < SETTLED:

@@ -123,9 +123,14 @@ class Handover : public Parameters {
       return detail::refusal(ratio_, innovation, alarm());
     }
     watch(judged, sample);
-    const bool change = alarm();
+    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(row_.size > 0)) {
+      row_.add(innovation, judged.outlier);
+    }
+    const bool change = alarm() && !row_.differ();
     if (PALPATE_UNLIKELY(change)) {
       next = handed_over(cusum_.larger(), sample, next);
+    } else if (PALPATE_UNLIKELY(alarm())) {
+      cusum_ = {};
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
@@ -134,7 +139,10 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(change)) {
       noise_.restart();
     }
-    return {next.ratio, innovation, next.gain, change, true, judged.outlier, drifts};
+    if (PALPATE_UNLIKELY(drifts || lag_ != 0)) {
+      follow_lag(counted.innovation, next.gain, drifts && !change);
+    }
+    return {ratio(), innovation, next.gain, change, true, judged.outlier, drifts};
   }
 
   /// Forget all samples; the settings stay.
@@ -143,8 +151,9 @@ class Handover : public Parameters {
     cusum_ = {};
     sums_ = {Real(1) / covariance};
     instrument_ = {};
-    seen_ = 0;
+    seen_ = lag_ = lead_ = 0;
     noise_ = {};
+    row_ = {};
   }
 
   /// The ratio and the sums from which it was computed, without the noise.
@@ -157,6 +166,7 @@ class Handover : public Parameters {
   /// Go back to such an estimate; the noise stays.
   constexpr void restore(const Estimate& estimate) noexcept {
     ratio_ = estimate.ratio;
+    lag_ = lead_ = 0;
     sums_ = estimate.sums;
   }
 
@@ -169,10 +179,15 @@ class Handover : public Parameters {
     instrument_.visit_state(visit);
     noise_.visit_state(visit);
     visit(seen_);
+    visit(row_.last);
+    visit(row_.size);
+    visit(row_.steps);
+    visit(lag_);
+    visit(lead_);
   }
 
-  /// The estimate r.
-  constexpr Real ratio() const noexcept { return ratio_; }
+  /// The estimate r; while it drifts, without the lag of the recursion.
+  constexpr Real ratio() const noexcept { return ratio_ + lead_; }
   /// R, the weighted sum of w x, pF^2.
   constexpr Real information() const noexcept { return sums_.information; }
   /// 1 / R, 1/pF^2; unscaled: see variance().
@@ -216,6 +231,17 @@ class Handover : public Parameters {
   /// How an innovation counts.
   struct Counted {
     Real innovation, forgetting;
+  };
+  /// Outliers in a row: after a change they are of one size, in a burst of noise they are not.
+  struct Row {
+    Real last = 0, size = 0, steps = 0;  // the last one; sums of magnitudes, and of steps, half of each before
+
+    PALPATE_COLD constexpr void add(Real innovation, bool outlier) noexcept {
+      steps = outlier && size > 0 ? steps / 2 + magnitude(innovation - last) : Real(0);
+      size = outlier ? size / 2 + magnitude(innovation) : Real(0);
+      last = innovation;
+    }
+    constexpr bool differ() const noexcept { return 3 * steps > size; }
   };
   struct Next {
     Real ratio;
@@ -294,6 +320,18 @@ class Handover : public Parameters {
     return most < settings.steady ? most : settings.steady;
   }
 
+  /// While the ratio drifts, r is behind it: the innovations have a mean, of which the next share K = (w / R') x is not yet
+  /// corrected. It is taken over as many of them as K is of one.
+  PALPATE_COLD constexpr void follow_lag(Real innovation, Real gain, bool drifts) noexcept {
+    if (drifts) {
+      noise_.expect_drift();
+    }
+    const bool known = drifts && noise_.mature();
+    const Real mean = instrument_.mean(), given = product(gain, mean), share = given < 1 ? given : Real(1);
+    lag_ = known ? lag_ + product(share, innovation - lag_) : Real(0);
+    lead_ = known ? product(1 - share, lag_) / mean : Real(0);
+  }
+
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
   /// range of Real: as without a change.
   PALPATE_COLD constexpr Next handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
@@ -327,6 +365,8 @@ class Handover : public Parameters {
   Instrument<Real> instrument_;
   Real seen_ = 0;
   InnovationNoise<Real> noise_;
+  Row row_{};
+  Real lag_ = 0, lead_ = 0;  // while the ratio drifts: the mean innovation, and what it adds to the ratio
 };
 
 }  // namespace palpate

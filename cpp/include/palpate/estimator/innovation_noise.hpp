@@ -61,18 +61,31 @@ class InnovationNoise {
   }
 
   /// Start again after a hand-over: the next innovations are independent of the earlier ones.
-  constexpr void restart() noexcept { before_ = before_that_ = offset_ = 0; }
+  constexpr void restart() noexcept {
+    before_ = before_that_ = offset_ = 0;
+    allowed_ = allowed_offset;
+  }
 
   /// Whether the innovations have an offset that their noise does not explain: the ratio drifts away from the estimate.
   constexpr bool drifts() const noexcept {
-    return magnitude(offset_) > product(allowed_offset, roughness_) && count_ >= fewest_offset;
+    return magnitude(offset_) > product(allowed_, roughness_) && count_ >= fewest_offset;
+  }
+
+  /// Whether what the press itself disturbs is past.
+  constexpr bool mature() const noexcept { return count_ >= 3 * fewest_offset; }
+
+  /// The ratio drifts: where it turns back, half of the offset shows the next drift, for some time.
+  constexpr void expect_drift() noexcept {
+    if (mature()) {
+      allowed_ = allowed_offset / 2;
+    }
   }
 
   /// While the ratio drifts: the least share of a new sample in the ratio. As the tracking signal of Trigg and Leach (Operational
   /// Research Quarterly 18, 1967), the share grows with the offset, in units of the roughness.
   constexpr Real least_share() const noexcept {
     constexpr Real most = Real(0.9);
-    const Real excess = magnitude(offset_) / roughness_ - allowed_offset;
+    const Real excess = magnitude(offset_) / roughness_ - allowed_;
     return excess < most ? excess : most;
   }
 
@@ -104,7 +117,7 @@ class InnovationNoise {
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     for (Real* value : {&mean_magnitude_, &lag0_, &lag1_, &lag2_, &count_, &before_, &before_that_, &rho_, &offset_,
-                        &roughness_, &until_forecast_}) {
+                        &roughness_, &until_forecast_, &allowed_}) {
       visit(*value);
     }
   }
@@ -130,6 +143,9 @@ class InnovationNoise {
   }
 
   PALPATE_ONCE constexpr void follow_offset(Real innovation) noexcept {
+    if (PALPATE_UNLIKELY(allowed_ < allowed_offset)) {
+      allowed_ += Real(1) / 64;
+    }
     offset_ += product(innovation - offset_, Real(0.0625));
     roughness_ += product(magnitude(innovation - before_) - roughness_, Real(0.03125));
   }
@@ -156,7 +172,7 @@ class InnovationNoise {
   Real lag0_ = 0, lag1_ = 0, lag2_ = 0, count_ = 0;
   Real before_ = 0, before_that_ = 0;  // e(k-1), e(k-2)
   Real rho_ = 0;
-  Real offset_ = 0, roughness_ = 0;
+  Real offset_ = 0, roughness_ = 0, allowed_ = allowed_offset;
   Real until_forecast_ = 5;  // innovations; at first as many as Handover has before its detector starts
 };
 
