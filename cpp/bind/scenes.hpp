@@ -49,6 +49,7 @@ Settings settings_of() {
     settings.add("period", 0);
     settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
     settings.add("confirmed", core.settings.confirmed);
+    settings.add("averaged", core.settings.averaged);
     const bool levels = std::is_same_v<Core, HandheldScene>;
     settings.add("contact_exponent", levels ? LevelSettings().contact_exponent : 0);
     settings.add("age", LevelSettings().age);

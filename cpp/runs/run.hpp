@@ -79,15 +79,18 @@ struct Run {
       t_hard = hard_stamps.smooth(t_hard);
       t_soft = soft_stamps.smooth(t_soft);
     }
-    // Times of the last readings, as many as a touch may be dated back.
-    times[core.readings() % times.size()] = t_hard;
+    // Times of the first readings of the last pairs, as many as a touch may be dated back.
+    if (core.pairs() != begun) {
+      begun = core.pairs();
+      times[begun % times.size()] = t_hard;
+    }
     const bool was_ready = core.ready();
     const auto report = core.feed(t_hard, t_soft, hard, soft);
     if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
       unproven = released = false;
     }
     if (core.open() && !was_open) {
-      const std::uint64_t oldest = core.readings() > times.size() ? core.readings() - times.size() : 0;
+      const std::uint64_t oldest = core.pairs() > times.size() ? core.pairs() - times.size() : 0;
       const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
       start_s = static_cast<double>(times[first % times.size()]) * 1e-9;
       opened = last_whole;
@@ -186,7 +189,7 @@ struct Run {
 
   /// From pair to pair: the mean of the last 16.
   double period_s() const {
-    const std::size_t last = core.readings() - 1, many = std::min<std::size_t>(last, 16);
+    const std::size_t last = core.pairs() - 1, many = std::min<std::size_t>(last, 16);
     const auto span = times[last % times.size()] - times[(last - many) % times.size()];
     return many > 0 ? static_cast<double>(span) * 1e-9 / static_cast<double>(many) : 0.0;
   }
@@ -200,6 +203,7 @@ struct Run {
   std::uint32_t came = 0;   // such pairs in the touch
   double passed_s = 0;      // since `opened`
   std::array<std::int64_t, 256> times{};
+  std::size_t begun = std::numeric_limits<std::size_t>::max();  // the last pair of which a reading came
   double start_s = 0;
   bool was_open = false;
   bool unproven = false;  // since a gap: the baseline may have been measured in contact

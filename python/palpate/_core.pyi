@@ -54,6 +54,7 @@ class _HandheldSettings(_Gated, total=False):
     slow_hard_side: float
     slow_soft_side: float
     confirmed: float
+    averaged: float
     contact_exponent: float
     age: float
     clip: float

@@ -250,13 +250,16 @@ _PAIRS = 250  # the length of a touch of one converter
 
 
 def _without_times(scene: "_Scene", given: dict[str, Any]) -> dict[str, Any]:
-    """Return settings with a length in samples in place of seconds."""
+    """Return settings with a length in samples in place of seconds, and without means over some time."""
     if given.get("seconds") is not None:
         raise ValueError(
             f"seconds: got {given['seconds']:g} for a recording without times, allowed: samples; or name the column of times"
         )
-    in_seconds = Tracker(scene).settings["seconds"] is not None and "seconds" not in given
-    return {"samples": _PAIRS, "seconds": None} | given if in_seconds else given
+    usual = Tracker(scene).settings
+    free: dict[str, Any] = {"averaged": 0.0} if "averaged" in usual else {}
+    if usual["seconds"] is not None and "seconds" not in given:
+        free |= {"samples": _PAIRS, "seconds": None}
+    return free | given
 
 
 def timed(recording: Channels | Blocks) -> bool:

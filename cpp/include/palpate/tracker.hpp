@@ -7,6 +7,7 @@
 #include <palpate/stage/evidence.hpp>
 #include <palpate/stage/idle.hpp>
 #include <palpate/stage/matched_pair.hpp>
+#include <palpate/stage/means.hpp>
 
 namespace palpate {
 
@@ -91,6 +92,8 @@ struct TrackerSettings {
   Real initial_ratio = Real(1);                ///< of the estimator at the begin of a touch
   Real initial_covariance = Estimator::default_covariance;  ///< the same, 1/pF^2
   Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
+  Real averaged =
+      Real(0.025);  ///< with a matched pair: readings of a fast converter become means over these seconds; 0: none
 
   /// As FixedForgetting::visit_fields.
   template <class Self, class Visit>
@@ -101,6 +104,7 @@ struct TrackerSettings {
     visit("samples", s.samples, true, "0 <= samples");
     visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
     visit("confirmed", s.confirmed, s.confirmed >= 0, "0 <= confirmed");
+    visit("averaged", s.averaged, 0 <= s.averaged && s.averaged <= 1, "0 <= averaged <= 1");
   }
 };
 
@@ -115,6 +119,7 @@ class Tracker : public Settings,
   using Channels = Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>;
   using Extra = Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage>;
   static constexpr bool fits = FitStage::fits;
+  static constexpr bool averages = detail::has<detail::Matches, AlignStage>;
   static_assert(
       detail::has<detail::Aligns, AlignStage>,
       "palpate::Tracker: an AlignStage needs ticks_type; feed(hard_time, soft_time, hard, soft, wanted), which "
@@ -151,8 +156,13 @@ class Tracker : public Settings,
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     bool high = false, large = false, both = true;
+    [[maybe_unused]] const Real read_hard = hard, read_soft = soft;
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
+    } else if (averages && !means_.add(hard_time, soft_time, hard, soft, averaged())) {
+      add_codes(hard, soft);
+      readings_ += 1;
+      return {estimator.ratio(), false, gate.contact(), false};
     }
     const bool saturated = high || large;
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
@@ -162,13 +172,13 @@ class Tracker : public Settings,
       counts_.saturated += open_;
       hard = soft = nan;
     }
+    if (PALPATE_UNLIKELY(!both) && means_.fast()) {
+      hard = soft = nan;  // one reading is no mean
+    }
+    add_codes(saturated ? nan : read_hard, saturated ? nan : read_soft);
     const auto pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {
-      if constexpr (fits) {
-        Extra::hard_step.add(hard);
-        Extra::soft_step.add(soft);
-      }
       if (pair.valid) {
         alarm = estimate(pair, hard_time);
       } else {
@@ -182,6 +192,7 @@ class Tracker : public Settings,
       }
     }
     readings_ += 1;
+    means_.next();
     const bool finished = ended && finish();
     return {estimator.ratio(), alarm, gate.contact(), finished, revised};
   }
@@ -282,10 +293,12 @@ class Tracker : public Settings,
   constexpr const auto& level_settings() const noexcept { return Extra::evidence.level.settings; }
   /// Whether a touch is taking samples.
   constexpr bool open() const noexcept { return open_; }
-  /// Index of the first reading of the running touch, or of the last one.
-  constexpr std::size_t started() const noexcept { return counts_.start; }
+  /// Index of the first pair of the running touch, or of the last one.
+  constexpr std::size_t started() const noexcept { return means_.first(counts_.start); }
   /// Number of all readings so far.
   constexpr std::size_t readings() const noexcept { return readings_; }
+  /// Number of all pairs: of readings, or of means.
+  constexpr std::size_t pairs() const noexcept { return means_.pairs(readings_); }
 
   /// Covariance of the initial ratio. The default means unknown for a noise of a probe in pF, from 1e-5 on; with less noise,
   /// as of signals in another unit, it follows from the noise.
@@ -337,6 +350,9 @@ class Tracker : public Settings,
     return product(apart, apart) > 16 * square && magnitude(apart / other.ratio) > share;
   }
 
+  constexpr ticks_type averaged() const noexcept {
+    return static_cast<ticks_type>(product(settings.averaged, Real(ticks_per_second<ticks_type>)));
+  }
   constexpr bool in_range(Real value) const noexcept { return magnitude(value) < settings.full_scale; }
   constexpr bool too_large(Real value) const noexcept { return is_finite(value) && !in_range(value); }
 
@@ -351,10 +367,19 @@ class Tracker : public Settings,
   /// By codes that are coarser than the noise.
   constexpr Real rounding() const noexcept {
     if constexpr (fits) {
-      return of_ratio(Extra::hard_step.variance(hard_baseline.noise()),
-                      Extra::soft_step.variance(soft_baseline.noise()));
+      const Real size = means_.size() > 1 ? square_root(static_cast<Real>(means_.size())) : Real(1);
+      return of_ratio(Extra::hard_step.variance(product(size, hard_baseline.noise())),
+                      Extra::soft_step.variance(product(size, soft_baseline.noise())));
     } else {
       return Real(0);
+    }
+  }
+  constexpr void add_codes([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
+    if constexpr (fits) {
+      if (open_) {
+        Extra::hard_step.add(hard);
+        Extra::soft_step.add(soft);
+      }
     }
   }
 
@@ -370,7 +395,7 @@ class Tracker : public Settings,
       }
       if constexpr (fits) {
         if (event == Event::idle) {
-          Extra::evidence.times.keep(hard_baseline, soft_baseline, counts_.start);
+          Extra::evidence.times.keep(hard_baseline, soft_baseline, started());
         }
       }
     }
@@ -382,8 +407,7 @@ class Tracker : public Settings,
       if (Extra::evidence.times.waits() && estimator.mean_regressor() != 0) {
         const Real size = square_root(estimator.information() / estimator.count());
         const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-        Extra::revision =
-            Extra::evidence.times.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
+        Extra::revision = Extra::evidence.times.result(hard_baseline, soft_baseline, pairs(), estimator.ratio(), mean);
         const bool moved = Extra::revision.significant;  // then it explains a drift
         const Real open = Extra::fitted.open + Extra::revision.open + (moved ? Real(0) : Extra::fitted.open_drift);
         standard_error_ = error_of(Extra::revision.variance + rounding(), open);
@@ -400,7 +424,9 @@ class Tracker : public Settings,
     estimator.reset(settings.initial_ratio, initial_covariance());
     counts_ = Counts();
     const auto age = static_cast<std::size_t>(gate.age());
-    counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
+    const std::size_t size = means_.size();
+    means_.begin(age);
+    counts_.start = readings_ + 1 > age * size ? readings_ + 1 - age * size : 0;
     if constexpr (fits) {
       Extra::evidence.fit.reset();
       Extra::unconfirmed.reset();
@@ -408,7 +434,7 @@ class Tracker : public Settings,
       Extra::tilted = Extra::lifted = Extra::drifts = false;
       Extra::begin = time;
       Extra::evidence.level.reset();
-      Extra::evidence.times.begin(readings_);
+      Extra::evidence.times.begin(pairs());
       Extra::fitted = {};
       Extra::revision = {};
     }
@@ -441,9 +467,9 @@ class Tracker : public Settings,
         note_change();
       }
       const bool counts = step.gain != 0;  // in the sums
-      Extra::evidence.times.follow(readings_, estimator.count(), step.alarm, counts);
+      Extra::evidence.times.follow(pairs(), estimator.count(), step.alarm, counts);
       if (pair.matched && counts && !step.outlier) {
-        Extra::evidence.fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
+        Extra::evidence.fit.add(hard, soft, static_cast<std::uint32_t>(pairs()));
         add_level(pair, time, true);
       }
     }
@@ -513,6 +539,7 @@ class Tracker : public Settings,
     return length || full_;
   }
 
+  std::conditional_t<averages, Means<Real, ticks_type>, NoMeans> means_;
   std::size_t readings_ = 0;
   ticks_type before_ = 0;  // time of the reading before the contact was found
   bool open_ = false;      // the touch takes samples

@@ -12,6 +12,8 @@ _Reading = tuple[int, float]
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
 SLOWEST_NS = 40_000_000  # longest period with filters
 LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
+AVERAGED_NS = 25_000_000  # of a fast converter's readings: of one with a mean step below a fifth of this
+STEPS = 8  # memory of this mean
 SIDES = ((28_500_000, 0.21048, 0.04482), (SLOWEST_NS, 0.22142, 0.05300))  # longest period, a, b
 
 
@@ -35,6 +37,84 @@ class Pairs(NamedTuple):
     soft: Array
     valid: NDArray[np.bool_]
     matched: NDArray[np.bool_]
+
+
+class Reading(NamedTuple):
+    """A reading of each channel, or the mean of many.
+
+    Attributes
+    ----------
+    t_hard, t_soft : int, ns
+    hard, soft : float, pF
+    size : int
+        Number of readings of which it is the mean.
+    pairs : bool
+        Whether it may be part of a pair.
+
+    Examples
+    --------
+    >>> Reading(0, 13_000_000, 1.0, 0.4).size
+    1
+    """
+
+    t_hard: int
+    t_soft: int
+    hard: float
+    soft: float
+    size: int = 1
+    pairs: bool = True
+
+
+def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> list[Reading | None]:
+    """Average the readings of a fast converter: reference of what comes before the stages of the scene "handheld".
+
+    Parameters
+    ----------
+    t_hard, t_soft, hard, soft : array_like, shape (n,)
+        As of `matched_pair`.
+
+    Returns
+    -------
+    list of Reading or None
+        For each reading itself, or the mean that is complete with it, the soft channel being interpolated to the times of
+        the hard one; None: it is part of a mean that is not complete.
+
+    Examples
+    --------
+    >>> t = 1_000_000 * np.arange(60)
+    >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made]
+    [1, 25, 25]
+    """
+    made: list[Reading | None] = []
+    size, pace = 0, AVERAGED_NS
+    block: list[tuple[int, float, float]] = []  # times and values of the mean that is not complete
+    last, last_soft, steps = None, (0, 0.0), 0
+    columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
+    for time, soft_time, value, soft_value in zip(*(column.tolist() for column in columns), strict=True):
+        if not (np.isfinite(value) and np.isfinite(soft_value)):
+            made.append(Reading(time, soft_time, value, soft_value, max(size, 1), pace >= AVERAGED_NS // 5))
+            continue
+        follows = last is not None and 0 < time - last < AVERAGED_NS
+        step, last = time - last if follows else AVERAGED_NS, time
+        pace = step if steps == 1 else pace + step // STEPS - pace // STEPS
+        steps += 1
+        if pace >= AVERAGED_NS // 5:
+            block, size = [], 1
+            made.append(Reading(time, soft_time, value, soft_value))
+            continue
+        apart, soft_step, change = soft_time - time, soft_time - last_soft[0], soft_value - last_soft[1]
+        last_soft = soft_time, soft_value
+        near = soft_step > 0 and abs(apart) < soft_step
+        block = block if follows else []
+        block.append((time, value, soft_value - change * apart / soft_step if near else soft_value))
+        if not follows or time - block[0][0] + step < AVERAGED_NS:
+            made.append(None)
+            continue
+        size, begin = len(block), block[0][0]
+        later, mean_hard, mean_soft = np.mean([(t - begin, y, x) for t, y, x in block], axis=0).tolist()
+        made.append(Reading(begin + int(later), begin + int(later), mean_hard, mean_soft, size))
+        block = []
+    return made
 
 
 def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> Pairs:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.reference.align import matched_pair
+from palpate.reference.align import Reading, matched_pair, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, Misfit
 from palpate.reference.handover import _Handover
@@ -269,12 +269,16 @@ def handheld(
         In the order of time; one that is running at the end is ended there.
     rows : Rows
     """
-    times, values = np.asarray(t_hard), np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
-    pairs = matched_pair(times, t_soft, *values.T)
+    raw = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
+    readings = means(t_hard, t_soft, hard, soft)
+    counted = [reading for reading in readings if reading]
+    wanted = np.array([(r.t_hard, r.t_soft) for r in counted], np.int64).reshape(-1, 2).T
+    used = np.array([(r.hard, r.soft) if r.pairs else (np.nan, np.nan) for r in counted]).reshape(-1, 2).T
+    pairs = iter(np.column_stack(matched_pair(*wanted, *used)).tolist())
     state = _Tracker(contact_exponent, age)
     rows = []
-    for number, time in enumerate(times.tolist()):
-        rows.append(state.feed(number, int(time), values[number], [column[number] for column in pairs]))
+    for values, reading in zip(raw, readings, strict=True):
+        rows.append(state.feed(values, reading, next(pairs)) if reading else state.wait(values))
     state.finish()
     columns = np.array(rows, float).reshape(-1, 6).T
     return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
@@ -293,9 +297,21 @@ class _Tracker:
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found
         self._known: tuple[Known, Known] | None = None  # before the last touch, until it is revised
+        self._readings = self._pairs = self._first = (
+            0  # all readings; all that are no part of a mean; the touch's first
+        )
+        self._size = 1  # of the last mean
 
-    def feed(self, number: int, time_ns: int, values: NDArray[np.float64], pair: list[float]) -> tuple[float, ...]:
-        """Take a reading of each channel, and the pair that is complete with it; return a row."""
+    def wait(self, values: NDArray[np.float64]) -> tuple[float, ...]:
+        """Take a reading of each channel that completes no mean; return a row."""
+        self._add_codes(values)
+        self._readings += 1
+        return self._row(alarm=False, revises=False)
+
+    def feed(self, read: NDArray[np.float64], reading: Reading, pair: list[float]) -> tuple[float, ...]:
+        """Take a reading of each channel, or a mean, and the pair that is complete with it; return a row."""
+        time_ns, number, self._size = reading.t_hard, self._pairs, reading.size
+        values = np.array([reading.hard, reading.soft])
         there = np.isfinite(values)
         if there.all():
             event = self._idle.take(time_ns, *values.tolist(), running=self._running)
@@ -305,7 +321,8 @@ class _Tracker:
             )
         alarm = False
         if event == "begun":
-            begin, noise = max(number + 1 - self._idle.gate.age, 0), self._idle.soft.now.noise
+            age, noise = self._idle.gate.age, self._idle.soft.now.noise
+            begin, self._first = max(self._readings + 1 - age * self._size, 0), max(number + 1 - age, 0)
             self._touch = Estimate(begin, sweep=Sweep(self._exponent, self._age), _state=estimator(noise))
             self._begin_ns = time_ns
             self._running, self._known = True, None
@@ -314,22 +331,32 @@ class _Tracker:
         if event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
+        self._add_codes(read)
         if self._running:
-            alarm = self._in_touch(number, time_ns, values, pair)
+            alarm = self._in_touch(number, time_ns, pair)
         else:
             self._before_ns = time_ns
             self._falling(time_ns, pair)
-        touch = self._touch
-        if touch is None:
-            return (np.nan, np.nan, 0.0, alarm, self._idle.gate.state == "contact", revises)
-        error = touch.standard_error(self._errors(touch.ratio))
-        return (touch.ratio, error, touch.statistic, alarm, self._idle.gate.state == "contact", revises)
+        self._readings += 1
+        self._pairs += 1
+        return self._row(alarm=alarm, revises=revises)
 
-    def _in_touch(self, number: int, time_ns: int, values: NDArray[np.float64], pair: list[float]) -> bool:
-        """Take a reading into the running touch, and end it at its age or length; return whether there is an alarm."""
+    def _row(self, *, alarm: bool, revises: bool) -> tuple[float, ...]:
+        touch, contact = self._touch, self._idle.gate.state == "contact"
+        if touch is None:
+            return (np.nan, np.nan, 0.0, alarm, contact, revises)
+        error = touch.standard_error(self._errors(touch.ratio))
+        return (touch.ratio, error, touch.statistic, alarm, contact, revises)
+
+    def _add_codes(self, values: NDArray[np.float64]) -> None:
+        """Take a reading of each channel for the step of its codes, which a mean does not show."""
+        if self._running:
+            for step, value in zip(self._steps, values, strict=True):
+                step.add(float(value))
+
+    def _in_touch(self, number: int, time_ns: int, pair: list[float]) -> bool:
+        """Take a pair into the running touch, and end it at its age or length; return whether there is an alarm."""
         assert self._touch is not None
-        for step, value in zip(self._steps, values, strict=True):
-            step.add(float(value))
         since_s, alarm = (time_ns - self._begin_ns) / 1e9, False
         hard, soft, valid, matched = pair
         if valid:
@@ -397,7 +424,8 @@ class _Tracker:
         """Return the errors of C1 - r C2 with this ratio."""
         hard, soft = self._baselines()
         hard_step, soft_step = (
-            step.variance(known.noise) for step, known in zip(self._steps, (hard, soft), strict=True)
+            step.variance(known.noise * np.sqrt(self._size))
+            for step, known in zip(self._steps, (hard, soft), strict=True)
         )
         shared, rounding = hard.variance + ratio**2 * soft.variance, hard_step + ratio**2 * soft_step
         return Errors((hard.noise, soft.noise), shared, rounding)
@@ -413,7 +441,7 @@ class _Tracker:
         if touch is None or before is None or not touch.samples:
             return False
         self._known, after = None, self._baselines()
-        share = line_share(touch.middle, touch.start, number, (before[0].age, after[0].age))
+        share = line_share(touch.middle, self._first, number, (before[0].age, after[0].age))
         place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
         found = revised(before, after, **place, changed=touch.changed)
         last = self.touches[-1]

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Fewer pairs from a fast converter, each the mean of many readings.
+
+#include <palpate/stage/align.hpp>
+
+namespace palpate {
+
+/// The null stage: each reading counts.
+struct NoMeans {
+  /// @{
+  /// As the function of Means of this name.
+  template <class... Reading>
+  static constexpr bool add(const Reading&...) noexcept {
+    return true;
+  }
+  static constexpr void next() noexcept {}
+  static constexpr void begin(std::size_t) noexcept {}
+  static constexpr std::size_t size() noexcept { return 1; }
+  static constexpr bool fast() noexcept { return false; }
+  static constexpr std::size_t pairs(std::size_t readings) noexcept { return readings; }
+  static constexpr std::size_t first(std::size_t reading) noexcept { return reading; }
+  /// @}
+};
+
+/// Means of the readings of a converter with more than 5 / `longest` pairs a second, over `longest` seconds each: what
+/// follows has memories in pairs, and would take the disturbances within them, as they are slow there, for no noise. The
+/// readings of a slower converter stay as they are.
+template <class Real, class Ticks>
+class Means {
+  using Unsigned = std::make_unsigned_t<Ticks>;
+  static constexpr Unsigned few = 5;         // readings in `longest`, which are no reason for a mean
+  static constexpr Unsigned memory = 8;      // of the mean step between readings
+  static constexpr int none = -2, one = -1;  // readings before
+
+ public:
+  /// Number of readings in the last mean.
+  constexpr std::size_t size() const noexcept { return size_; }
+  /// Whether the converter is fast.
+  constexpr bool fast() const noexcept { return fast_ > 0; }
+
+  /// A pair is complete, with or without values.
+  constexpr void next() noexcept { pairs_ += 1; }
+  /// A touch began so many pairs ago.
+  constexpr void begin(std::size_t age) noexcept { first_ = pairs_ + 1 > age ? pairs_ + 1 - age : 0; }
+  /// Number of the pairs before this one.
+  constexpr std::size_t pairs(std::size_t) const noexcept { return pairs_; }
+  /// Number of the first pair of a touch.
+  constexpr std::size_t first(std::size_t) const noexcept { return first_; }
+
+  /// Takes a reading of each channel, both with a value. Returns whether the four are those of a pair: these, or means,
+  /// the soft one at the time of the hard one.
+  PALPATE_ONCE constexpr bool add(Ticks& hard_time, Ticks& soft_time, Real& hard, Real& soft, Ticks longest) noexcept {
+    const auto whole = static_cast<Unsigned>(longest);
+    const Unsigned since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(last_hard_);
+    const Unsigned step = since - 1 < whole ? since : whole;  // an unsigned difference below 0 is large
+    last_hard_ = hard_time;
+    pace_ = pace_ - pace_ / memory + step / memory;
+    if (PALPATE_LIKELY(pace_ >= whole / few && fast_ == 0)) {
+      return true;
+    }
+    if (!add_quick(hard_time, soft_time, hard, soft, step, whole)) {
+      return false;
+    }
+    if (fast()) {
+      hard_time = soft_time = begin_;
+      hard = hard_;
+      soft = soft_;
+    }
+    return true;
+  }
+
+ private:
+  /// By value: what is passed by reference would go through memory in every call of add.
+  PALPATE_COLD constexpr bool add_quick(Ticks hard_time, Ticks soft_time, Real hard, Real soft, Unsigned step,
+                                        Unsigned longest) noexcept {
+    if (fast_ < 0) {
+      pace_ = fast_ == none ? longest : step;
+    }
+    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < longest / few);
+    if (!fast()) {
+      size_ = 1;
+      count_ = 0;
+      return true;
+    }
+    const Real value = interpolated(hard_time, soft_time, soft);
+    const bool gap = step == longest;
+    if (gap || count_ == 0) {
+      count_ = 0;
+      begin_ = hard_time;
+      first_hard_ = hard;
+      first_soft_ = value;
+      time_ = hard_ = soft_ = 0;
+    }
+    const auto since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_);
+    count_ += 1;
+    time_ += static_cast<Real>(since);
+    hard_ += hard - first_hard_;
+    soft_ += value - first_soft_;
+    if (gap || since + step < longest) {
+      return false;
+    }
+    const auto n = static_cast<Real>(count_);
+    begin_ = static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n));
+    hard_ = first_hard_ + hard_ / n;
+    soft_ = first_soft_ + soft_ / n;
+    size_ = count_;
+    count_ = 0;
+    return true;
+  }
+
+  /// The soft channel at the time of the hard one, on the line through its last two readings.
+  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft) noexcept {
+    const auto apart = ticks_between(soft_time, hard_time), step = ticks_between(soft_time, last_time_);
+    const Real change = soft - last_soft_;
+    last_time_ = soft_time;
+    last_soft_ = soft;
+    const bool near = apart != 0 && step > 0 && magnitude(static_cast<Real>(apart)) < static_cast<Real>(step);
+    return near ? soft - product(change, static_cast<Real>(apart) / static_cast<Real>(step)) : soft;
+  }
+
+  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
+  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0;
+  Real time_ = 0, hard_ = 0, soft_ = 0;  // sums of ticks since begin, and of differences to the first values
+  std::size_t pairs_ = 0, first_ = 0;
+  std::uint32_t count_ = 0, size_ = 1;
+  Unsigned pace_ = 0;  // mean step
+  std::int8_t fast_ = none;
+};
+
+}  // namespace palpate
