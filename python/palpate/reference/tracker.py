@@ -133,8 +133,11 @@ def revised(
         return Revised("baseline", shift, first, shift**2, significant)
     if any(_recovers(*channel) for channel in zip(before, after, strict=True)):
         return Revised("creep", shift, first, shift**2, significant)
-    # Half of the correction is open for a jump, a quarter for an exponential.
-    left_open = (shift / (2 if changed else 4)) ** 2 if drifted else 0.0
+    # What both errors do not explain is drift or slow noise. Of a drift half of the correction is open for a jump and for a
+    # walk, a quarter for an exponential that is large enough for a flag.
+    excess = max(change**2 - error**2, 0.0)
+    uneven = changed or not significant
+    left_open = (shift / (2 if uneven else 4)) ** 2 if drifted else part * (1 - part) * excess / mean**2
     return Revised("drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant)
 
 

@@ -75,9 +75,11 @@ class Reviser {
     found.open = moved;
     if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
-      // A baseline that does not drift evenly: half of the correction is open for a jump, which was a change of the ratio; a
-      // quarter for an exponential.
-      found.open = !drifted ? Real(0) : changed_ ? moved / 4 : moved / 16;
+      // What both errors do not explain is drift or noise that is slow. Of a drift half of the correction is open for a jump,
+      // which was a change of the ratio, and for a walk; a quarter for an exponential, where it is large enough for a flag.
+      const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
+      const bool uneven = changed_ || !found.significant;
+      found.open = !drifted ? product(product(part, rest), excess) / product(mean, mean) : uneven ? moved / 4 : moved / 16;
     }
     return found;
   }
