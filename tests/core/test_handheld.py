@@ -70,3 +70,49 @@ def test_a_drift_without_contact_is_no_touch() -> None:
     baselines = (Baseline(0.62, drift_pF_per_s=3e-5), Baseline(-0.41, drift_pF_per_s=3e-5))
     drifting = Scenario(duration_s=60.0, baselines=baselines)
     assert [palpate.touches(simulate(drifting, seed)) for seed in range(20)] == [[]] * 20
+
+
+def test_a_burst_of_noise_is_no_change() -> None:
+    """Bursts of 20 times the noise, 0.3 s long: a hand-over to their samples is wrong by some tenths of a per cent."""
+    alarms = 0
+    for seed in range(20):
+        run = scenarios.run("bursts", seed)
+        _, rows = process("handheld", run)
+        alarms += int(rows["alarm"][(rows["touch"] > 0) & (run.t_hard_s > 3)].sum())
+    assert alarms < 17  # without the test of their sizes 23
+
+
+def test_a_ratio_that_drifts_is_followed_without_a_lag() -> None:
+    errors: dict[str, list[float]] = {"relaxing": [], "rocking": []}
+    for name, found in errors.items():
+        for seed in range(10):
+            run = scenarios.run(name, seed)
+            tracker, rows = process("handheld", run)
+            inside = (rows["touch"] > 0) & np.isfinite(run.true_ratio) & (run.t_hard_s > 3)
+            relative = rows["ratio"][inside] / run.true_ratio[inside] - 1
+            result = tracker.touches[0].ratio / run.true_ratio[inside][-1] - 1
+            found.append(abs(result) if name == "relaxing" else np.sqrt(np.mean(relative**2)))
+    assert np.median(errors["relaxing"]) < 1.15e-4  # with the lag 1.4e-4
+    assert np.median(errors["rocking"]) < 5e-3  # 5.7e-3
+
+
+def test_a_slow_disturbance_is_noise_at_1000_pairs_a_second() -> None:
+    """Of 5 standard deviations, with a memory of 0.05 s: without means it is a change of the ratio."""
+    errors: dict[float, list[float]] = {0.025: [], 0.0: []}
+    flags = dict.fromkeys(errors, 0)
+    for seed in range(8):
+        run, rng = scenarios.run("fast-converter", seed), np.random.default_rng(seed)
+        hard, soft = run.hard.copy(), run.soft.copy()
+        for channel in (hard, soft):
+            state = 0.0
+            for i, step in enumerate(rng.normal(size=len(channel))):
+                state = 0.98 * state + 5 * 140e-6 * np.sqrt(1 - 0.98**2) * step
+                channel[i] += state
+        for averaged, found in errors.items():
+            tracker = palpate.Tracker("handheld", averaged=averaged)
+            tracker.process(run.t_hard_s, run.t_soft_s, hard, soft)
+            longest = max(tracker.touches, key=lambda touch: touch.samples)
+            found.append(longest.ratio / float(np.nanmedian(run.true_ratio)) - 1)
+            flags[averaged] += bool(longest.flags)
+    assert np.sqrt(np.mean(np.square(errors[0.025]))) < 2e-3 < np.sqrt(np.mean(np.square(errors[0.0])))
+    assert flags[0.025] == 0 < flags[0.0]
