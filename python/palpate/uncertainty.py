@@ -168,7 +168,7 @@ class Uncertainty:
         >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
         >>> found = Uncertainty.of(touch, linearity_pF=linearity_pF(SATURATED_PF))
         >>> print(found, f"{found.noise:.1g} {found.linearity:.1g} {found.scatter:.1g}")
-        2.843 ± 0.085 (assumed) 6e-05 0.003 0.09
+        2.843 ± 0.085 (assumed) 7e-05 0.003 0.09
         """
         if not isinstance(scatter, Scatter):
             raise TypeError(f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)")
