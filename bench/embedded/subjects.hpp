@@ -56,9 +56,8 @@ using LeanWith = embedded::HandheldTracker<float, Ticks, embedded::Handover<floa
                                            defaults<TrackerSettings<embedded::Handover<float>>>, AlignStage>;
 struct HandheldMatched : Whole<LeanWith<embedded::MatchedPair<float, Ticks>>> {};
 struct HandheldUnfitted : Whole<embedded::FullHandheldTracker<float, Ticks, NoFit<float>>> {};
-struct HandheldTilted
-    : Whole<embedded::FullHandheldTracker<float, Ticks, embedded::Fit<float>, embedded::Handover<float>,
-                                          timed<embedded::Handover<float>>, NoLevelRatio<float>>> {};
+struct HandheldTilted : Whole<embedded::FullHandheldTracker<float, Ticks, Fit<float>, embedded::Handover<float>,
+                                                            timed<embedded::Handover<float>>, NoLevelRatio<float>>> {};
 struct HandheldFull : Whole<embedded::FullHandheldTracker<float>> {};
 struct Sliding : Whole<embedded::SlidingTracker<float>> {};
 struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
@@ -75,12 +74,12 @@ struct Aligns {
   }
 };
 
-struct AlignStage : Aligns<embedded::Align<float, Ticks>> {};
+struct AlignStage : Aligns<Align<float, Ticks>> {};
 struct MatchedPairStage : Aligns<embedded::MatchedPair<float, Ticks>> {};
 
 /// The sums of a pair; its result is taken at reading 367, the end of the first touch.
 struct FitStage {
-  struct State : embedded::Fit<float> {
+  struct State : Fit<float> {
     std::uint32_t count = 0;
     float drift = 0;
   };
@@ -114,7 +113,7 @@ struct Follows {
 };
 
 struct BaselineStage : Follows<embedded::Baseline<float>> {};
-struct FullBaselineStage : Follows<embedded::FullBaseline<float>> {};
+struct FullBaselineStage : Follows<Baseline<float>> {};
 
 template <class Stage>
 struct Gates {

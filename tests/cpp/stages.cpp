@@ -34,7 +34,6 @@ static_assert(near(in_double.ratio(), 3.25, 3e-3) && near(static_cast<double>(to
 template <class Real, class Ticks>
 constexpr bool interpolates(Real tolerance) noexcept {
   Align<Real, Ticks> align;
-  align.settings.max_gap = 1000000;
   const auto cubic = [](Real t) { return 2 + 3 * t - t * t + t * t * t / 4; };
   int valid = 0;
   Ticks hard_time = 1000;

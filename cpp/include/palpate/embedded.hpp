@@ -38,26 +38,17 @@ using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real
 
 /// Lean stage: the level without a test for a drift.
 template <class Real>
-using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>, false>;
+using Baseline = palpate::Baseline<Real, false>;
 /// Lean stage: the gate without a test for a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
 using Contact = palpate::Contact<Real, Constant<settings>, false>;
-/// Lean stage: interpolation.
-template <class Real, class Ticks>
-using Align = palpate::Align<Real, Ticks, Constant<defaults<AlignSettings<Ticks>>>>;
 
-/// Stage of the full scenes: the level, and a drift of it.
-template <class Real>
-using FullBaseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>>;
 /// Stage of the full scenes: the gate, which notices a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
 using FullContact = palpate::Contact<Real, Constant<settings>>;
 /// Stage of the full scenes: both channels filtered with the same response.
 template <class Real, class Ticks>
 using MatchedPair = palpate::MatchedPair<Real, Ticks, Constant<defaults<MatchedPairSettings<Real, Ticks>>>>;
-/// Stage of the full scenes: the test of the model, with its flags.
-template <class Real>
-using Fit = palpate::Fit<Real, Constant<defaults<FitSettings<Real>>>>;
 /// Stage of the full scenes: the ratio over the swept depth.
 template <class Real>
 using LevelRatio = palpate::LevelRatio<Real, Constant<defaults<LevelRatioSettings<Real>>>>;
@@ -83,7 +74,7 @@ using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact
 template <class Real, class Ticks = std::uint32_t, class FitStage = Fit<Real>, class Estimator = Handover<Real>,
           const auto& settings = timed<Estimator>,
           class LevelStage = std::conditional_t<FitStage::fits, LevelRatio<Real>, NoLevelRatio<Real>>>
-using FullHandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, FullBaseline<Real>, FullContact<Real>, Estimator,
-                                    FitStage, Constant<settings>, LevelStage>;
+using FullHandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, palpate::Baseline<Real>, FullContact<Real>,
+                                    Estimator, FitStage, Constant<settings>, LevelStage>;
 
 }  // namespace palpate::embedded

@@ -217,7 +217,7 @@ class Tracker : public Settings,
       bool changed = false;
       if (Extra::lifted) {
         const Real before = Extra::unconfirmed.estimator.ratio();
-        changed = magnitude(estimator.ratio() / before - 1) > Extra::evidence.fit.settings.least;
+        changed = magnitude(estimator.ratio() / before - 1) > FitStage::least;
         Extra::after = changed ? Levelled<Real>{estimator.ratio(), standard_error()} : Levelled<Real>();
         Extra::earlier = {};
         estimator = Extra::unconfirmed.estimator;
@@ -226,7 +226,7 @@ class Tracker : public Settings,
         if (Extra::unconfirmed.alarmed()) {
           note_change();
         }
-        changed = differs_from(Extra::earlier, Extra::evidence.fit.settings.least);
+        changed = differs_from(Extra::earlier, FitStage::least);
         Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
       }
       Extra::fitted = Extra::evidence.fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
@@ -267,7 +267,7 @@ class Tracker : public Settings,
       result.first_standard_error = Extra::first_error;
       result.revision = Extra::revision.kind;
       result.shift = Extra::revision.shift / estimator.ratio();
-      if (Extra::revision.significant && magnitude(result.shift) > Extra::evidence.fit.settings.least) {
+      if (Extra::revision.significant && magnitude(result.shift) > FitStage::least) {
         result.fitted.flags |= misfit_drift;
       }
       if (result.revision == Revision::drift) {

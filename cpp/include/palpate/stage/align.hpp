@@ -5,7 +5,7 @@
 // channel. And what the alignment stages have in common: the last readings of both channels with their times, which are
 // integer ticks of any unit; only their differences become Real.
 
-#include <palpate/settings.hpp>
+#include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
@@ -100,8 +100,10 @@ class LastReadings {
     return -1;
   }
 
-  /// Ticks from one soft reading in the middle to the other.
-  constexpr auto gap() const noexcept { return ticks_between(soft.time(1), soft.time(2)); }
+  /// Whether the two soft readings in the middle are near enough for an interpolation: at most a second apart.
+  constexpr bool near() const noexcept {
+    return ticks_between(soft.time(1), soft.time(2)) <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
+  }
 
   /// The soft channel at a time: Lagrange interpolation through all four values.
   constexpr Real soft_at(Ticks time) const noexcept { return interpolated(time, std::make_integer_sequence<int, 4>()); }
@@ -147,26 +149,13 @@ struct NoAlign {
   constexpr void reset() noexcept {}
 };
 
-/// Settings of Align.
-template <class Ticks>
-struct AlignSettings {
-  Ticks max_gap = ticks_per_second<Ticks>;  ///< longest time between two soft values for an interpolation
-
-  /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
-    visit("max_gap", s.max_gap, s.max_gap > 0, "0 < max_gap");
-  }
-};
-
 /// Lagrange interpolation through four soft values around a hard one, with their real times. The delay is one pair (two
 /// if the soft channel is read first). The relative error of a sine whose phase changes by a between two soft values is
 /// 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
-template <class Real, class Ticks, class Settings = Kept<AlignSettings<Ticks>>>
-class Align : public Settings {
+template <class Real, class Ticks>
+class Align {
  public:
   using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
-  using Settings::settings;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
   PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
@@ -174,10 +163,8 @@ class Align : public Settings {
     Pair<Real> pair{hard, soft, false};
     if (readings_.add(hard_time, soft_time, hard, soft) && wanted) {
       const int i = readings_.middle();
-      if (i >= 0 && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
-        pair.hard = readings_.hard[i];
-        pair.soft = readings_.soft_at(readings_.hard.time(i));
-        pair.valid = true;
+      if (i >= 0 && readings_.near()) {
+        pair = {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
       }
     }
     return pair;

@@ -3,7 +3,6 @@
 
 // The capacitance of a channel without contact, its drift, and its noise.
 
-#include <palpate/settings.hpp>
 #include <palpate/stage/halves.hpp>
 
 namespace palpate {
@@ -30,22 +29,6 @@ struct NoBaseline {
   /// @}
 };
 
-/// Settings of Baseline.
-template <class Real>
-struct BaselineSettings {
-  Real clip = Real(3);            ///< limits the deviation of one value, standard deviations
-  Real longest = Real(64);        ///< memory of the running mean, values
-  Real least_noise = Real(1e-6);  ///< lower limit for data without visible noise; of smaller signals 2^-20 of the level
-
-  /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
-    visit("clip", s.clip, s.clip > 0, "0 < clip");
-    visit("longest", s.longest, s.longest >= 1, "1 <= longest");
-    visit("least_noise", s.least_noise, s.least_noise >= 0, "0 <= least_noise");
-  }
-};
-
 /// The state of a baseline between two values.
 template <class Real, bool Drifts>
 struct Level {
@@ -68,25 +51,24 @@ struct Level<Real, true> : Level<Real, false> {
 
 /// The capacitance of a channel without contact, pF.
 ///
-/// Level: first the mean of those of the first Size values that are near their median; up to a quarter of them may be
+/// Level: first the mean of those of the first 32 values that are near their median; up to a quarter of them may be
 /// spikes, or of a touch that began too early. Then a clipped running mean, during the time without contact.
 ///
 /// Drift: two exponential means in series, fast and slow. Behind a value with a constant slope b they lag by b L and
 /// 2 b L, L = (1 - share) / share; so 2 fast - slow does not lag (Brown 1963). It is what the gate expects as the next
 /// value; and it is the level, too, if fast - slow is more than four of its standard deviations, sqrt(share) / 2 of the
 /// noise. Without Drifts there is no such test, and the level is always the mean.
-template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>, bool Drifts = true>
-class Baseline : public Settings {
-  static_assert(Size >= 16 && Size < 256 && Size % 4 == 0,
-                "palpate::Baseline: Size must be a multiple of 4, 16 to 252");
+template <class Real, bool Drifts = true>
+class Baseline {
+  static constexpr int Size = 32;
+  static constexpr Real clip = Real(3);      // limits the deviation of one value, standard deviations
+  static constexpr Real longest = Real(64);  // memory of the running mean, values
   static constexpr Real share = Real(1) / Real(Size);
   static constexpr Real lag = Real(Size - 1);
   static constexpr Real proven = Real(5 * Size);  // values after which the first slope is forgotten
 
  public:
-  using Settings::settings;
-
-  /// Add one of the first Size values.
+  /// Add one of the first 32 values.
   constexpr void collect(Real value) noexcept {
     halves_.add(filled_++, value);
     if (filled_ == Size) {
@@ -96,12 +78,12 @@ class Baseline : public Settings {
 
   /// Add a later value without contact.
   constexpr void follow(Real value) noexcept {
-    const Real limit = product(settings.clip, now_.noise);
+    const Real limit = product(clip, now_.noise);
     const Real raw = value - expected();
     const Real off = raw > limit ? limit : raw < -limit ? -limit : raw;
     const Real taken = expected() + off;
-    now_.count += now_.count < (Drifts ? proven : settings.longest) ? Real(1) : Real(0);
-    const Real part = 1 / (now_.count < settings.longest ? now_.count : settings.longest), rest = 1 - part;
+    now_.count += now_.count < (Drifts ? proven : longest) ? Real(1) : Real(0);
+    const Real part = 1 / (now_.count < longest ? now_.count : longest), rest = 1 - part;
     if constexpr (Drifts) {
       now_.fast += product(taken - now_.fast, share);
       now_.slow += product(now_.fast - now_.slow, share);
@@ -136,12 +118,12 @@ class Baseline : public Settings {
   /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
     filled_ = Size;
-    halves_.value(noise_floor) = halves_.least(settings.least_noise, now_.mean);
+    halves_.value(noise_floor) = halves_.least(now_.mean);
     mark();
   }
-  /// Whether all Size values are collected.
+  /// Whether all 32 values are collected.
   constexpr bool ready() const noexcept { return filled_ == Size; }
-  /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of Size later ones.
+  /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of 32 later ones.
   constexpr bool disturbed() const noexcept { return quiet_ >= Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
   constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
@@ -169,7 +151,7 @@ class Baseline : public Settings {
   constexpr bool drifts() const noexcept { return Drifts && drifts_; }
 
   constexpr void establish() noexcept {
-    const auto found = halves_.summary(settings.clip, settings.least_noise);
+    const auto found = halves_.summary(clip);
     now_.noise = found.noise;
     now_.count = found.count;
     now_.mean = found.mean;

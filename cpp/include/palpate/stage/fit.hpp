@@ -3,7 +3,6 @@
 
 // Does a touch follow the model output = ratio * regressor? Least squares with the terms that the model leaves out.
 
-#include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
 #include <palpate/stage/sweep.hpp>
 
@@ -34,18 +33,6 @@ struct Fitted {
   std::uint8_t flags = 0;                                      ///< of Misfit
 };
 
-/// Settings of Fit: when a term has a flag.
-template <class Real>
-struct FitSettings {
-  Real significant = Real(8);      ///< standard errors
-  Real least = Real(0.002);        ///< smaller effects have no flag
-  Real least_lag = Real(0.08);     ///< the same for a lag, pairs
-  Real least_curved = Real(0.01);  ///< change of the ratio together with the depth, at a hand-over
-  Real noise_gain = Real(0.42);    ///< of the filters before: variance of a pair for a reading's of 1
-  Real bend = Real(0.1);           ///< pairs are left out where the regressor bends by more than this share of itself
-  Real reliable = Real(30);        ///< the variation of a term over that of its noise
-};
-
 /// The columns of the sums; y is the output minus `first` times x.
 enum FitColumn : int { fit_x, fit_one, fit_time, fit_slope, fit_square, fit_y, fit_columns };
 /// The sums of their products.
@@ -55,7 +42,11 @@ using FitSums = Sweep<Real, fit_columns>;
 /// Tests the terms of y = r x + c + d t + l x' + k (x / m - 1)^2, m the mean of x.
 template <class Real>
 struct FitTest {
-  const FitSettings<Real>& settings;
+  static constexpr Real significant = Real(8);    // standard errors, for a flag
+  static constexpr Real least = Real(0.002);      // smaller effects have no flag
+  static constexpr Real least_lag = Real(0.08);   // the same for a lag, pairs
+  static constexpr Real noise_gain = Real(0.42);  // of the filters before: variance of a pair for a reading's of 1
+
   const FitSums<Real>& sums;
   Real first, length;  // as above; of the touch, in units of t
   Real hard, soft;     // variances of a reading
@@ -92,8 +83,8 @@ struct FitTest {
 
   // The largest model whose terms vary by more than noise could make them.
   constexpr Model solve(FitSums<Real>& all) const noexcept {
-    const Real noise = product(settings.noise_gain, soft);
-    const Real floor = product(product(n, noise), settings.reliable);
+    const Real noise = product(noise_gain, soft);
+    const Real floor = 30 * product(n, noise);
     all.sweep(fit_one);
     all.sweep(fit_time);
     const Real spread = all.at(fit_x, fit_x);
@@ -133,16 +124,16 @@ struct FitTest {
 
   /// Residual variance of a pair, or that of the noise of the readings, without the filters' gain.
   constexpr Real residual(Real rest, Real ratio) const noexcept {
-    const Real least = sensors(ratio), seen = rest / settings.noise_gain;
-    return seen > least ? seen : least;
+    const Real noise = sensors(ratio), seen = rest / noise_gain;
+    return seen > noise ? seen : noise;
   }
 
   /// The share of the mean output that a term has.
   constexpr Real share(Real value) const noexcept { return value / magnitude(product(ratio_, m)); }
 
-  constexpr void set_flag(Misfit flag, Real value, Real error, Real size, Real least) noexcept {
-    const Real limit = product(product(settings.significant, settings.significant), product(error, variance_));
-    if (product(value, value) > limit && magnitude(size) > least) {
+  constexpr void set_flag(Misfit flag, Real value, Real error, Real size, Real smallest) noexcept {
+    const Real limit = product(significant * significant, product(error, variance_));
+    if (product(value, value) > limit && magnitude(size) > smallest) {
       found_.flags |= flag;
     }
   }
@@ -160,13 +151,13 @@ struct FitTest {
     const Real error = product(solved.error(fit_time), product(length, length));
     found_.drift = share(value);
     found_.open_drift = left_open(value, error) / 4;
-    set_flag(misfit_drift, value, error, found_.drift, settings.least);
+    set_flag(misfit_drift, value, error, found_.drift, least);
   }
 
   constexpr void test_lag(const FitSums<Real>& solved) noexcept {
     const Real value = solved.at(fit_slope, fit_y);
     found_.lag = value / ratio_;
-    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, settings.least_lag);
+    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, least_lag);
   }
 
   constexpr void test_offset(const FitSums<Real>& solved, bool whole) noexcept {
@@ -178,7 +169,7 @@ struct FitTest {
     }
     found_.offset = -share(value);
     found_.open += left_open(value, error);
-    set_flag(misfit_offset, value, error, found_.offset, settings.least);
+    set_flag(misfit_offset, value, error, found_.offset, least);
   }
 
   constexpr void test_curve(const FitSums<Real>& solved) noexcept {
@@ -186,7 +177,7 @@ struct FitTest {
     const Real error = product(product(m2, m2), solved.error(fit_square));
     found_.curve = share(value);
     found_.open += left_open(value, error);
-    set_flag(misfit_curve, value, error, found_.curve, settings.least);
+    set_flag(misfit_curve, value, error, found_.curve, least);
   }
 
   // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
@@ -215,12 +206,12 @@ struct NoFit {
 /// from sums; y is taken minus the first ratio times x, so that float is enough. A term has a flag if it is `significant`
 /// and its size is at least `least`; the standard errors are from the residuals or from the noise of the readings,
 /// whichever is larger. Terms that noise alone could have made vary are left out (errors in variables).
-template <class Real, class Settings = Kept<FitSettings<Real>>>
-class Fit : public Settings {
+template <class Real>
+class Fit {
  public:
-  using Settings::settings;
-  static constexpr bool fits = true;  ///< there is a test
-  static constexpr int fewest = 16;   ///< pairs, for a result
+  static constexpr bool fits = true;                   ///< there is a test
+  static constexpr int fewest = 16;                    ///< pairs, for a result
+  static constexpr Real least = FitTest<Real>::least;  ///< smaller effects have no flag, share
 
   /// A new touch.
   constexpr void reset() noexcept {
@@ -258,9 +249,9 @@ class Fit : public Settings {
     Fitted<Real> found;
     if (sums_.at(fit_one, fit_one) >= fewest && sums_.at(fit_x, fit_one) > 0) {
       const Real hard = product(hard_noise, hard_noise), soft = product(soft_noise, soft_noise);
-      found = FitTest<Real>{settings, sums_, first_, latest_, hard, soft}.result();
+      found = FitTest<Real>{sums_, first_, latest_, hard, soft}.result();
     }
-    if (magnitude(curved_) > settings.least_curved) {
+    if (magnitude(curved_) > Real(0.01)) {
       found.curve = curved_;
       found.flags |= misfit_curve;
       const Real shift = product(curved_, ratio);
@@ -275,8 +266,9 @@ class Fit : public Settings {
     Real y, x;
   };
 
+  // Pairs are left out where the regressor bends by more than a tenth of itself.
   constexpr void take(const Sample& s, Real before, Real after) noexcept {
-    if (!(magnitude(after - 2 * s.x + before) < product(settings.bend, magnitude(s.x)))) {
+    if (!(magnitude(after - 2 * s.x + before) < product(Real(0.1), magnitude(s.x)))) {
       return;
     }
     if (pairs_ == 0) {

@@ -30,10 +30,10 @@ class Halves {
     *place = value;
   }
 
-  constexpr Summary summary(Real clip, Real least_noise) const noexcept {
+  constexpr Summary summary(Real clip) const noexcept {
     Summary found{};
     const Ranks ranks = merged();
-    const Real lowest = least(least_noise, ranks.median);
+    const Real lowest = least(ranks.median);
     found.floor = ranks.step > 2 * lowest && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : lowest;
     // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations.
     const Real wide = (ranks.upper - ranks.lower) / Real(1.25);
@@ -45,11 +45,11 @@ class Halves {
     return found;
   }
 
-  /// The lower limit of the noise of data without visible noise: `most`, or 2^-20 of a level that is smaller than 2^20 of it,
-  /// so that it fits any unit.
-  static constexpr Real least(Real most, Real level) noexcept {
+  /// The lower limit of the noise of data without visible noise: 1e-6 pF, or 2^-20 of a smaller level, so that it fits any
+  /// unit.
+  static constexpr Real least(Real level) noexcept {
     const Real relative = magnitude(level) / (1 << 20) + Real(1e-18);
-    return relative < most ? relative : most;
+    return relative < Real(1e-6) ? relative : Real(1e-6);
   }
 
   constexpr Real& value(int i) noexcept { return values_[i]; }

@@ -31,9 +31,8 @@ template <class Real>
 struct LevelRatioSettings {
   Real contact_exponent = Real(1);  ///< p: force ~ depth^p. 1: bumps with a flat end; 1.5: domes; 0: no level ratio
   Real age = Real(0);               ///< seconds from where the press has settled to the end of a touch; 0: no such end
-  Real settled = Real(0.1);         ///< the press has settled if it has grown by less than a tenth for so many seconds
 
-  /// As FixedForgetting::visit_fields: the last one belongs to the stage.
+  /// As FixedForgetting::visit_fields.
   template <class Self, class Visit>
   static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
     const Real p = s.contact_exponent;
@@ -161,11 +160,12 @@ class LevelRatio : public Settings {
     return octave;
   }
 
+  // The press has settled if it has grown by less than a tenth for a tenth of a second.
   constexpr void follow(Real soft, Real time) noexcept {
     if (soft > product(Real(1.1), highest_)) {
       highest_ = soft;
       since_ = time;
-    } else if (time - since_ > settings.settled) {
+    } else if (time - since_ > Real(0.1)) {
       settled_ = true;
       since_ = time;
       for (int i = 1; i < places; ++i) {

@@ -3,6 +3,7 @@
 
 // One converter reads the two channels one after the other: both are filtered, with the same response.
 
+#include <palpate/settings.hpp>
 #include <palpate/stage/align.hpp>
 
 namespace palpate {
@@ -136,8 +137,7 @@ class MatchedPair : public Settings {
   // Windows that are not whole are left out, unless there are no others.
   constexpr FilteredPair<Real> interpolated(int i) noexcept {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
-    const bool valid = uneven_ == patience && readings_.gap() <= static_cast<Signed>(ticks_per_second<Ticks>);
-    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
+    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), uneven_ == patience && readings_.near()};
   }
 
   LastReadings<Real, Ticks> readings_;
