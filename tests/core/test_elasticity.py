@@ -63,7 +63,7 @@ def test_what_has_no_answer(call: Callable[[Any], object], values: tuple[Any, ..
 
 def test_the_header_gives_the_same_bits() -> None:
     moduli = [0.0, 0.143, 1.25, 8.68, 1e6, inf]
-    for modulus, (ratio, back, slope) in zip(moduli, drive("elasticity", moduli, 3), strict=True):
+    for modulus, (ratio, back) in zip(moduli, drive("elasticity", moduli, 2), strict=True):
         assert PROBE.ratio(modulus) == ratio
         if modulus < inf:
-            assert (PROBE.modulus(ratio), PROBE.slope(ratio)) == (back, slope)
+            assert PROBE.modulus(ratio) == back

@@ -123,7 +123,7 @@ void elasticity() {
   constexpr Elasticity<double> probe{8.5, 1.25, 0.97};
   while (more()) {
     const double ratio = probe.ratio(next());
-    put(ratio, probe.modulus(ratio), probe.slope(ratio));
+    put(ratio, probe.modulus(ratio));
   }
 }
 

@@ -87,16 +87,15 @@ constexpr bool no_answer() noexcept {
   constexpr Reach reasons[] = {Reach::unknown, Reach::too_soft, Reach::too_stiff, Reach::within, Reach::within};
   bool right = probe.modulus(1) == 0 && probe.modulus(Real(5.5)) == 2 && probe.ratio(-1) != probe.ratio(-1);
   for (int i = 0; i < 5; ++i) {
-    const Real modulus = probe.modulus(all[i]), slope = probe.slope(all[i]);
-    right =
-        right && probe.reach(all[i]) == reasons[i] && (modulus == modulus) == (i > 2) && (slope == slope) == (i > 2);
+    const Real modulus = probe.modulus(all[i]);
+    right = right && probe.reach(all[i]) == reasons[i] && (modulus == modulus) == (i > 2);
   }
   return right;
 }
 static_assert(no_answer<float>() && no_answer<double>());
 
 // (2) as printed: k_h = 800, k_s = 100 and k_o = 400 N/m; r = k_h (k_o + k_s) / (k_s (k_o + k_h)).
-constexpr auto springs = Elasticity<double>::of_stiffness(800, 100);
+constexpr Elasticity<double> springs{800.0 / 100, 800};
 constexpr double shown = 800.0 * (400 + 100) / (100.0 * (400 + 800));
 static_assert(magnitude(springs.modulus(shown) - 400) < 1e-12 * 400 && magnitude(springs.ratio(400) - shown) < 1e-15);
 

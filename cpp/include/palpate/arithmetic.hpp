@@ -76,6 +76,10 @@ constexpr void keep_branch() noexcept {
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
+/// NaN: there is no such number.
+template <class Real>
+inline constexpr Real not_a_number = std::numeric_limits<Real>::quiet_NaN();
+
 #if defined(__GNUC__) || defined(__clang__)
 /// The absolute value.
 constexpr float magnitude(float value) noexcept { return __builtin_fabsf(value); }

@@ -33,19 +33,12 @@ struct Elasticity {
   Real half_modulus = Real(2);  ///< MPa, or any unit for the modulus
   Real soft_ratio = Real(1);    ///< ratio on an infinitely soft object
 
-  /// The same for the stiffness of the object in place of its modulus; the arguments are the stiffnesses of the bumps,
-  /// k_s < k_h: (2) as printed. The quotient is rounded once, as r k_s is in the printed k_h - r k_s: near r_rigid
-  /// either acts like half an eps of r.
-  static constexpr Elasticity of_stiffness(Real hard_stiffness, Real soft_stiffness) noexcept {
-    return {hard_stiffness / soft_stiffness, hard_stiffness, Real(1)};
-  }
-
   /// Whether modulus() has a value for this ratio.
   constexpr Reach reach(Real ratio) const noexcept {
-    if (!(ratio == ratio)) {
-      return Reach::unknown;
-    }
-    return ratio < soft_ratio ? Reach::too_soft : ratio < rigid_ratio ? Reach::within : Reach::too_stiff;
+    return !(ratio == ratio)     ? Reach::unknown
+           : ratio < soft_ratio  ? Reach::too_soft
+           : ratio < rigid_ratio ? Reach::within
+                                 : Reach::too_stiff;
   }
 
   /// E(r); NaN if reach() is not within. r_rigid - r is exact where r > r_rigid / 2 (Sterbenz), so nothing is lost to
@@ -53,26 +46,14 @@ struct Elasticity {
   /// r (r_rigid - r_soft) / ((r - r_soft) (r_rigid - r)) times as much, relative to each. So a float32 that is rounded to
   /// half an eps gives E to 1 % at E = 1.5e5 half_modulus, far beyond what a probe can tell from rigid.
   constexpr Real modulus(Real ratio) const noexcept {
-    if (reach(ratio) != Reach::within) {
-      return std::numeric_limits<Real>::quiet_NaN();
-    }
-    return product(half_modulus, (ratio - soft_ratio) / (rigid_ratio - ratio));
-  }
-
-  /// dE/dr = a (r_rigid - r_soft) / (r_rigid - r)^2, divided twice: the square can overflow or underflow when
-  /// dE/dr does not. First order only: near r_rigid it does not describe the error. NaN if reach() is not within.
-  constexpr Real slope(Real ratio) const noexcept {
-    if (reach(ratio) != Reach::within) {
-      return std::numeric_limits<Real>::quiet_NaN();
-    }
-    const Real left = rigid_ratio - ratio;
-    return product(half_modulus, (rigid_ratio - soft_ratio) / left) / left;
+    const bool has_one = reach(ratio) == Reach::within;
+    return has_one ? product(half_modulus, (ratio - soft_ratio) / (rigid_ratio - ratio)) : not_a_number<Real>;
   }
 
   /// r(E), the inverse, for 0 <= E <= infinity; NaN below 0. Computed from the nearer end, so nothing cancels.
   constexpr Real ratio(Real modulus) const noexcept {
     if (!(modulus >= 0)) {
-      return std::numeric_limits<Real>::quiet_NaN();
+      return not_a_number<Real>;
     }
     const Real span = rigid_ratio - soft_ratio;
     return modulus < half_modulus ? soft_ratio + product(span, modulus / (modulus + half_modulus))
