@@ -56,7 +56,11 @@ class BasicRing : Storage {
     copy(Storage::items(), items + run, accepted - run);
     producer_.position.store(position + accepted, std::memory_order_release);
     if (accepted < count) {
-      drop(position + accepted, count - accepted);
+      const std::size_t before = dropped_.load(std::memory_order_relaxed);
+      if (before == 0) {
+        first_dropped_.store(position + accepted, std::memory_order_relaxed);
+      }
+      dropped_.store(before + (count - accepted), std::memory_order_release);
     }
     return accepted;
   }
@@ -115,14 +119,6 @@ class BasicRing : Storage {
     for (std::size_t i = 0; i < count; ++i) {
       to[i] = from[i];
     }
-  }
-
-  void drop(std::size_t position, std::size_t count) noexcept {
-    const std::size_t before = dropped_.load(std::memory_order_relaxed);
-    if (before == 0) {
-      first_dropped_.store(position, std::memory_order_relaxed);
-    }
-    dropped_.store(before + count, std::memory_order_release);
   }
 
   Side producer_, consumer_;

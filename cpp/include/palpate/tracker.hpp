@@ -24,13 +24,13 @@ struct Counts {
 /// NaN if there is no sample; a standard error, too, if the estimator has none.
 template <class Real>
 struct Touch : Counts {
-  Real ratio = 0;                                                      ///< of the changes, hard to soft
-  Real covariance = 0;                                                 ///< of the estimator, unscaled, 1/pF^2
-  Real standard_error = std::numeric_limits<Real>::quiet_NaN();        ///< of the ratio
-  Real first_ratio = 0;                                                ///< before a revision
-  Real first_standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< before a revision
-  bool full = false;                                                   ///< it has the wanted length
-  Revision revision = Revision::none;                                  ///< what the baseline after the touch says
+  Real ratio = 0;                                  ///< of the changes, hard to soft
+  Real covariance = 0;                             ///< of the estimator, unscaled, 1/pF^2
+  Real standard_error = not_a_number<Real>;        ///< of the ratio
+  Real first_ratio = 0;                            ///< before a revision
+  Real first_standard_error = not_a_number<Real>;  ///< before a revision
+  bool full = false;                               ///< it has the wanted length
+  Revision revision = Revision::none;              ///< what the baseline after the touch says
   Real shift = 0;          ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
   Fitted<Real> fitted{};   ///< what contradicts the model, and its flags
   Levelled<Real> level{};  ///< the ratio over the swept depth, which a tilt does not change
@@ -96,8 +96,7 @@ struct TrackerSettings {
       Real(0.025);  ///< with a matched pair: readings of a fast converter become means over these seconds; 0: none
 
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("initial_ratio", s.initial_ratio, is_finite(s.initial_ratio), "a finite number");
     visit("initial_covariance", s.initial_covariance, s.initial_covariance > 0, "0 < initial_covariance");
     visit("seconds", s.seconds, s.seconds >= 0, "0 <= seconds");
@@ -105,7 +104,7 @@ struct TrackerSettings {
     visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
     visit("confirmed", s.confirmed, s.confirmed >= 0, "0 <= confirmed");
     visit("averaged", s.averaged, 0 <= s.averaged && s.averaged <= 1, "0 <= averaged <= 1");
-  }
+  };
 };
 
 /// All stages of a scene, in order: give it readings with feed(), read touch() when a report says that it is new.
@@ -120,10 +119,8 @@ class Tracker : public Settings,
   using Extra = Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage>;
   static constexpr bool fits = FitStage::fits;
   static constexpr bool averages = detail::has<detail::Matches, AlignStage>;
-  static_assert(
-      detail::has<detail::Aligns, AlignStage>,
-      "palpate::Tracker: an AlignStage needs ticks_type; feed(hard_time, soft_time, hard, soft, wanted), which "
-      "returns a pair with hard, soft and valid; and reset()");
+  static_assert(detail::has<detail::Aligns, AlignStage>,
+                "palpate::Tracker: an AlignStage needs the members of NoAlign");
   static_assert(detail::has<detail::Levels, BaselineStage>,
                 "palpate::Tracker: a BaselineStage needs the functions of NoBaseline");
   static_assert(detail::has<detail::Touches, ContactStage>,
@@ -132,7 +129,7 @@ class Tracker : public Settings,
                 "palpate::Tracker: an Estimator needs real_type, default_covariance, update(output, regressor), which "
                 "returns a Step, reset(ratio, covariance), ratio() and covariance()");
   static_assert(
-      !fits || detail::has<detail::Matches, AlignStage>,
+      !fits || averages,
       "palpate::Tracker: a Fit needs an AlignStage whose pairs have `matched`, as MatchedPair; else use NoFit");
   static_assert(!fits || (knows_its_error<Estimator> && detail::has<detail::GoesBack, Estimator>),
                 "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover, estimate() and "
@@ -142,9 +139,7 @@ class Tracker : public Settings,
  public:
   using real_type = Real;                             ///< float or double
   static constexpr bool levels = LevelStage::levels;  ///< it has a level ratio
-  using Channels::gate;
-  using Channels::hard_baseline;
-  using Channels::soft_baseline;
+  using Channels::gate, Channels::hard_baseline, Channels::soft_baseline;
   using Settings::settings;
   using ticks_type = typename AlignStage::ticks_type;  ///< of the times: an integer of 32 or 64 bits
 
@@ -154,7 +149,7 @@ class Tracker : public Settings,
   /// Takes a reading of each channel: their times, which may wrap, in nanoseconds for 64-bit ticks, otherwise in
   /// microseconds; the capacitances in pF, NaN: no value. A reading that is infinite or saturated counts as no value.
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
-    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    const Real nan = not_a_number<Real>;
     bool high = false, large = false, both = true;
     [[maybe_unused]] const Real read_hard = hard, read_soft = soft;
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
@@ -255,7 +250,7 @@ class Tracker : public Settings,
 
   /// The last touch; read it before the next one begins.
   constexpr Touch<Real> touch() const noexcept {
-    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    const Real nan = not_a_number<Real>;
     const bool any = counts_.samples > 0;
     Touch<Real> result{counts_};
     result.ratio = result.first_ratio = any ? estimator.ratio() : nan;
@@ -312,7 +307,7 @@ class Tracker : public Settings,
   /// the baselines, which are common to all samples of a touch; NaN until the first sample.
   constexpr Real standard_error() const noexcept {
     if constexpr (!knows_its_error<Estimator>) {
-      return std::numeric_limits<Real>::quiet_NaN();
+      return not_a_number<Real>;
     } else {
       return error_of(shared_variance(), Real(0));
     }
@@ -325,7 +320,7 @@ class Tracker : public Settings,
   // regressor, sqrt(R / W), W being the count.
   constexpr Real error_of(Real shared, Real open) const noexcept {
     if (counts_.samples == 0) {
-      return std::numeric_limits<Real>::quiet_NaN();
+      return not_a_number<Real>;
     }
     const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
                                    product(soft_baseline.noise(), soft_baseline.noise())) +
@@ -333,7 +328,7 @@ class Tracker : public Settings,
     const Real seen = estimator.settled() ? estimator.long_run_variance() : early_variance(readings);
     const Real own = product(seen > readings ? seen : readings, estimator.leverage());
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
-    return square > 0 && is_finite(square) ? square_root(square) : std::numeric_limits<Real>::quiet_NaN();
+    return square > 0 && is_finite(square) ? square_root(square) : not_a_number<Real>;
   }
   constexpr Real early_variance(Real readings) const noexcept {
     const Real excess = estimator.innovation_variance() - readings / 2;
@@ -546,7 +541,7 @@ class Tracker : public Settings,
   bool running_ = false;   // a touch has begun, and its result is not yet reported
   bool full_ = false;      // the touch has the wanted length
   Counts counts_;
-  Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
+  Real standard_error_ = not_a_number<Real>;
 };
 
 }  // namespace palpate

@@ -23,8 +23,7 @@ struct HandoverSettings {
   Real min_information = Real(1e-12);  ///< 1 / max_covariance: the limit where the regressor is 0
 
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
     visit("drift", s.drift, 0 <= s.drift && (s.drift < s.clip || !(s.clip > 0)), "0 <= drift < clip");
     visit("threshold", s.threshold, s.threshold > 0, "0 < threshold");
@@ -32,14 +31,15 @@ struct HandoverSettings {
     visit("smoothing", s.smoothing, 0 < s.smoothing && s.smoothing <= 1, "0 < smoothing <= 1");
     visit("guard", s.guard, 0 <= s.guard && s.guard <= 100, "0 <= guard <= 100");
     visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
-  }
+  };
 };
 
 /// Instrument of a regressor x: the running mean of the regressors before it, which is independent of the noise of x
 /// (Soderstrom and Stoica 1983).
 template <class Real>
-class Instrument {
- public:
+struct Instrument {
+  Real mean = 0;
+
   /// The weight w of a sample: the mean if it is a forecast of x; otherwise x itself (least squares).
   ///
   /// With a mean of the other sign, or of a very different size, the sum of w x could cancel and the ratio diverge. So
@@ -47,24 +47,14 @@ class Instrument {
   /// never grows; and since w < 4 x, one sample changes the ratio by at most 4 e / w. (4 and 8 give the same errors in
   /// all scenarios; 2 excludes useful means, and increases the error by a quarter under strong tremor.)
   constexpr Real weight(Real regressor) const noexcept {
-    const Real w = magnitude(mean_), x = magnitude(regressor);
-    return product(mean_, regressor) > 0 && w < 4 * x && x < 4 * w ? mean_ : regressor;
+    const Real w = magnitude(mean), x = magnitude(regressor);
+    return product(mean, regressor) > 0 && w < 4 * x && x < 4 * w ? mean : regressor;
   }
 
   /// Add the n-th regressor.
   constexpr void add(Real regressor, Real n, Real smoothing) noexcept {
-    mean_ += product(mean_share(n, smoothing), regressor - mean_);
+    mean += product(mean_share(n, smoothing), regressor - mean);
   }
-
-  constexpr Real mean() const noexcept { return mean_; }
-
-  template <class Visit>
-  constexpr void visit_state(Visit&& visit) noexcept {
-    visit(mean_);
-  }
-
- private:
-  Real mean_ = 0;
 };
 
 /// Recursive instrumental variables with a change detector that estimates the time of the change.
@@ -173,17 +163,11 @@ class Handover : public Parameters {
   /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    visit(ratio_);
-    sums_.visit_state(visit);
+    visit(ratio_), visit(sums_.information), visit(sums_.squares), visit(sums_.count);
     cusum_.visit_state(visit);
-    instrument_.visit_state(visit);
+    visit(instrument_.mean);
     noise_.visit_state(visit);
-    visit(seen_);
-    visit(row_.last);
-    visit(row_.size);
-    visit(row_.steps);
-    visit(lag_);
-    visit(lead_);
+    visit(seen_), visit(row_.last), visit(row_.size), visit(row_.steps), visit(lag_), visit(lead_);
   }
 
   /// The estimate r; while it drifts, without the lag of the recursion.
@@ -214,12 +198,12 @@ class Handover : public Parameters {
   /// Variance of the mean of many innovations, times their number, pF^2; only if settled().
   constexpr Real long_run_variance() const noexcept { return noise_.long_run_variance(); }
   /// Mean of the last regressors, pF.
-  constexpr Real mean_regressor() const noexcept { return instrument_.mean(); }
+  constexpr Real mean_regressor() const noexcept { return instrument_.mean; }
   /// Standard error of the ratio, with its rounding, which in float32 is larger than a noise of 13 eps of the output. NaN if the squares
   /// of the innovations are too small or too large for Real.
   constexpr Real standard_error() const noexcept {
     const Real square = variance();
-    return square > 0 && is_finite(square) ? square_root(square + rounding()) : std::numeric_limits<Real>::quiet_NaN();
+    return square > 0 && is_finite(square) ? square_root(square + rounding()) : not_a_number<Real>;
   }
 
  private:
@@ -315,7 +299,7 @@ class Handover : public Parameters {
   /// Forgetting factor with which a sample as large as the last ones has at least the share K that the drift needs:
   /// lambda R = (1 / K - 1) mean(x)^2.
   constexpr Real drifting() const noexcept {
-    const Real mean = instrument_.mean();
+    const Real mean = instrument_.mean;
     const Real most = product(mean, mean) * (1 / noise_.least_share() - 1) / sums_.information;
     return most < settings.steady ? most : settings.steady;
   }
@@ -327,7 +311,7 @@ class Handover : public Parameters {
       noise_.expect_drift();
     }
     const bool known = drifts && noise_.mature();
-    const Real mean = instrument_.mean(), given = product(gain, mean), share = given < 1 ? given : Real(1);
+    const Real mean = instrument_.mean, given = product(gain, mean), share = given < 1 ? given : Real(1);
     lag_ = known ? lag_ + product(share, innovation - lag_) : Real(0);
     lead_ = known ? product(1 - share, lag_) / mean : Real(0);
   }

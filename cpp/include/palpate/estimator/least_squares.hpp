@@ -162,7 +162,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
       covariance(c, column);
       const Real square = quadratic(column);
       const bool determined = product(prior, column[c]) < Real(0.01);
-      result[c] = !determined ? std::numeric_limits<Real>::quiet_NaN() : square < column[c] ? square : column[c];
+      result[c] = !determined ? not_a_number<Real> : square < column[c] ? square : column[c];
       basis[c] = 1;
       this->substitute(basis, c);
       const Real share = quadratic(basis) / diagonal[c];
@@ -194,8 +194,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
         size += magnitude(term);
       }
     }
-    return sum > product(size, 100 * std::numeric_limits<Real>::epsilon()) ? sum
-                                                                           : std::numeric_limits<Real>::quiet_NaN();
+    return sum > product(size, 100 * std::numeric_limits<Real>::epsilon()) ? sum : not_a_number<Real>;
   }
 };
 

@@ -97,8 +97,7 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
   /// Call `visit` with a reference to each number of the state: to save it, or to restore it.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    visit(ratio_);
-    visit(information_);
+    visit(ratio_), visit(information_);
     Policies::for_each_state([&visit](auto& policy) { policy.visit_state(visit); });
   }
 

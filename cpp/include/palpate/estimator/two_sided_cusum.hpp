@@ -30,13 +30,6 @@ struct Sums {
   Real information = 0;  // of w x
   Real squares = 0;      // of w^2
   Real count = 0;        // of 1
-
-  template <class Visit>
-  constexpr void visit_state(Visit&& visit) noexcept {
-    visit(information);
-    visit(squares);
-    visit(count);
-  }
 };
 
 /// One side of Page's CUSUM on a whitened innovation z in units of its scale, g' = max(0, g + z - drift), with the sums

@@ -21,15 +21,14 @@ struct VectorSettings {
   Real min_information = std::is_same_v<Real, float> ? Real(1e-30) : Real(1e-280);
 
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
     visit("drift", s.drift, 0 <= s.drift && (s.drift < s.clip || !(s.clip > 0)), "0 <= drift < clip");
     visit("threshold", s.threshold, s.threshold > 0, "0 < threshold");
     visit("clip", s.clip, 0 < s.clip && s.clip <= 100, "0 < clip <= 100");
     visit("alarmed", s.alarmed, 0 <= s.alarmed && s.alarmed <= s.steady, "0, or alarmed <= steady");
     visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
-  }
+  };
 };
 
 /// Result of one sample of VectorRls. accepted is false if the sample was refused: then the state did not change.
@@ -140,7 +139,7 @@ class VectorRls : public Parameters {
     const Real left = fit().count - fit().leverages(result, guarded_);
     const bool settled = fit().count > Size + Real(3.5) && left > 0;
     for (Real& value : result) {
-      value = settled ? square_root(product(value, fit().residuals / left)) : std::numeric_limits<Real>::quiet_NaN();
+      value = settled ? square_root(product(value, fit().residuals / left)) : not_a_number<Real>;
     }
     return settled ? product(left, fit().count / fit().count_squares) : Real(0);
   }

@@ -34,10 +34,9 @@ struct FixedForgetting {
     return product(forgetting, information);
   }
   /// Call `visit` with the name of each setting, a reference to it, whether it is allowed, and what is allowed.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("forgetting", s.forgetting, 0 < s.forgetting && s.forgetting <= 1, "0 < forgetting <= 1");
-  }
+  };
 };
 
 /// The policy of the paper: lambda = alarmed during an alarm of the detector, otherwise steady.
@@ -57,11 +56,10 @@ struct SwitchedForgetting {
     return product(steady, information);
   }
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("steady", s.steady, 0 < s.steady && s.steady <= 1, "0 < steady <= 1");
     visit("alarmed", s.alarmed, 0 < s.alarmed && s.alarmed <= s.steady, "0 < alarmed <= steady");
-  }
+  };
 };
 
 // Change detectors: raise an alarm when the innovations e(k) show that the ratio has changed.
@@ -89,13 +87,12 @@ struct CusumSettings {
   Real clear_level = Real(0);   ///< an alarm ends there, pF
 
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("drift", s.drift, s.drift >= 0 && is_finite(static_cast<float>(s.drift)), "0 <= drift, finite");
     visit("threshold", s.threshold, s.threshold >= 0, "0 <= threshold");
     visit("clear_level", s.clear_level, 0 <= s.clear_level && s.clear_level <= s.threshold,
           "0 <= clear_level <= threshold");
-  }
+  };
 };
 
 /// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
@@ -154,10 +151,9 @@ struct BoundedCovariance {
     return information > min_information ? information : min_information;
   }
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("min_information", s.min_information, s.min_information > 0, "0 < min_information");
-  }
+  };
 };
 
 // Checks: whether a sample may change the state.
@@ -213,15 +209,15 @@ struct Policies : Forgetting, Detector, Bound {
   static_assert(
       is_policy<Discounts, Real, policy_type<Forgetting>>(),
       "palpate::Rls: a Forgetting needs real_type, which is the estimator's Real; discount(information, innovation, "
-      "regressor, alarm); if that is not const: reset() and visit_state(visit), and it cannot be a Constant");
+      "regressor, alarm); with a state also reset() and visit_state(visit)");
   static_assert(
       is_policy<Detects, Real, policy_type<Detector>>(),
       "palpate::Rls: a Detector needs real_type, which is the estimator's Real; next(innovation), alarm() and "
-      "statistic(); if next is not const: reset() and visit_state(visit), and it cannot be a Constant");
+      "statistic(); with a state also reset() and visit_state(visit)");
   static_assert(
       is_policy<Limits, Real, policy_type<Bound>>(),
-      "palpate::Rls: a Bound needs real_type, which is the estimator's Real; limit(information); if that is not "
-      "const: reset() and visit_state(visit), and it cannot be a Constant");
+      "palpate::Rls: a Bound needs real_type, which is the estimator's Real; limit(information); with a state "
+      "also reset() and visit_state(visit)");
 
   constexpr Policies(const Forgetting& forgets, const Detector& detects, const Bound& bounds) noexcept
       : Forgetting(forgets), Detector(detects), Bound(bounds) {}

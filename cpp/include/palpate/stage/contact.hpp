@@ -39,8 +39,7 @@ struct ContactSettings {
   Real patience = Real(30);
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("slack", s.slack, s.slack >= 0, "0 <= slack");
     visit("quiet", s.quiet, s.quiet >= 0, "0 <= quiet");
     visit("limit", s.limit, s.limit > 0, "0 < limit");
@@ -49,7 +48,7 @@ struct ContactSettings {
     visit("idle_share", s.idle_share, 0 < s.idle_share && s.idle_share < 1, "0 < idle_share < 1");
     visit("confirm", s.confirm, 0 < s.confirm && s.confirm < 256, "0 < confirm < 256");
     visit("patience", s.patience, s.patience > 0, "0 < patience");
-  }
+  };
 };
 
 /// What a gate keeps to notice that the baseline is wrong; nothing otherwise.
@@ -136,8 +135,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   }
 
   constexpr Real next(Real sum, Real size) const noexcept {
-    sum += (size > settings.clip ? settings.clip : size) - settings.slack;
-    return sum > 0 ? sum : Real(0);
+    return positive_part(sum + ((size > settings.clip ? settings.clip : size) - settings.slack));
   }
 
   constexpr bool leave(Real change, Real noise, [[maybe_unused]] Real waited) noexcept {

@@ -28,9 +28,9 @@ struct Fitted {
   Real tilt = 0;        ///< the ratio above the level ratio, share of it
   Real open = 0;        ///< variance of the ratio that these leave open, without the drift
   Real open_drift = 0;  ///< the same by the drift
-  Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  ///< if only the offset contradicts: of y = r x + c
-  Real offset_error = std::numeric_limits<Real>::quiet_NaN();  ///< its standard error
-  std::uint8_t flags = 0;                                      ///< of Misfit
+  Real offset_ratio = not_a_number<Real>;  ///< if only the offset contradicts: of y = r x + c
+  Real offset_error = not_a_number<Real>;  ///< its standard error
+  std::uint8_t flags = 0;                  ///< of Misfit
 };
 
 /// The columns of the sums; y is the output minus `first` times x.
@@ -256,7 +256,7 @@ class Fit {
       found.flags |= misfit_curve;
       const Real shift = product(curved_, ratio);
       found.open += product(shift, shift);
-      found.offset_ratio = found.offset_error = std::numeric_limits<Real>::quiet_NaN();
+      found.offset_ratio = found.offset_error = not_a_number<Real>;
     }
     return found;
   }

@@ -12,8 +12,8 @@ namespace palpate {
 /// The level ratio of a touch; NaN: there is none.
 template <class Real>
 struct Levelled {
-  Real ratio = std::numeric_limits<Real>::quiet_NaN();           ///< of hard = r (soft^(1/p) + c)^p
-  Real standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< of it
+  Real ratio = not_a_number<Real>;           ///< of hard = r (soft^(1/p) + c)^p
+  Real standard_error = not_a_number<Real>;  ///< of it
 };
 
 /// The null stage: there is no level ratio, and no age.
@@ -33,13 +33,12 @@ struct LevelRatioSettings {
   Real age = Real(0);               ///< seconds from where the press has settled to the end of a touch; 0: no such end
 
   /// As FixedForgetting::visit_fields.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     const Real p = s.contact_exponent;
     visit("contact_exponent", s.contact_exponent, p == 0 || p == 1 || p == Real(1.5),
           "1 (flat bumps), 1.5 (domes), or 0 (no level ratio)");
     visit("age", s.age, s.age >= 0, "0 <= age");
-  }
+  };
 };
 
 /// A probe held off by an angle presses one bump deeper by g: hard = r K (z + g)^p, soft = K (z - g)^p at depth z. So

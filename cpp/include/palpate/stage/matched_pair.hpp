@@ -20,15 +20,14 @@ struct MatchedPairSettings {
   Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;  ///< and the second two
 
   /// As FixedForgetting::visit_fields: the coefficients only; the periods belong to them.
-  template <class Self, class Visit>
-  static constexpr void visit_fields(Self& s, Visit&& visit) noexcept {
+  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     visit("hard_side", s.hard_side, 0 <= s.hard_side && s.hard_side <= Real(0.5), "0 <= hard_side <= 0.5");
     visit("soft_side", s.soft_side, 0 <= s.soft_side && s.soft_side <= Real(0.5), "0 <= soft_side <= 0.5");
     visit("slow_hard_side", s.slow_hard_side, 0 <= s.slow_hard_side && s.slow_hard_side <= Real(0.5),
           "0 <= slow_hard_side <= 0.5");
     visit("slow_soft_side", s.slow_soft_side, 0 <= s.slow_soft_side && s.slow_soft_side <= Real(0.5),
           "0 <= slow_soft_side <= 0.5");
-  }
+  };
 };
 
 /// A pair of a stage that filters both channels, which Fit needs.
