@@ -11,12 +11,10 @@ namespace palpate {
 
 namespace detail {
 // Whether a type has the members in the expression Needs.
-template <class Void, template <class...> class Needs, class Type>
-inline constexpr bool allows = false;
+template <template <class...> class Needs, class Type, class = void>
+inline constexpr bool has = false;
 template <template <class...> class Needs, class Type>
-inline constexpr bool allows<std::void_t<Needs<Type>>, Needs, Type> = true;
-template <template <class...> class Needs, class Type>
-inline constexpr bool has = allows<void, Needs, Type>;
+inline constexpr bool has<Needs, Type, std::void_t<Needs<Type>>> = true;
 
 // An object for such an expression.
 template <class Type>

@@ -325,14 +325,12 @@ class Tracker : public Settings,
     const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
                                    product(soft_baseline.noise(), soft_baseline.noise())) +
                           rounding();
-    const Real seen = estimator.settled() ? estimator.long_run_variance() : early_variance(readings);
+    const Real seen = estimator.settled()
+                          ? estimator.long_run_variance()
+                          : readings + 4 * positive_part(estimator.innovation_variance() - readings / 2);
     const Real own = product(seen > readings ? seen : readings, estimator.leverage());
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
     return square > 0 && is_finite(square) ? square_root(square) : not_a_number<Real>;
-  }
-  constexpr Real early_variance(Real readings) const noexcept {
-    const Real excess = estimator.innovation_variance() - readings / 2;
-    return readings + (excess > 0 ? 4 * excess : 0);
   }
 
   /// Whether the ratio is another one, by more than 4 errors of both and this share.

@@ -237,9 +237,7 @@ struct Policies : Forgetting, Detector, Bound {
         work(policy);
       }
     };
-    each(forgetting());
-    each(detector());
-    each(bound());
+    each(forgetting()), each(detector()), each(bound());
   }
 };
 

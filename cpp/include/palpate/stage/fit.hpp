@@ -146,12 +146,16 @@ struct FitTest {
     return counts ? product(part < 1 ? part : Real(1), product(shift, shift)) : Real(0);
   }
 
+  /// Sets the size of an effect, and its flag; returns what it leaves open.
+  constexpr Real tested(Misfit flag, Real value, Real error, Real& size) noexcept {
+    size = share(value);
+    set_flag(flag, value, error, size, least);
+    return left_open(value, error);
+  }
+
   constexpr void test_drift(const FitSums<Real>& solved) noexcept {
-    const Real value = product(solved.at(fit_time, fit_y), length);
     const Real error = product(solved.error(fit_time), product(length, length));
-    found_.drift = share(value);
-    found_.open_drift = left_open(value, error) / 4;
-    set_flag(misfit_drift, value, error, found_.drift, least);
+    found_.open_drift = tested(misfit_drift, product(solved.at(fit_time, fit_y), length), error, found_.drift) / 4;
   }
 
   constexpr void test_lag(const FitSums<Real>& solved) noexcept {
@@ -167,17 +171,12 @@ struct FitTest {
       value -= product(m2, solved.at(fit_square, fit_y));
       error += product(m2, product(m2, solved.error(fit_square)) + 2 * solved.at(fit_one, fit_square));
     }
-    found_.offset = -share(value);
-    found_.open += left_open(value, error);
-    set_flag(misfit_offset, value, error, found_.offset, least);
+    found_.open += tested(misfit_offset, -value, error, found_.offset);
   }
 
   constexpr void test_curve(const FitSums<Real>& solved) noexcept {
-    const Real m2 = product(m, m), value = product(m2, solved.at(fit_square, fit_y));
-    const Real error = product(product(m2, m2), solved.error(fit_square));
-    found_.curve = share(value);
-    found_.open += left_open(value, error);
-    set_flag(misfit_curve, value, error, found_.curve, least);
+    const Real m2 = product(m, m), error = product(product(m2, m2), solved.error(fit_square));
+    found_.open += tested(misfit_curve, product(m2, solved.at(fit_square, fit_y)), error, found_.curve);
   }
 
   // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.

@@ -35,7 +35,7 @@ class Idle {
  protected:
   /// Takes one reading; `running`: a touch takes samples.
   constexpr Event take(Ticks time, Real hard, Real soft, bool running) noexcept {
-    const Real moved = change(hard, soft), spread = noise();
+    const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), spread = noise();
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
       if (!gate.update_between(moved, spread)) {
         return collect(time, hard, soft);
@@ -84,10 +84,6 @@ class Idle {
   }
 
  private:
-  constexpr Real change(Real hard, Real soft) const noexcept {
-    return (hard - hard_baseline.expected()) + (soft - soft_baseline.expected());
-  }
-
   // sqrt(a^2 + b^2), at most 4 % too small and 12 % too large: enough for a threshold.
   constexpr Real noise() const noexcept {
     const Real a = hard_baseline.noise(), b = soft_baseline.noise();
