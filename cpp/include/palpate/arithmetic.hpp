@@ -49,10 +49,35 @@
 
 namespace palpate {
 
+/// Whether a type is one of those that the headers compute with.
+template <class Real>
+inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
+
+/// NaN: there is no such number.
+template <class Real>
+inline constexpr Real not_a_number = std::numeric_limits<Real>::quiet_NaN();
+
 #if defined(__GNUC__) || defined(__clang__)
+/// The absolute value.
+constexpr float magnitude(float value) noexcept { return __builtin_fabsf(value); }
+/// The absolute value.
+constexpr double magnitude(double value) noexcept { return __builtin_fabs(value); }
+/// value, negated where `sign` is below 0 (or -0).
+constexpr float with_sign(float value, float sign) noexcept { return value * __builtin_copysignf(1, sign); }
+/// value, negated where `sign` is below 0 (or -0).
+constexpr double with_sign(double value, double sign) noexcept { return value * __builtin_copysign(1, sign); }
 namespace detail {
 inline void stay() noexcept { __asm__ volatile(""); }
 }  // namespace detail
+#else
+template <class Real>
+constexpr Real magnitude(Real value) noexcept {
+  return -value > value ? -value : value;
+}
+template <class Real>
+constexpr Real with_sign(Real value, Real sign) noexcept {
+  return sign < 0 || (sign == 0 && 1 / sign < 0) ? -value : value;
+}
 #endif
 
 /// Between two stores: the compilers do not keep both numbers in one SIMD register, where each would wait for the other.
@@ -71,34 +96,6 @@ constexpr void keep_branch() noexcept {
   keep_apart();
 #endif
 }
-
-/// Whether a type is one of those that the headers compute with.
-template <class Real>
-inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
-
-/// NaN: there is no such number.
-template <class Real>
-inline constexpr Real not_a_number = std::numeric_limits<Real>::quiet_NaN();
-
-#if defined(__GNUC__) || defined(__clang__)
-/// The absolute value.
-constexpr float magnitude(float value) noexcept { return __builtin_fabsf(value); }
-/// The absolute value.
-constexpr double magnitude(double value) noexcept { return __builtin_fabs(value); }
-/// value, negated where `sign` is below 0 (or -0).
-constexpr float with_sign(float value, float sign) noexcept { return value * __builtin_copysignf(1, sign); }
-/// value, negated where `sign` is below 0 (or -0).
-constexpr double with_sign(double value, double sign) noexcept { return value * __builtin_copysign(1, sign); }
-#else
-template <class Real>
-constexpr Real magnitude(Real value) noexcept {
-  return -value > value ? -value : value;
-}
-template <class Real>
-constexpr Real with_sign(Real value, Real sign) noexcept {
-  return sign < 0 || (sign == 0 && 1 / sign < 0) ? -value : value;
-}
-#endif
 
 /// value if it is above 0, otherwise 0.
 template <class Real>

@@ -46,14 +46,11 @@ namespace palpate {
 
 #if defined(PALPATE_HIDING_PLACE)
 namespace detail {
-inline float hidden(float value) noexcept {
-  __asm__("" : PALPATE_HIDING_PLACE(value));
-  return value;
-}
-inline double hidden(double value) noexcept {
-#if PALPATE_FUSED_BYTES >= 8
-  __asm__("" : PALPATE_HIDING_PLACE(value));
-#endif
+template <class Real>
+inline Real hidden(Real value) noexcept {
+  if constexpr (sizeof(Real) <= PALPATE_FUSED_BYTES) {
+    __asm__("" : PALPATE_HIDING_PLACE(value));
+  }
   return value;
 }
 }  // namespace detail

@@ -15,9 +15,6 @@ using Forgetting = Constant<defaults<SwitchedForgetting<Real>>>;
 /// The detector of the paper.
 template <class Real>
 using Detector = Cusum<Real, Constant<defaults<CusumSettings<Real>>>>;
-/// The bound of the covariance.
-template <class Real>
-using Bound = Constant<defaults<BoundedCovariance<Real>>>;
 
 /// The smallest estimator, with ratio and information only, without check and bound. For a loop whose samples are
 /// finite, and whose regressor is never 0 for so long that the information decays to 0.
@@ -30,7 +27,7 @@ using PaperRls = Rls<Real, Forgetting<Real>, Detector<Real>, Unbounded<Real>, Un
 
 /// As palpate::AdaptiveRls, with check and bound.
 template <class Real>
-using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Bound<Real>>;
+using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Constant<defaults<BoundedCovariance<Real>>>>;
 
 /// As palpate::Handover, the estimator of the scene handheld.
 template <class Real>

@@ -65,23 +65,21 @@ constexpr Real portable_root(Real value) noexcept {
   return product(large * small, rounded_root(value));
 }
 
-/// With the processor's instruction, where it has one for Real.
-template <class Real>
-inline Real processor_root(Real value) noexcept {
-  return portable_root(value);
-}
-#if defined(PALPATE_ROOT_FLOAT)
+#if defined(PALPATE_ROOT_REGISTER)
+/// With the processor's instruction, where it has one for the type.
 inline float processor_root(float value) noexcept {
   float root;
   __asm__(PALPATE_ROOT_FLOAT : "=" PALPATE_ROOT_REGISTER(root) : PALPATE_ROOT_REGISTER(value));
   return root;
 }
-#endif
-#if defined(PALPATE_ROOT_DOUBLE)
 inline double processor_root(double value) noexcept {
+#if defined(PALPATE_ROOT_DOUBLE)
   double root;
   __asm__(PALPATE_ROOT_DOUBLE : "=" PALPATE_ROOT_REGISTER(root) : PALPATE_ROOT_REGISTER(value));
   return root;
+#else
+  return portable_root(value);
+#endif
 }
 #endif
 

@@ -275,14 +275,12 @@ class Fit {
       begin_ = number_;
     }
     pairs_ += 1;
-    const Real time = product(static_cast<Real>(number_ - begin_), unit_time);
+    const Real time = static_cast<Real>(number_ - begin_) / 256;
     const Real values[fit_columns] = {
         s.x, Real(1), time, (after - before) / 2, product(s.x, s.x), s.y - product(first_, s.x)};
     sums_.add(values);
     latest_ = time;
   }
-
-  static constexpr Real unit_time = Real(1) / Real(256);
 
   FitSums<Real> sums_{};
   Sample last_[2] = {};

@@ -64,11 +64,7 @@ class LevelRatio : public Settings {
   }
 
   /// After a hand-over: the samples before it are forgotten.
-  constexpr void restart() noexcept {
-    for (auto& sums : sums_) {
-      sums = {};
-    }
-  }
+  constexpr void restart() noexcept { sums_[rise] = sums_[hold] = sums_[fall] = {}; }
 
   /// Add a pair, at a time in seconds; `held`: the touch takes samples, so that this is not yet the fall after it.
   constexpr void add(Real hard, Real soft, Real time, bool held) noexcept {
