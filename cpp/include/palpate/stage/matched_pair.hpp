@@ -136,7 +136,8 @@ class MatchedPair : public Settings {
   // Windows that are not whole are left out, unless there are no others.
   constexpr FilteredPair<Real> interpolated(int i) noexcept {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
-    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), uneven_ == patience && readings_.near()};
+    const bool valid = uneven_ == patience && readings_.near();
+    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 
   LastReadings<Real, Ticks> readings_;
