@@ -79,7 +79,9 @@ class Reviser {
       // which was a change of the ratio, and for a walk; a quarter for an exponential, where it is large enough for a flag.
       const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
       const bool uneven = changed_ || !found.significant;
-      found.open = !drifted ? product(product(part, rest), excess) / product(mean, mean) : uneven ? moved / 4 : moved / 16;
+      found.open = !drifted ? product(product(part, rest), excess) / product(mean, mean)
+                   : uneven ? moved / 4
+                            : moved / 16;
     }
     return found;
   }
