@@ -40,7 +40,7 @@ PARTS = {
     "gauges not bent": replace(WAY, bend=0.0),
     "1 degree": replace(WAY, angle=1.0),
 }
-ACCEPT = ("drift", "creep", "offset")  # flags of the touches without an age, where all of a specimen may have them
+ACCEPT = ("drift", "creep", "offset")  # flags that all touches of a specimen may have, without an age or a level ratio
 
 
 class Session(NamedTuple):
@@ -80,7 +80,7 @@ def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration,
     tracks = [Track(run, given, {t.start: f"{E}" for t in palpate.touches(run)}) for E, run in specimens.items()]
     chosen = choose(tracks, ratio=kind)
     settings: Any = chosen.settings
-    accept = () if given.get("age", 1.0) else ACCEPT
+    accept = ACCEPT if kind == "hold" or given.get("age") == 0 else ()
     touched = [
         Specimen(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of) for E, run in specimens.items()
     ]
