@@ -246,7 +246,8 @@ class _Handover:
         mature = noise.weight >= MATURE
         if drifts and mature:
             noise.since = 0
-            share = min(gain * self.instrument, self.number(1))
+        if drifts and mature and self.instrument:
+            share = min(max(gain * self.instrument, self.number(0)), self.number(1))
             self.lag += share * (e - self.lag)
             self.lead = (1 - share) * self.lag / self.instrument
         else:

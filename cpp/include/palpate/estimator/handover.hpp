@@ -310,10 +310,12 @@ class Handover : public Parameters {
     if (drifts) {
       noise_.expect_drift();
     }
-    const bool known = drifts && noise_.mature();
-    const Real mean = instrument_.mean, given = product(gain, mean), share = given < 1 ? given : Real(1);
-    lag_ = known ? lag_ + product(share, innovation - lag_) : Real(0);
-    lead_ = known ? product(1 - share, lag_) / mean : Real(0);
+    const Real mean = instrument_.mean, given = product(gain, mean);
+    const Real share = given < 1 ? positive_part(given) : Real(1);
+    const Real lag = lag_ + product(share, innovation - lag_), lead = product(1 - share, lag) / mean;
+    const bool known = drifts && noise_.mature() && is_finite(ratio_ + lead);
+    lag_ = known ? lag : Real(0);
+    lead_ = known ? lead : Real(0);
   }
 
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
