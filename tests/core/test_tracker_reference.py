@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import reference
+from palpate.reference.align import means
 from palpate.simulation import (
     SCENARIOS,
     Baseline,
@@ -167,6 +168,17 @@ def test_the_named_scenarios_are_as_by_the_reference(name: str) -> None:
     """In the second of lost-runs the last value of a baseline comes alone."""
     for seed in (1, 2):
         check(readings_of(SCENARIOS[name], seed))
+
+
+@pytest.mark.parametrize("steps_ms", [[4.6, 5.5, 4.8], [0.5] * 9 + [40.0], [1.0] * 30 + [300.0]])
+def test_the_means_of_a_fast_converter_lose_no_reading(steps_ms: list[float]) -> None:
+    """At the limit of what is fast, and in packets."""
+    n, rng = 3000, np.random.default_rng(1)
+    t = np.cumsum(1e6 * np.resize(steps_ms, n)).astype(np.int64)
+    soft = 0.25 * ((t > 0.4 * t[-1]) & (t < 0.8 * t[-1])) + rng.normal(0, 4e-5, n)
+    readings = t, t, 0.6 + 2.8 * soft + rng.normal(0, 4e-5, n), soft
+    assert n - 25 <= sum(mean.size for mean in means(*readings) if mean) <= n
+    check(readings)
 
 
 def check(readings: tuple[NDArray[Any], ...], settings: Any = None) -> None:

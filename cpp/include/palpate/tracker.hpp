@@ -154,6 +154,9 @@ class Tracker : public Settings,
     [[maybe_unused]] const Real read_hard = hard, read_soft = soft;
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
+      if (!both && means_.fast()) {
+        hard = soft = nan;  // one reading is no mean
+      }
     } else if (averages && !means_.add(hard_time, soft_time, hard, soft, averaged())) {
       add_codes(hard, soft);
       readings_ += 1;
@@ -166,9 +169,6 @@ class Tracker : public Settings,
     if (PALPATE_UNLIKELY(saturated)) {
       counts_.saturated += open_;
       hard = soft = nan;
-    }
-    if (PALPATE_UNLIKELY(!both) && means_.fast()) {
-      hard = soft = nan;  // one reading is no mean
     }
     add_codes(saturated ? nan : read_hard, saturated ? nan : read_soft);
     const auto pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());

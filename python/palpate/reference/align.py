@@ -86,35 +86,41 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     [1, 25, 25]
     """
     made: list[Reading | None] = []
-    size, pace = 0, AVERAGED_NS
+    size, pace, fast = 0, AVERAGED_NS, False
     block: list[tuple[int, float, float]] = []  # times and values of the mean that is not complete
     last, last_soft, steps = None, (0, 0.0), 0
     columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
     for time, soft_time, value, soft_value in zip(*(column.tolist() for column in columns), strict=True):
         if not (np.isfinite(value) and np.isfinite(soft_value)):
-            made.append(Reading(time, soft_time, value, soft_value, max(size, 1), pace >= AVERAGED_NS // 5))
+            made.append(Reading(time, soft_time, value, soft_value, max(size, 1), not fast))
             continue
         follows = last is not None and 0 < time - last < AVERAGED_NS
         step, last = time - last if follows else AVERAGED_NS, time
         pace = step if steps == 1 else pace + step // STEPS - pace // STEPS
         steps += 1
-        if pace >= AVERAGED_NS // 5:
+        fast = steps > 1 and pace < AVERAGED_NS // 5 * (2 if fast else 1)
+        if not fast:
             block, size = [], 1
             made.append(Reading(time, soft_time, value, soft_value))
             continue
         apart, soft_step, change = soft_time - time, soft_time - last_soft[0], soft_value - last_soft[1]
         last_soft = soft_time, soft_value
         near = soft_step > 0 and abs(apart) < soft_step
-        block = block if follows else []
-        block.append((time, value, soft_value - change * apart / soft_step if near else soft_value))
-        if not follows or time - block[0][0] + step < AVERAGED_NS:
-            made.append(None)
-            continue
-        size, begin = len(block), block[0][0]
-        later, mean_hard, mean_soft = np.mean([(t - begin, y, x) for t, y, x in block], axis=0).tolist()
-        made.append(Reading(begin + int(later), begin + int(later), mean_hard, mean_soft, size))
-        block = []
+        complete, kept = (block, []) if not follows else ([], block)
+        kept.append((time, value, soft_value - change * apart / soft_step if near else soft_value))
+        if follows and time - kept[0][0] + step >= AVERAGED_NS:
+            complete, kept = kept, []
+        block = kept
+        made.append(_mean(complete) if complete else None)
+        size = len(complete) or size
     return made
+
+
+def _mean(block: list[tuple[int, float, float]]) -> Reading:
+    """Return the mean of readings: times, ns, and values, pF."""
+    begin = block[0][0]
+    later, hard, soft = np.mean([(t - begin, y, x) for t, y, x in block], axis=0).tolist()
+    return Reading(begin + int(later), begin + int(later), hard, soft, len(block))
 
 
 def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> Pairs:

@@ -314,7 +314,7 @@ class _Tracker:
     def feed(self, read: NDArray[np.float64], reading: Reading, pair: list[float]) -> tuple[float, ...]:
         """Take a reading of each channel, or a mean, and the pair that is complete with it; return a row."""
         time_ns, number, self._size = reading.t_hard, self._pairs, reading.size
-        values = np.array([reading.hard, reading.soft])
+        values = np.array([reading.hard, reading.soft]) if reading.pairs else np.full(2, np.nan)
         there = np.isfinite(values)
         if there.all():
             event = self._idle.take(time_ns, *values.tolist(), running=self._running)

@@ -64,9 +64,9 @@ class Means {
       return false;
     }
     if (fast()) {
-      hard_time = soft_time = begin_;
-      hard = hard_;
-      soft = soft_;
+      hard_time = soft_time = mean_time_;
+      hard = mean_hard_;
+      soft = mean_soft_;
     }
     return true;
   }
@@ -78,16 +78,19 @@ class Means {
     if (fast_ < 0) {
       pace_ = fast_ == none ? longest : step;
     }
-    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < longest / few);
+    const Unsigned most = fast() ? longest / few * 2 : longest / few;  // at the limit it does not change to and fro
+    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < most);
     if (!fast()) {
       size_ = 1;
       count_ = 0;
       return true;
     }
     const Real value = interpolated(hard_time, soft_time, soft);
-    const bool gap = step == longest;
-    if (gap || count_ == 0) {
-      count_ = 0;
+    const bool gap = step == longest, before = gap && count_ > 0;
+    if (before) {
+      complete();
+    }
+    if (count_ == 0) {
       begin_ = hard_time;
       first_hard_ = hard;
       first_soft_ = value;
@@ -98,16 +101,20 @@ class Means {
     time_ += static_cast<Real>(since);
     hard_ += hard - first_hard_;
     soft_ += value - first_soft_;
-    if (gap || since + step < longest) {
-      return false;
+    if (!gap && since + step >= longest) {
+      complete();
+      return true;
     }
+    return before;
+  }
+
+  constexpr void complete() noexcept {
     const auto n = static_cast<Real>(count_);
-    begin_ = static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n));
-    hard_ = first_hard_ + hard_ / n;
-    soft_ = first_soft_ + soft_ / n;
+    mean_time_ = static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n));
+    mean_hard_ = first_hard_ + hard_ / n;
+    mean_soft_ = first_soft_ + soft_ / n;
     size_ = count_;
     count_ = 0;
-    return true;
   }
 
   /// The soft channel at the time of the hard one, on the line through its last two readings.
@@ -120,8 +127,8 @@ class Means {
     return near ? soft - product(change, static_cast<Real>(apart) / static_cast<Real>(step)) : soft;
   }
 
-  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
-  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0;
+  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0, mean_time_ = 0;
+  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0, mean_hard_ = 0, mean_soft_ = 0;
   Real time_ = 0, hard_ = 0, soft_ = 0;  // sums of ticks since begin, and of differences to the first values
   std::size_t pairs_ = 0, first_ = 0;
   std::uint32_t count_ = 0, size_ = 1;
