@@ -151,14 +151,13 @@ class Tracker : public Settings,
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = not_a_number<Real>;
     bool high = false, large = false, both = true;
-    [[maybe_unused]] const Real read_hard = hard, read_soft = soft;
+    add_codes(hard, soft);
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
       if (!both && means_.fast()) {
         hard = soft = nan;  // one reading is no mean
       }
     } else if (averages && !means_.add(hard_time, soft_time, hard, soft, averaged())) {
-      add_codes(hard, soft);
       readings_ += 1;
       return {estimator.ratio(), false, gate.contact(), false};
     }
@@ -170,7 +169,6 @@ class Tracker : public Settings,
       counts_.saturated += open_;
       hard = soft = nan;
     }
-    add_codes(saturated ? nan : read_hard, saturated ? nan : read_soft);
     const auto pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {

@@ -313,6 +313,7 @@ class _Tracker:
 
     def feed(self, read: NDArray[np.float64], reading: Reading, pair: list[float]) -> tuple[float, ...]:
         """Take a reading of each channel, or a mean, and the pair that is complete with it; return a row."""
+        self._add_codes(read)
         time_ns, number, self._size = reading.t_hard, self._pairs, reading.size
         values = np.array([reading.hard, reading.soft]) if reading.pairs else np.full(2, np.nan)
         there = np.isfinite(values)
@@ -334,7 +335,6 @@ class _Tracker:
         if event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
-        self._add_codes(read)
         if self._running:
             alarm = self._in_touch(number, time_ns, pair)
         else:

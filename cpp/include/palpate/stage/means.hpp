@@ -60,36 +60,39 @@ class Means {
     if (PALPATE_LIKELY(pace_ >= whole / few && fast_ == 0)) {
       return true;
     }
-    if (!add_quick(hard_time, soft_time, hard, soft, step, whole)) {
-      return false;
-    }
+    const Mean mean = add_quick(hard_time, soft_time, hard, soft, step, whole);
     if (fast()) {
-      hard_time = soft_time = mean_time_;
-      hard = mean_hard_;
-      soft = mean_soft_;
+      hard_time = soft_time = mean.time;
+      hard = mean.hard;
+      soft = mean.soft;
     }
-    return true;
+    return mean.size > 0;
   }
 
  private:
+  /// Of so many readings; 0: there is none.
+  struct Mean {
+    Ticks time;
+    Real hard, soft;
+    std::uint32_t size;
+  };
+
   /// By value: what is passed by reference would go through memory in every call of add.
-  PALPATE_COLD constexpr bool add_quick(Ticks hard_time, Ticks soft_time, Real hard, Real soft, Unsigned step,
+  PALPATE_COLD constexpr Mean add_quick(Ticks hard_time, Ticks soft_time, Real hard, Real soft, Unsigned step,
                                         Unsigned longest) noexcept {
     if (fast_ < 0) {
       pace_ = fast_ == none ? longest : step;
     }
-    const Unsigned most = fast() ? longest / few * 2 : longest / few;  // at the limit it does not change to and fro
-    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < most);
+    // Twice the limit for one that is fast: at the limit it does not change to and fro.
+    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < (longest / few) << fast());
     if (!fast()) {
       size_ = 1;
       count_ = 0;
-      return true;
+      return {hard_time, hard, soft, 1};
     }
     const Real value = interpolated(hard_time, soft_time, soft);
-    const bool gap = step == longest, before = gap && count_ > 0;
-    if (before) {
-      complete();
-    }
+    const bool gap = step == longest;
+    const Mean before = gap ? complete() : Mean();
     if (count_ == 0) {
       begin_ = hard_time;
       first_hard_ = hard;
@@ -102,19 +105,20 @@ class Means {
     hard_ += hard - first_hard_;
     soft_ += value - first_soft_;
     if (!gap && since + step >= longest) {
-      complete();
-      return true;
+      return complete();
     }
     return before;
   }
 
-  constexpr void complete() noexcept {
+  constexpr Mean complete() noexcept {
+    if (count_ == 0) {
+      return Mean();
+    }
     const auto n = static_cast<Real>(count_);
-    mean_time_ = static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n));
-    mean_hard_ = first_hard_ + hard_ / n;
-    mean_soft_ = first_soft_ + soft_ / n;
     size_ = count_;
     count_ = 0;
+    return {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n)),
+            first_hard_ + hard_ / n, first_soft_ + soft_ / n, size_};
   }
 
   /// The soft channel at the time of the hard one, on the line through its last two readings.
@@ -123,12 +127,12 @@ class Means {
     const Real change = soft - last_soft_;
     last_time_ = soft_time;
     last_soft_ = soft;
-    const bool near = apart != 0 && step > 0 && magnitude(static_cast<Real>(apart)) < static_cast<Real>(step);
+    const bool near = step > 0 && apart < step && apart > -step;
     return near ? soft - product(change, static_cast<Real>(apart) / static_cast<Real>(step)) : soft;
   }
 
-  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0, mean_time_ = 0;
-  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0, mean_hard_ = 0, mean_soft_ = 0;
+  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
+  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0;
   Real time_ = 0, hard_ = 0, soft_ = 0;  // sums of ticks since begin, and of differences to the first values
   std::size_t pairs_ = 0, first_ = 0;
   std::uint32_t count_ = 0, size_ = 1;
