@@ -216,7 +216,7 @@ class Tracker : public Settings,
         estimator = Extra::unconfirmed.estimator;
         Extra::evidence = Extra::unconfirmed.evidence;
       } else {
-        if (Extra::unconfirmed.alarmed()) {
+        if (Extra::unconfirmed.waits()) {
           note_change();
         }
         changed = differs_from(Extra::earlier, FitStage::least);

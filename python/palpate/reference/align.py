@@ -88,7 +88,7 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     made: list[Reading | None] = []
     size, pace, fast = 0, AVERAGED_NS, False
     block: list[tuple[int, float, float]] = []  # times and values of the mean that is not complete
-    last, last_soft, steps = None, (0, 0.0), 0
+    last, steps, line = None, 0, (0, 0.0, 0.0, 0)  # the last soft reading, and the line to it: slope and length
     columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
     for time, soft_time, value, soft_value in zip(*(column.tolist() for column in columns), strict=True):
         if not (np.isfinite(value) and np.isfinite(soft_value)):
@@ -99,21 +99,31 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
         pace = step if steps == 1 else pace + step // STEPS - pace // STEPS
         steps += 1
         fast = steps > 1 and pace < AVERAGED_NS // 5 * (2 if fast else 1)
+        matched, line = _interpolated(time, soft_time, soft_value, line)
         if not fast:
             block, size = [], 1
             made.append(Reading(time, soft_time, value, soft_value))
             continue
-        apart, soft_step, change = soft_time - time, soft_time - last_soft[0], soft_value - last_soft[1]
-        last_soft = soft_time, soft_value
-        near = soft_step > 0 and abs(apart) < soft_step
         complete, kept = (block, []) if not follows else ([], block)
-        kept.append((time, value, soft_value - change * apart / soft_step if near else soft_value))
+        kept.append((time, value, matched))
         if follows and time - kept[0][0] + step >= AVERAGED_NS:
             complete, kept = kept, []
         block = kept
         made.append(_mean(complete) if complete else None)
         size = len(complete) or size
     return made
+
+
+def _interpolated(
+    time: int, soft_time: int, value: float, line: tuple[int, float, float, int]
+) -> tuple[float, tuple[int, float, float, int]]:
+    """Return the soft channel at another time, ns, on the parabola through its last three readings; and the next line."""
+    apart, step = soft_time - time, soft_time - line[0]
+    if not (0 < step < AVERAGED_NS and abs(apart) < step):
+        return value, (soft_time, value, 0.0, 0)
+    slope = (value - line[1]) / step
+    bend = (slope - line[2]) / (step + line[3]) if line[3] else 0.0
+    return value - apart * (slope + (step - apart) * bend), (soft_time, value, slope, step)
 
 
 def _mean(block: list[tuple[int, float, float]]) -> Reading:

@@ -185,8 +185,8 @@ class Estimate:
         return None
 
     def waiting(self) -> _Handover | None:
-        """Return the estimator before a hand-over that is not confirmed yet."""
-        return self._unconfirmed["_state"] if self._unconfirmed and self._alarmed else None
+        """Return the estimator before a change that is not confirmed yet."""
+        return self._unconfirmed["_state"] if self._unconfirmed else None
 
     def note(self, state: _Handover, errors: Errors) -> None:
         """Note the ratio before a change, if its samples are not few; of several, the farthest from the ratio now counts."""

@@ -292,7 +292,7 @@ def _page(statistic: float, deviations: float) -> float:
     return after if after > 0 else 0.0
 
 
-SETTLES_S = 0.1  # the last tenth of a release takes time
+SECOND_NS = 1_000_000_000
 
 
 @dataclass
@@ -317,7 +317,7 @@ class Idle:
     soft: Baseline = field(default_factory=Baseline)
     gate: Contact = field(default_factory=Contact)
     retaken: int = 0
-    _since_ns: int = 0  # in contact: when a touch last took samples; later, of the release
+    _since_ns: int = 0  # when a touch last took samples, or the release; while the baselines are measured: its end
     _settles: bool = False
 
     @property
@@ -345,7 +345,10 @@ class Idle:
             return "begun"
         if now == "idle" and before != "idle":
             self._measure_again()
-            self._since_ns, self._settles = time_ns, True
+            # The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
+            fall = time_ns - self._since_ns
+            rest = SECOND_NS if fall > SECOND_NS else max(fall + fall // 2, SECOND_NS // 10)
+            self._since_ns, self._settles = time_ns + rest, True
             return "idle"
         if self.gate.fell or (now == "idle" and max(self.hard.now.quiet, self.soft.now.quiet) >= FIRST):
             self.retaken += 1
@@ -353,7 +356,10 @@ class Idle:
             self._measure_again()
         elif now == "idle":
             self._follow(hard, soft)
-        return "released" if before == "contact" and now != "contact" else ""
+        if before == "contact" and now != "contact":
+            self._since_ns = time_ns
+            return "released"
+        return ""
 
     def take_one(self, hard: float | None, soft: float | None) -> str:
         """Take a reading of which one channel or both have no value; return "measured" or ""."""
@@ -371,7 +377,7 @@ class Idle:
             self.hard.keep()
             self.soft.keep()
             return "begun"
-        self._settles = self._settles and (time_ns - self._since_ns) / 1e9 < SETTLES_S
+        self._settles = self._settles and 0 < self._since_ns - time_ns <= 2 * SECOND_NS
         if self._settles:
             return ""
         for baseline, value in zip((self.hard, self.soft), values, strict=True):

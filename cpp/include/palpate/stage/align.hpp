@@ -28,7 +28,13 @@ constexpr auto ticks_between(Ticks later, Ticks earlier) noexcept {
   const auto wrapped = static_cast<Unsigned>(static_cast<Unsigned>(later) - static_cast<Unsigned>(earlier));
   return static_cast<std::make_signed_t<Ticks>>(wrapped);
 }
-/// The same in seconds.
+/// The time so many ticks later, which may wrap.
+template <class Ticks>
+constexpr Ticks later(Ticks time, std::make_signed_t<Ticks> ticks) noexcept {
+  using Unsigned = std::make_unsigned_t<Ticks>;
+  return static_cast<Ticks>(static_cast<Unsigned>(static_cast<Unsigned>(time) + static_cast<Unsigned>(ticks)));
+}
+/// ticks_between in seconds.
 template <class Real, class Ticks>
 constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
   return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);

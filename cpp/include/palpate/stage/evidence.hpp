@@ -33,8 +33,6 @@ class Unconfirmed {
   constexpr void reset() noexcept { waits_ = alarmed_ = false; }
   /// Whether a change waits.
   constexpr bool waits() const noexcept { return waits_; }
-  /// Whether a hand-over waits.
-  constexpr bool alarmed() const noexcept { return waits_ && alarmed_; }
   /// Whether the result is the one before the change: after a hand-over if it has more samples than the one after it.
   constexpr bool holds(const Estimator& after) const noexcept {
     return waits_ && (alarmed_ ? !(estimator.count() < after.count()) : !down_);

@@ -22,6 +22,9 @@ enum class Event : std::uint8_t {
 /// alignment.
 template <class Real, class Ticks, class BaselineStage, class ContactStage>
 class Idle {
+  using Signed = std::make_signed_t<Ticks>;
+  static constexpr auto second = static_cast<Signed>(ticks_per_second<Ticks>);
+
  public:
   BaselineStage hard_baseline;  ///< of the hard channel
   BaselineStage soft_baseline;  ///< of the soft channel
@@ -53,7 +56,7 @@ class Idle {
     }
     if (gate.idle() && !was_idle) {
       measure_again();
-      since_ = time;
+      since_ = later(time, rest_of_release(ticks_between(time, since_)));
       settles_ = true;
       return Event::idle;
     }
@@ -63,7 +66,11 @@ class Idle {
     } else if (gate.idle()) {
       follow(hard, soft);
     }
-    return was_in_contact && !gate.contact() ? Event::released : Event::none;
+    if (was_in_contact && !gate.contact()) {
+      since_ = time;
+      return Event::released;
+    }
+    return Event::none;
   }
 
   /// Takes readings of which one or both have no value.
@@ -90,7 +97,7 @@ class Idle {
     return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
   }
 
-  /// Seconds since a touch took samples.
+  /// Seconds since a touch took samples, or the probe was released.
   constexpr Real waited(Ticks time, bool running) noexcept {
     if (!ContactStage::recovers || running || gate.idle()) {
       since_ = time;
@@ -104,9 +111,15 @@ class Idle {
     soft_baseline.reset();
   }
 
-  // The last tenth of a release takes time.
+  // The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
+  static constexpr Signed rest_of_release(Signed fall) noexcept {
+    const Signed rest = fall > second ? second : fall + fall / 2;
+    return rest > second / 10 ? rest : second / 10;
+  }
+
   constexpr Event collect(Ticks time, Real hard, Real soft) noexcept {
-    settles_ = settles_ && seconds_between<Real>(time, since_) < Real(0.1);
+    const auto rest = ticks_between(since_, time);
+    settles_ = settles_ && rest > 0 && rest <= 2 * second;
     if (settles_) {
       return Event::none;
     }
@@ -136,7 +149,7 @@ class Idle {
     }
   }
 
-  Ticks since_ = 0;  // in contact: when a touch last took samples; while the baselines are measured: of the release
+  Ticks since_ = 0;  // when a touch last took samples, or the release; while the baselines are measured: its end
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };

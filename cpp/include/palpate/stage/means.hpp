@@ -85,12 +85,12 @@ class Means {
     }
     // Twice the limit for one that is fast: at the limit it does not change to and fro.
     fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < (longest / few) << fast());
+    const Real value = interpolated(hard_time, soft_time, soft, longest);
     if (!fast()) {
       size_ = 1;
       count_ = 0;
       return {hard_time, hard, soft, 1};
     }
-    const Real value = interpolated(hard_time, soft_time, soft);
     const bool gap = step == longest;
     const Mean before = gap ? complete() : Mean();
     if (count_ == 0) {
@@ -121,18 +121,23 @@ class Means {
             first_hard_ + hard_ / n, first_soft_ + soft_ / n, size_};
   }
 
-  /// The soft channel at the time of the hard one, on the line through its last two readings.
-  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft) noexcept {
+  /// The soft channel at the time of the hard one, on the parabola through its last three readings. A line would lower a
+  /// tremor of 10 Hz by one per cent.
+  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft, Unsigned longest) noexcept {
     const auto apart = ticks_between(soft_time, hard_time), step = ticks_between(soft_time, last_time_);
-    const Real change = soft - last_soft_;
+    const bool near = step > 0 && static_cast<Unsigned>(step) < longest && apart < step && apart > -step;
+    const Real back = near ? static_cast<Real>(apart) : Real(0), span = near ? static_cast<Real>(step) : Real(0);
+    const Real slope = near ? (soft - last_soft_) / span : Real(0);
+    const Real bend = last_span_ > 0 ? (slope - last_slope_) / (span + last_span_) : Real(0);
     last_time_ = soft_time;
     last_soft_ = soft;
-    const bool near = step > 0 && apart < step && apart > -step;
-    return near ? soft - product(change, static_cast<Real>(apart) / static_cast<Real>(step)) : soft;
+    last_slope_ = slope;
+    last_span_ = span;
+    return soft - product(back, slope + product(span - back, bend));
   }
 
   Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
-  Real last_soft_ = 0, first_hard_ = 0, first_soft_ = 0;
+  Real last_soft_ = 0, last_slope_ = 0, last_span_ = 0, first_hard_ = 0, first_soft_ = 0;
   Real time_ = 0, hard_ = 0, soft_ = 0;  // sums of ticks since begin, and of differences to the first values
   std::size_t pairs_ = 0, first_ = 0;
   std::uint32_t count_ = 0, size_ = 1;
