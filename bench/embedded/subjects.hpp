@@ -54,7 +54,7 @@ struct Handheld : Whole<embedded::HandheldTracker<float>> {};
 template <class AlignStage>
 using LeanWith = embedded::HandheldTracker<float, Ticks, embedded::Handover<float>,
                                            defaults<TrackerSettings<embedded::Handover<float>>>, AlignStage>;
-struct HandheldMatched : Whole<LeanWith<embedded::MatchedPair<float, Ticks>>> {};
+struct HandheldMatched : Whole<LeanWith<MatchedPair<float, Ticks>>> {};
 struct HandheldUnfitted : Whole<embedded::FullHandheldTracker<float, Ticks, NoFit<float>>> {};
 struct HandheldTilted : Whole<embedded::FullHandheldTracker<float, Ticks, Fit<float>, embedded::Handover<float>,
                                                             timed<embedded::Handover<float>>, NoLevelRatio<float>>> {};
@@ -75,7 +75,7 @@ struct Aligns {
 };
 
 struct AlignStage : Aligns<Align<float, Ticks>> {};
-struct MatchedPairStage : Aligns<embedded::MatchedPair<float, Ticks>> {};
+struct MatchedPairStage : Aligns<MatchedPair<float, Ticks>> {};
 
 /// The sums of a pair; its result is taken at reading 367, the end of the first touch.
 struct FitStage {

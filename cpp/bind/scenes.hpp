@@ -47,7 +47,6 @@ Settings settings_of() {
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
     settings.add("period", 0);
-    settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
     settings.add("confirmed", core.settings.confirmed);
     settings.add("averaged", core.settings.averaged);
     const bool levels = std::is_same_v<Core, HandheldScene>;
@@ -75,8 +74,6 @@ AnyRun run_of(const Settings& s) {
     host_stamps = s["host_stamps"] != 0;
     period = s["period"];
     require(period >= 0 && period <= 1e9, "period", period, "0 <= period <= 1e9, s");
-    s.check<palpate::MatchedPairSettings<double, std::int64_t>>();
-    core.align.settings = s.values<palpate::MatchedPairSettings<double, std::int64_t>>();
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }

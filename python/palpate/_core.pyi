@@ -49,10 +49,6 @@ class _PaperSettings(_Gated, total=False):
 class _HandheldSettings(_Gated, total=False):
     host_stamps: bool
     period: float
-    hard_side: float
-    soft_side: float
-    slow_hard_side: float
-    slow_soft_side: float
     confirmed: float
     averaged: float
     contact_exponent: float

@@ -43,9 +43,6 @@ using Contact = palpate::Contact<Real, Constant<settings>, false>;
 /// Stage of the full scenes: the gate, which notices a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
 using FullContact = palpate::Contact<Real, Constant<settings>>;
-/// Stage of the full scenes: both channels filtered with the same response.
-template <class Real, class Ticks>
-using MatchedPair = palpate::MatchedPair<Real, Ticks, Constant<defaults<MatchedPairSettings<Real, Ticks>>>>;
 /// Stage of the full scenes: the ratio over the swept depth.
 template <class Real>
 using LevelRatio = palpate::LevelRatio<Real, Constant<defaults<LevelRatioSettings<Real>>>>;

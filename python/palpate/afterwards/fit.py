@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.afterwards.idle import IdleLevel, Readings
-from palpate.pair_filter import BAND_Hz
 
 Array = NDArray[np.float64]
 Levels = tuple[IdleLevel, IdleLevel]
 
 HARD, SOFT = 5, 6
 """Readings of each channel in a window."""
+BAND_Hz = (0.2, 13.0)
+"""Sway and tremor of a hand."""
 _LINES_Hz, _SLOW = 3.0, 0.3  # as for the live filters: weight 1 from 3 Hz on, 0.3 below
 _NOISE = 1e-6  # weight of the power gain of white noise, against a mean square mismatch
 _AT_ONCE = 4096  # windows solved together: some 10 MB

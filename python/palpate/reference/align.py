@@ -14,7 +14,6 @@ SLOWEST_NS = 40_000_000  # longest period with filters
 LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
 AVERAGED_NS = 25_000_000  # of a fast converter's readings: of one with a mean step below a fifth of this
 STEPS = 8  # memory of this mean
-SIDES = ((28_500_000, 0.21048, 0.04482), (SLOWEST_NS, 0.22142, 0.05300))  # longest period, a, b
 
 
 class Pairs(NamedTuple):
@@ -88,7 +87,7 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     made: list[Reading | None] = []
     size, pace, fast = 0, AVERAGED_NS, False
     block: list[tuple[int, float, float]] = []  # times and values of the mean that is not complete
-    last, steps, line = None, 0, (0, 0.0, 0.0, 0)  # the last soft reading, and the line to it: slope and length
+    last, steps, last_soft = None, 0, (0, 0.0, 0.0)  # time, value, and its change
     columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
     for time, soft_time, value, soft_value in zip(*(column.tolist() for column in columns), strict=True):
         if not (np.isfinite(value) and np.isfinite(soft_value)):
@@ -98,32 +97,30 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
         step, last = time - last if follows else AVERAGED_NS, time
         pace = step if steps == 1 else pace + step // STEPS - pace // STEPS
         steps += 1
-        fast = steps > 1 and pace < AVERAGED_NS // 5 * (2 if fast else 1)
-        matched, line = _interpolated(time, soft_time, soft_value, line)
+        quick = steps < 3 or pace < AVERAGED_NS // 5 * (2 if fast else 1)
+        if fast or quick:
+            matched, last_soft = _interpolated(time, soft_time, soft_value, last_soft)
+        fast = quick and steps > 1 and pace < AVERAGED_NS // 5 * (2 if fast else 1)
         if not fast:
             block, size = [], 1
             made.append(Reading(time, soft_time, value, soft_value))
             continue
-        complete, kept = (block, []) if not follows else ([], block)
-        kept.append((time, value, matched))
-        if follows and time - kept[0][0] + step >= AVERAGED_NS:
-            complete, kept = kept, []
-        block = kept
+        complete = block if block and not 0 <= time - block[0][0] < AVERAGED_NS else []
+        block = [*([] if complete else block), (time, value, matched)]
         made.append(_mean(complete) if complete else None)
         size = len(complete) or size
     return made
 
 
 def _interpolated(
-    time: int, soft_time: int, value: float, line: tuple[int, float, float, int]
-) -> tuple[float, tuple[int, float, float, int]]:
-    """Return the soft channel at another time, ns, on the parabola through its last three readings; and the next line."""
-    apart, step = soft_time - time, soft_time - line[0]
-    if not (0 < step < AVERAGED_NS and abs(apart) < step):
-        return value, (soft_time, value, 0.0, 0)
-    slope = (value - line[1]) / step
-    bend = (slope - line[2]) / (step + line[3]) if line[3] else 0.0
-    return value - apart * (slope + (step - apart) * bend), (soft_time, value, slope, step)
+    time: int, soft_time: int, value: float, last: tuple[int, float, float]
+) -> tuple[float, tuple[int, float, float]]:
+    """Return the soft channel at another time, ns, on the parabola through its last three readings; and the next `last`."""
+    apart, step = soft_time - time, soft_time - last[0]
+    if not (step > 0 and abs(apart) < step):
+        return value, (soft_time, value, 0.0)
+    part, change = apart / step, value - last[1]
+    return value - part * (change + (1 - part) / 2 * (change - last[2])), (soft_time, value, change)
 
 
 def _mean(block: list[tuple[int, float, float]]) -> Reading:
@@ -227,10 +224,16 @@ def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, floa
     slopes = {-2: v[0] - v[-2], 2: v[2] - v[0], -3: v[-1] - v[-3], 3: v[3] - v[1]}  # in a period
     slopes |= {-1: (v[1] - v[-3]) / 2, 1: (v[3] - v[-1]) / 2}
     on = {place: v[place] - slopes[place] * late[place] / period for place in late}
-    a, b = next((a, b) for longest, a, b in SIDES if period <= longest)
+    a, b = sides(period)
     y = (1 - 2 * a) * v[0] + a * (on[-2] + on[2])
     x = (0.5 - b) * (on[-1] + on[1]) + b * (on[-3] + on[3])
     return y, x
+
+
+def sides(period_ns: float) -> tuple[float, float]:
+    """Return the weights a and b of the neighbours for a period: polynomials of its square, 1 for 26 ms."""
+    u = (period_ns / 26e6) ** 2
+    return 0.1875 + u * (0.0227 + u * 0.0003), 0.03125 + u * (0.0109 + u * 0.0027)
 
 
 def lagrange(times: list[int], at: int) -> Array:

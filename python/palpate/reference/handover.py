@@ -37,7 +37,7 @@ class Noise:
     before: Any  # e(k-1), e(k-2)
     before_that: Any
     rho: Any
-    offset: Any  # running means of e(k) and |e(k) - e(k-1)|
+    offset: Any  # running means of sign(x) e(k) and |e(k) - e(k-1)|
     roughness: Any
     due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
     since: int = EXPECTED  # innovations after a drift
@@ -51,9 +51,9 @@ class Noise:
         doubt = 1 + self.number(3) / (seen - TRANSIENT + 1) if WARM_UP <= seen < DOUBTED else self.number(1)
         return max(self.number(1.2533141) * self.magnitude * doubt, rounding)
 
-    def add(self, e: Any) -> None:
-        """Add an innovation."""
-        self.follow_offset(e)
+    def add(self, e: Any, sign: int) -> None:
+        """Add an innovation, of a regressor of this sign."""
+        self.follow_offset(e, sign)
         memory = self.number(MEMORY)
         self.lag0 = memory * self.lag0 + e * e
         self.lag1 = memory * self.lag1 + e * self.before
@@ -61,16 +61,16 @@ class Noise:
         self.weight = memory * self.weight + 1
         self.remember(e)
 
-    def add_outlier(self, e: Any) -> None:
+    def add_outlier(self, e: Any, sign: int) -> None:
         """Add what noise could have made of an outlier: not to the sums; to the offset only if the ratio drifts."""
         if self.drifts():
-            self.follow_offset(e)
+            self.follow_offset(e, sign)
         self.remember(e)
 
-    def follow_offset(self, e: Any) -> None:
+    def follow_offset(self, e: Any, sign: int) -> None:
         """Update the running means of the innovation and of its steps."""
         self.since += 1
-        self.offset += (e - self.offset) / 16
+        self.offset += (sign * e - self.offset) / 16
         self.roughness += (abs(e - self.before) - self.roughness) / 32
 
     def allowed(self) -> Any:
@@ -208,7 +208,7 @@ class _Handover:
             z = clipped / scale if regressor >= 0 else -clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
-        self.row = [*self.row, e] if outlier else []
+        self.row = [*self.row, (e, regressor)] if outlier else []
         if self.alarm() and self._differ():
             self.up, self.down = _Side(), _Side()
         self.outlier, self.drifting = outlier, bool(self.noise.drifts())
@@ -218,7 +218,7 @@ class _Handover:
             self._hand_over()
         elif not outlier or self.noise.drifts():
             gain = self._follow(w, regressor, limited)
-        self._learn(limited, clipped, outlier)
+        self._learn(limited, clipped, outlier, -1 if regressor < 0 else 1)
         # The instrument: the mean of the first 1 / smoothing regressors, then an exponential mean.
         self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
         self._follow_lag(limited, gain)
@@ -231,7 +231,7 @@ class _Handover:
         """
         forgetting = self.steady
         if self.noise.drifts():
-            forgetting = min(forgetting, self.instrument**2 * (1 / self.noise.least_share() - 1) / self.information)
+            forgetting = min(forgetting, self._recent_square() * (1 / self.noise.least_share() - 1) / self.information)
         left = forgetting * self.information
         bounded = max(left, min(self.least, self.information))
         self.information = left + w * regressor if w * regressor > 0 else bounded
@@ -240,24 +240,28 @@ class _Handover:
         self.weight = forgetting * self.weight + 1
         return w / self.information
 
+    def _recent_square(self) -> Any:
+        """Return the square of the mean of the last regressors; where their signs differ, the mean of squares."""
+        return max(self.instrument**2, self.squares / self.weight)
+
     def _follow_lag(self, e: Any, gain: Any) -> None:
         """While the ratio drifts, add what the recursion is behind: the mean innovation, less the share that is corrected."""
         noise, drifts = self.noise, self.drifting and not self.alarm()
         mature = noise.weight >= MATURE
         if drifts and mature:
             noise.since = 0
-        if drifts and mature and self.instrument:
+        if drifts and mature and self._recent_square():
             share = min(max(gain * self.instrument, self.number(0)), self.number(1))
             self.lag += share * (e - self.lag)
-            self.lead = (1 - share) * self.lag / self.instrument
+            self.lead = (1 - share) * self.lag * self.instrument / self._recent_square()
         else:
             self.lag = self.lead = self.number(0)
 
     def _differ(self) -> bool:
-        """Return whether the outliers in a row are of different sizes, as in a burst of noise; after a change they are of one."""
+        """Return whether outliers in a row are not as large as their regressors: in a burst; after a change they are."""
         steps = size = self.number(0)
-        for before, e in pairwise([self.number(0), *self.row]):
-            steps, size = steps / 2 + (abs(e - before) if size else 0), size / 2 + abs(e)
+        for (before, x_before), (e, x) in pairwise([*self.row[:1], *self.row]):
+            steps, size = steps / 2 + abs(e * x_before - before * x), size / 2 + abs(e * x)
         return bool(3 * steps > size)
 
     def _hand_over(self) -> None:
@@ -269,16 +273,16 @@ class _Handover:
         self.base = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
         self.weight = self.number(len(samples))
 
-    def _learn(self, e: Any, clipped: Any, outlier: bool) -> None:
+    def _learn(self, e: Any, clipped: Any, outlier: bool, sign: int) -> None:
         self.seen += 1
         if (count := self.seen - TRANSIENT) <= 0:
             return
         noise = self.noise
         noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (abs(clipped) - noise.magnitude)
         if outlier:
-            noise.add_outlier(e)
+            noise.add_outlier(e, sign)
         else:
-            noise.add(e)
+            noise.add(e, sign)
             noise.due -= 1
             if noise.due <= 0:
                 noise.update_forecast(self.seen)

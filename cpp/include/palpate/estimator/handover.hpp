@@ -114,7 +114,7 @@ class Handover : public Parameters {
     }
     watch(judged, sample);
     if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(row_.size > 0)) {
-      row_.add(innovation, judged.outlier);
+      row_.add(innovation, regressor, judged.outlier);
     }
     const bool change = alarm() && !row_.differ();
     if (PALPATE_UNLIKELY(change)) {
@@ -124,7 +124,7 @@ class Handover : public Parameters {
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
-    learn(innovation, judged);
+    learn(innovation, judged, regressor < 0);
     instrument_.add(regressor, seen_, settings.smoothing);
     if (PALPATE_UNLIKELY(change)) {
       noise_.restart();
@@ -167,7 +167,8 @@ class Handover : public Parameters {
     cusum_.visit_state(visit);
     visit(instrument_.mean);
     noise_.visit_state(visit);
-    visit(seen_), visit(row_.last), visit(row_.size), visit(row_.steps), visit(lag_), visit(lead_);
+    visit(seen_), visit(row_.last), visit(row_.regressor), visit(row_.size), visit(row_.steps);
+    visit(lag_), visit(lead_);
   }
 
   /// The estimate r; while it drifts, without the lag of the recursion.
@@ -216,14 +217,17 @@ class Handover : public Parameters {
   struct Counted {
     Real innovation, forgetting;
   };
-  /// Outliers in a row: after a change they are of one size, in a burst of noise they are not.
+  /// Outliers in a row: after a change of the ratio they are as large as their regressors, in a burst of noise they are not.
   struct Row {
-    Real last = 0, size = 0, steps = 0;  // the last one; sums of magnitudes, and of steps, half of each before
+    Real last = 0, regressor = 0;  // the last one
+    Real size = 0, steps = 0;      // sums of magnitudes, and of steps, times a regressor, half of each before
 
-    PALPATE_COLD constexpr void add(Real innovation, bool outlier) noexcept {
-      steps = outlier && size > 0 ? steps / 2 + magnitude(innovation - last) : Real(0);
-      size = outlier ? size / 2 + magnitude(innovation) : Real(0);
+    PALPATE_COLD constexpr void add(Real innovation, Real now, bool outlier) noexcept {
+      const Real step = product(innovation, regressor) - product(last, now);
+      steps = outlier && size > 0 ? steps / 2 + magnitude(step) : Real(0);
+      size = outlier ? size / 2 + magnitude(product(innovation, now)) : Real(0);
       last = innovation;
+      regressor = now;
     }
     constexpr bool differ() const noexcept { return 3 * steps > size; }
   };
@@ -299,9 +303,14 @@ class Handover : public Parameters {
   /// Forgetting factor with which a sample as large as the last ones has at least the share K that the drift needs:
   /// lambda R = (1 / K - 1) mean(x)^2.
   constexpr Real drifting() const noexcept {
-    const Real mean = instrument_.mean;
-    const Real most = product(mean, mean) * (1 / noise_.least_share() - 1) / sums_.information;
+    const Real most = recent_square() * (1 / noise_.least_share() - 1) / sums_.information;
     return most < settings.steady ? most : settings.steady;
+  }
+
+  /// Square of the mean of the last regressors; where their signs differ, the mean of squares.
+  constexpr Real recent_square() const noexcept {
+    const Real one_sign = product(instrument_.mean, instrument_.mean), any = sums_.squares / sums_.count;
+    return one_sign > any ? one_sign : any;
   }
 
   /// While the ratio drifts, r is behind it: the innovations have a mean, of which the next share K = (w / R') x is not yet
@@ -312,7 +321,7 @@ class Handover : public Parameters {
     }
     const Real mean = instrument_.mean, given = product(gain, mean);
     const Real share = given < 1 ? positive_part(given) : Real(1);
-    const Real lag = lag_ + product(share, innovation - lag_), lead = product(1 - share, lag) / mean;
+    const Real lag = lag_ + product(share, innovation - lag_), lead = product(1 - share, lag) * mean / recent_square();
     const bool known = drifts && noise_.mature() && is_finite(ratio_ + lead);
     lag_ = known ? lag : Real(0);
     lead_ = known ? lead : Real(0);
@@ -328,14 +337,14 @@ class Handover : public Parameters {
   }
 
   /// Update the noise model.
-  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged) noexcept {
+  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged, bool negative) noexcept {
     seen_ += 1;
     if (PALPATE_LIKELY(seen_ > transient)) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
       if (PALPATE_UNLIKELY(judged.outlier)) {
-        noise_.skip(judged.clipped);
+        noise_.skip(judged.clipped, negative);
       } else {
-        noise_.add(innovation, seen_ < 32);
+        noise_.add(innovation, negative, seen_ < 32);
       }
     }
   }

@@ -32,9 +32,10 @@ class InnovationNoise {
     mean_magnitude_ += product(mean_share(n, Real(0.02)), magnitude(clipped) - mean_magnitude_);
   }
 
-  /// Add an innovation; rho is estimated again after each of the `first` ones, then after every 8th.
-  constexpr void add(Real innovation, bool first) noexcept {
-    follow_offset(innovation);
+  /// Add an innovation, of a negative regressor or not; rho is estimated again after each of the `first` ones, then after
+  /// every 8th.
+  constexpr void add(Real innovation, bool negative, bool first) noexcept {
+    follow_offset(innovation, negative);
     lag0_ = product(memory, lag0_) + product(innovation, innovation);
     lag1_ = product(memory, lag1_) + product(innovation, before_);
     lag2_ = product(memory, lag2_) + product(innovation, before_that_);
@@ -52,10 +53,10 @@ class InnovationNoise {
   constexpr Real limited_innovation(Real clipped) const noexcept { return product(rho_, before_) + clipped; }
 
   /// Add an outlier. If the ratio drifts, it may be a consequence of this.
-  constexpr void skip(Real clipped) noexcept {
+  constexpr void skip(Real clipped, bool negative) noexcept {
     const Real innovation = limited_innovation(clipped);
     if (PALPATE_UNLIKELY(drifts())) {
-      follow_offset(innovation);
+      follow_offset(innovation, negative);
     }
     remember(innovation);
   }
@@ -142,11 +143,12 @@ class InnovationNoise {
     roughness_ += least;
   }
 
-  PALPATE_ONCE constexpr void follow_offset(Real innovation) noexcept {
+  // A larger ratio gives innovations of the regressor's sign.
+  PALPATE_ONCE constexpr void follow_offset(Real innovation, bool negative) noexcept {
     if (PALPATE_UNLIKELY(allowed_ < allowed_offset)) {
       allowed_ += Real(1) / 64;
     }
-    offset_ += product(innovation - offset_, Real(0.0625));
+    offset_ += product((PALPATE_UNLIKELY(negative) ? -innovation : innovation) - offset_, Real(0.0625));
     roughness_ += product(magnitude(innovation - before_) - roughness_, Real(0.03125));
   }
 

@@ -3,32 +3,9 @@
 
 // One converter reads the two channels one after the other: both are filtered, with the same response.
 
-#include <palpate/settings.hpp>
 #include <palpate/stage/align.hpp>
 
 namespace palpate {
-
-/// Settings of MatchedPair: the least-squares solution of |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below) plus 1e-6 times the
-/// power gain of white noise. The longest periods are those for which each one leaves less of a tremor than the other.
-template <class Real, class Ticks>
-struct MatchedPairSettings {
-  Real hard_side = Real(0.21048);                            ///< a1 for pairs of 26 ms
-  Real soft_side = Real(0.04482);                            ///< b2 for pairs of 26 ms
-  Real slow_hard_side = Real(0.22142);                       ///< a1 for pairs of 31.5 ms
-  Real slow_soft_side = Real(0.05300);                       ///< b2 for pairs of 31.5 ms
-  Ticks longest = ticks_per_second<Ticks> / 10000 * 285;     ///< period up to which the first two coefficients are used
-  Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;  ///< and the second two
-
-  /// As FixedForgetting::visit_fields: the coefficients only; the periods belong to them.
-  static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
-    visit("hard_side", s.hard_side, 0 <= s.hard_side && s.hard_side <= Real(0.5), "0 <= hard_side <= 0.5");
-    visit("soft_side", s.soft_side, 0 <= s.soft_side && s.soft_side <= Real(0.5), "0 <= soft_side <= 0.5");
-    visit("slow_hard_side", s.slow_hard_side, 0 <= s.slow_hard_side && s.slow_hard_side <= Real(0.5),
-          "0 <= slow_hard_side <= 0.5");
-    visit("slow_soft_side", s.slow_soft_side, 0 <= s.slow_soft_side && s.slow_soft_side <= Real(0.5),
-          "0 <= slow_soft_side <= 0.5");
-  };
-};
 
 /// A pair of a stage that filters both channels, which Fit needs.
 template <class Real>
@@ -46,13 +23,16 @@ struct FilteredPair {
 ///     x(k) = (1/2 - b2) (s(k-1) + s(k)) + b2 (s(k-2) + s(k+1))
 ///
 /// whose responses A = 1 - 2 a1 (1 - cos a) and B = (1 - 2 b2) cos(a/2) + 2 b2 cos(3a/2), a the phase from pair to pair,
-/// differ by 0.13 % rms from 3 to 13 Hz at 26 ms (interpolation: 6 %). The delay is that of Align. Deviations of the
-/// times from the grid are corrected by the slope: v - (v(k+1) - v(k-1)) / 2 * deviation.
-template <class Real, class Ticks, class Settings = Kept<MatchedPairSettings<Real, Ticks>>>
-class MatchedPair : public Settings {
+/// differ by 0.12 % rms from 3 to 13 Hz at 26 ms (interpolation: 6 %), by 0.02 % at 18 and 1.9 % at 40 ms. The delay is
+/// that of Align. Deviations of the times from the grid are corrected by the slope:
+/// v - (v(k+1) - v(k-1)) / 2 * deviation.
+///
+/// a1 and b2 are the least-squares solution for |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below), to a
+/// hundredth, as polynomials of the squared period; at 0 the powers of `a` up to the fifth agree.
+template <class Real, class Ticks>
+class MatchedPair {
  public:
   using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
-  using Settings::settings;
 
   /// As Align::feed. On an uneven grid pairs are left out, and after 8 of them interpolated.
   constexpr FilteredPair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
@@ -83,6 +63,7 @@ class MatchedPair : public Settings {
  private:
   using Signed = std::make_signed_t<Ticks>;
   static constexpr int patience = 8;
+  static constexpr Signed longest = static_cast<Signed>(ticks_per_second<Ticks> / 25);  // period: 40 ms
 
   struct Grid {
     Signed hard_before, hard_after, soft[4];  // deviations, ticks
@@ -110,17 +91,18 @@ class MatchedPair : public Settings {
     // -limit < ticks < limit, as an unsigned difference below 0 is large.
     const auto least = static_cast<Unsigned>(limit) - 1, span = least + static_cast<Unsigned>(limit);
     const auto near = [least, span](Signed ticks) { return static_cast<Unsigned>(ticks) + least < span; };
-    grid.even = limit > 0 && period <= static_cast<Signed>(settings.slow_longest) && near(grid.hard_before) &&
-                near(grid.hard_after) && near(grid.soft[0]) && near(grid.soft[1]) && near(grid.soft[2]) &&
-                near(grid.soft[3]);
+    grid.even = limit > 0 && period <= longest && near(grid.hard_before) && near(grid.hard_after) &&
+                near(grid.soft[0]) && near(grid.soft[1]) && near(grid.soft[2]) && near(grid.soft[3]);
     return grid;
   }
 
   constexpr FilteredPair<Real> filtered(int i, const Grid& grid) const noexcept {
-    const bool slow = grid.period > static_cast<Signed>(settings.longest);
-    const Real a1 = slow ? settings.slow_hard_side : settings.hard_side;
-    const Real b2 = slow ? settings.slow_soft_side : settings.soft_side;
-    const Real share = 1 / static_cast<Real>(grid.period);
+    const auto period = static_cast<Real>(grid.period);
+    const Real share = 1 / period,
+               size = product(period, 1 / (Real(0.026) * static_cast<Real>(ticks_per_second<Ticks>)));
+    const Real u = product(size, size);
+    const Real a1 = Real(0.1875) + product(u, Real(0.0227) + product(u, Real(0.0003)));
+    const Real b2 = Real(0.03125) + product(u, Real(0.0109) + product(u, Real(0.0027)));
     const auto part = [share](Signed deviation, Real step) {
       return product(product(static_cast<Real>(deviation), share), step);
     };

@@ -85,60 +85,48 @@ class Means {
     }
     // Twice the limit for one that is fast: at the limit it does not change to and fro.
     fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < (longest / few) << fast());
-    const Real value = interpolated(hard_time, soft_time, soft, longest);
+    const Real value = interpolated(hard_time, soft_time, soft);
     if (!fast()) {
       size_ = 1;
       count_ = 0;
       return {hard_time, hard, soft, 1};
     }
-    const bool gap = step == longest;
-    const Mean before = gap ? complete() : Mean();
+    const Unsigned since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_);
+    const bool complete = count_ > 0 && since >= longest;  // after a gap, and where the time goes back, too
+    Mean mean{};
+    if (complete) {
+      mean = {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_)), hard_, soft_, count_};
+      size_ = count_;
+      count_ = 0;
+    }
     if (count_ == 0) {
       begin_ = hard_time;
-      first_hard_ = hard;
-      first_soft_ = value;
       time_ = hard_ = soft_ = 0;
     }
-    const auto since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_);
     count_ += 1;
-    time_ += static_cast<Real>(since);
-    hard_ += hard - first_hard_;
-    soft_ += value - first_soft_;
-    if (!gap && since + step >= longest) {
-      return complete();
-    }
-    return before;
-  }
-
-  constexpr Mean complete() noexcept {
-    if (count_ == 0) {
-      return Mean();
-    }
-    const auto n = static_cast<Real>(count_);
-    size_ = count_;
-    count_ = 0;
-    return {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_ / n)),
-            first_hard_ + hard_ / n, first_soft_ + soft_ / n, size_};
+    const Real part = 1 / static_cast<Real>(count_);
+    time_ += product(part, static_cast<Real>(static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_)) - time_);
+    hard_ += product(part, hard - hard_);
+    soft_ += product(part, value - soft_);
+    return mean;
   }
 
   /// The soft channel at the time of the hard one, on the parabola through its last three readings. A line would lower a
   /// tremor of 10 Hz by one per cent.
-  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft, Unsigned longest) noexcept {
+  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft) noexcept {
     const auto apart = ticks_between(soft_time, hard_time), step = ticks_between(soft_time, last_time_);
-    const bool near = step > 0 && static_cast<Unsigned>(step) < longest && apart < step && apart > -step;
-    const Real back = near ? static_cast<Real>(apart) : Real(0), span = near ? static_cast<Real>(step) : Real(0);
-    const Real slope = near ? (soft - last_soft_) / span : Real(0);
-    const Real bend = last_span_ > 0 ? (slope - last_slope_) / (span + last_span_) : Real(0);
+    const bool near = step > 0 && apart < step && apart > -step;
+    const Real part = near ? static_cast<Real>(apart) / static_cast<Real>(step) : Real(0);
+    const Real change = near ? soft - last_soft_ : Real(0), bend = change - last_change_;
     last_time_ = soft_time;
     last_soft_ = soft;
-    last_slope_ = slope;
-    last_span_ = span;
-    return soft - product(back, slope + product(span - back, bend));
+    last_change_ = change;
+    return soft - product(part, change + product((1 - part) / 2, bend));
   }
 
   Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
-  Real last_soft_ = 0, last_slope_ = 0, last_span_ = 0, first_hard_ = 0, first_soft_ = 0;
-  Real time_ = 0, hard_ = 0, soft_ = 0;  // sums of ticks since begin, and of differences to the first values
+  Real last_soft_ = 0, last_change_ = 0;
+  Real time_ = 0, hard_ = 0, soft_ = 0;  // means: of the ticks since begin_, and of the values
   std::size_t pairs_ = 0, first_ = 0;
   std::uint32_t count_ = 0, size_ = 1;
   Unsigned pace_ = 0;  // mean step
