@@ -195,7 +195,7 @@ scene : str
     The length of a touch: `seconds` or `samples` (int), the other is None; None: it ends at its release only. `full_scale` (pF: a reading
     of this size is saturated and left out), `release` (share of the press below which a touch ends), `host_stamps` (the times are a
     computer's: smooth them), `period` (s from pair to pair of the device; 0: not known: then no touch is "late"), `confirmed`
-    (seconds that a change needs with the probe down to be the result; 0: none), `averaged` (seconds over which the readings of a converter with more than 5 in them are averaged; 0: none), `contact_exponent` (force
+    (seconds that a change needs with the probe down to be the result; 0: none), `averaged` (seconds over which the readings of a converter with more than 3 in them are averaged; 0: none), `contact_exponent` (force
     ~ depth^p of the level ratio: 1 for flat bumps, 1.5 for domes, 0: no level ratio), `age` (seconds from where the press has settled to
     the end of a touch; 0: it ends at its length), and the parameters of the scene's estimator. TypeError: not of this scene.
 

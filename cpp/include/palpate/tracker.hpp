@@ -119,6 +119,7 @@ class Tracker : public Settings,
   using Extra = Fitting<Real, typename AlignStage::ticks_type, Estimator, FitStage, LevelStage>;
   static constexpr bool fits = FitStage::fits;
   static constexpr bool averages = detail::has<detail::Matches, AlignStage>;
+  using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
   static_assert(detail::has<detail::Aligns, AlignStage>,
                 "palpate::Tracker: an AlignStage needs the members of NoAlign");
   static_assert(detail::has<detail::Levels, BaselineStage>,
@@ -150,26 +151,38 @@ class Tracker : public Settings,
   /// microseconds; the capacitances in pF, NaN: no value. A reading that is infinite or saturated counts as no value.
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = not_a_number<Real>;
-    bool high = false, large = false, both = true;
+    bool high = false, large = false, both = true, aligned = false;
+    Pair pair{};
     add_codes(hard, soft);
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
       if (!both && means_.fast()) {
         hard = soft = nan;  // one reading is no mean
       }
-    } else if (averages && !means_.add(hard_time, soft_time, hard, soft, averaged())) {
-      readings_ += 1;
-      return {estimator.ratio(), false, gate.contact(), false};
+    } else if constexpr (averages) {
+      if (PALPATE_UNLIKELY(means_.follow(hard_time, averaged()))) {
+        const auto mean = means_.add(hard_time, hard, soft, align.feed(hard_time, soft_time, hard, soft), averaged());
+        if (mean.size == 0) {
+          readings_ += 1;
+          return {estimator.ratio(), false, gate.contact(), false};
+        }
+        hard_time = mean.time;
+        hard = mean.hard, soft = mean.soft;
+        pair = mean.pair;
+        aligned = true;
+      }
     }
     const bool saturated = high || large;
-    const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
+    const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_, one_code())
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft),
                                 hard_time);
     if (PALPATE_UNLIKELY(saturated)) {
       counts_.saturated += open_;
       hard = soft = nan;
     }
-    const auto pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
+    if (PALPATE_LIKELY(!aligned)) {
+      pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
+    }
     bool alarm = false, ended = true;
     if (open_) {
       if (pair.valid) {
@@ -355,22 +368,31 @@ class Tracker : public Settings,
   constexpr Real shared_variance() const noexcept {
     return of_ratio(hard_baseline.variance(), soft_baseline.variance()) + rounding();
   }
-  /// By codes that are coarser than the noise.
+  /// By codes that are coarser than the noise: step^2 / 12 of the readings, and the same of the baseline.
   constexpr Real rounding() const noexcept {
     if constexpr (fits) {
       const Real size = means_.size() > 1 ? square_root(static_cast<Real>(means_.size())) : Real(1);
-      return of_ratio(Extra::hard_step.variance(product(size, hard_baseline.noise())),
-                      Extra::soft_step.variance(product(size, soft_baseline.noise())));
+      const Real hard = Extra::hard_step.coarse(product(size, hard_baseline.noise()));
+      const Real soft = Extra::soft_step.coarse(product(size, soft_baseline.noise()));
+      return of_ratio(product(hard, hard), product(soft, soft)) / 6;
+    } else {
+      return Real(0);
+    }
+  }
+  /// A change by one code is no contact.
+  constexpr Real one_code() const noexcept {
+    if constexpr (fits) {
+      const Real hard = Extra::hard_step.coarse(hard_baseline.noise());
+      const Real soft = Extra::soft_step.coarse(soft_baseline.noise());
+      return hard > soft ? hard : soft;
     } else {
       return Real(0);
     }
   }
   constexpr void add_codes([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
     if constexpr (fits) {
-      if (open_) {
-        Extra::hard_step.add(hard);
-        Extra::soft_step.add(soft);
-      }
+      Extra::hard_step.add(hard, open_);
+      Extra::soft_step.add(soft, open_);
     }
   }
 
@@ -530,7 +552,7 @@ class Tracker : public Settings,
     return length || full_;
   }
 
-  std::conditional_t<averages, Means<Real, ticks_type>, NoMeans> means_;
+  std::conditional_t<averages, Means<Real, ticks_type, Pair>, NoMeans> means_;
   std::size_t readings_ = 0;
   ticks_type before_ = 0;  // time of the reading before the contact was found
   bool open_ = false;      // the touch takes samples

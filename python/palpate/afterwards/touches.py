@@ -208,7 +208,7 @@ def _estimated(
         inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
         alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
         one = _one(touch, inside, levels, alarms)
-        if not math.isnan(one.ratio):
+        if not math.isnan(one.ratio) and not _coarse(inside, levels):
             bases = [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")] if touch.age_s else levels
             part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
             swept = (_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True))
@@ -247,11 +247,17 @@ def _one(
     found = fitted(hard, soft, (hard_level, soft_level))
     if found is None:
         return _without(touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else ""))
-    if _MISFITS & set(touch.flags):
+    if _MISFITS & set(touch.flags) or _coarse(inside, levels):
         found["standard_error"] = max(found["standard_error"], touch.standard_error)
     names = [level.side for level in (hard_level, soft_level)]
     baselines = names[0] if names[0] == names[1] else f"{names[0]} (hard), {names[1]} (soft)"
     return OfflineTouch(**found, method=METHOD, baselines=baselines, live=touch)
+
+
+def _coarse(inside: list[Readings], levels: list[IdleLevel | None]) -> bool:
+    """Return whether the noise does not move the readings from code to code: only the tracker knows what that hides."""
+    steps = [float(np.diff(np.unique(channel.value)).min(initial=math.inf)) for channel in inside]
+    return any(level is not None and level.noise < step / 2 for level, step in zip(levels, steps, strict=True))
 
 
 def _without(touch: Touch, reason: str) -> OfflineTouch:

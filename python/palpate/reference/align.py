@@ -1,6 +1,6 @@
 """Reference of the alignment: both channels on an even grid, filtered with the same response."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,8 +12,8 @@ _Reading = tuple[int, float]
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
 SLOWEST_NS = 40_000_000  # longest period with filters
 LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
-AVERAGED_NS = 25_000_000  # of a fast converter's readings: of one with a mean step below a fifth of this
-STEPS = 8  # memory of this mean
+AVERAGED_NS = 25_000_000  # of a fast converter's readings: of one with a mean step below a third of this
+STEPS = 32  # memory of this mean
 
 
 class Pairs(NamedTuple):
@@ -39,33 +39,33 @@ class Pairs(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """A reading of each channel, or the mean of many.
+    """A reading of each channel and the pair that is complete with it, or the means of many.
 
     Attributes
     ----------
-    t_hard, t_soft : int, ns
+    time : int, ns
+        Of the hard channel.
     hard, soft : float, pF
+    pair : tuple of (float, float, bool, bool)
+        A row of `Pairs`.
     size : int
         Number of readings of which it is the mean.
-    pairs : bool
-        Whether it may be part of a pair.
 
     Examples
     --------
-    >>> Reading(0, 13_000_000, 1.0, 0.4).size
+    >>> Reading(0, 1.0, 0.4, (1.0, 0.4, True, True)).size
     1
     """
 
-    t_hard: int
-    t_soft: int
+    time: int
     hard: float
     soft: float
+    pair: tuple[float, float, bool, bool]
     size: int = 1
-    pairs: bool = True
 
 
 def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> list[Reading | None]:
-    """Average the readings of a fast converter: reference of what comes before the stages of the scene "handheld".
+    """Align both channels, and average those of a fast converter: reference of what comes first in the scene "handheld".
 
     Parameters
     ----------
@@ -75,8 +75,7 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     Returns
     -------
     list of Reading or None
-        For each reading itself, or the mean that is complete with it, the soft channel being interpolated to the times of
-        the hard one; None: it is part of a mean that is not complete.
+        For each reading itself, or the mean of those before it; None: that is not complete.
 
     Examples
     --------
@@ -84,50 +83,47 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made]
     [1, 25, 25]
     """
+    times, values = np.asarray(t_hard), np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
+    whole = np.isfinite(values).all(axis=1)
+    paces = _paces(times, whole)
+    values[[bool(pace) and not there for pace, there in zip(paces, whole, strict=True)]] = np.nan
+    pairs = zip(*(column.tolist() for column in matched_pair(times, t_soft, *values.T)), strict=True)
     made: list[Reading | None] = []
-    size, pace, fast = 0, AVERAGED_NS, False
-    block: list[tuple[int, float, float]] = []  # times and values of the mean that is not complete
-    last, steps, last_soft = None, 0, (0, 0.0, 0.0)  # time, value, and its change
-    columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
-    for time, soft_time, value, soft_value in zip(*(column.tolist() for column in columns), strict=True):
-        if not (np.isfinite(value) and np.isfinite(soft_value)):
-            made.append(Reading(time, soft_time, value, soft_value, max(size, 1), not fast))
-            continue
-        follows = last is not None and 0 < time - last < AVERAGED_NS
-        step, last = time - last if follows else AVERAGED_NS, time
-        pace = step if steps == 1 else pace + step // STEPS - pace // STEPS
-        steps += 1
-        quick = steps < 3 or pace < AVERAGED_NS // 5 * (2 if fast else 1)
-        if fast or quick:
-            matched, last_soft = _interpolated(time, soft_time, soft_value, last_soft)
-        fast = quick and steps > 1 and pace < AVERAGED_NS // 5 * (2 if fast else 1)
-        if not fast:
+    block: list[Reading] = []  # of the mean that is not complete
+    size = 1
+    for row, pace, there in zip(zip(times.tolist(), *values.T.tolist(), pairs, strict=True), paces, whole, strict=True):
+        one = Reading(*row)
+        if not pace:
             block, size = [], 1
-            made.append(Reading(time, soft_time, value, soft_value))
+        if not (pace and there):
+            made.append(one._replace(size=size))
             continue
-        complete = block if block and not 0 <= time - block[0][0] < AVERAGED_NS else []
-        block = [*([] if complete else block), (time, value, matched)]
-        made.append(_mean(complete) if complete else None)
+        complete = block if block and not 0 <= one.time - block[0].time < AVERAGED_NS - pace // 2 else []
+        block = [*([] if complete else block), one]
         size = len(complete) or size
+        made.append(_mean(complete) if complete else None)
     return made
 
 
-def _interpolated(
-    time: int, soft_time: int, value: float, last: tuple[int, float, float]
-) -> tuple[float, tuple[int, float, float]]:
-    """Return the soft channel at another time, ns, on the parabola through its last three readings; and the next `last`."""
-    apart, step = soft_time - time, soft_time - last[0]
-    if not (step > 0 and abs(apart) < step):
-        return value, (soft_time, value, 0.0)
-    part, change = apart / step, value - last[1]
-    return value - part * (change + (1 - part) / 2 * (change - last[2])), (soft_time, value, change)
+def _paces(times: NDArray[Any], whole: NDArray[np.bool_]) -> list[int]:
+    """Return after each reading the mean step, ns, of a converter that is fast; 0 of others. `whole`: both have a value."""
+    paces, last, pace, fast = [], None, 0, False
+    for time, there in zip(times.tolist(), whole, strict=True):
+        if there:
+            step = time - last if last is not None and 0 < time - last <= 2 * AVERAGED_NS else 2 * AVERAGED_NS
+            pace = AVERAGED_NS // 5 * 2 if last is None else pace + step // STEPS - pace // STEPS
+            fast, last = pace < AVERAGED_NS // 3 * (2 if fast else 1), time
+        paces.append(pace if fast else 0)
+    return paces
 
 
-def _mean(block: list[tuple[int, float, float]]) -> Reading:
-    """Return the mean of readings: times, ns, and values, pF."""
-    begin = block[0][0]
-    later, hard, soft = np.mean([(t - begin, y, x) for t, y, x in block], axis=0).tolist()
-    return Reading(begin + int(later), begin + int(later), hard, soft, len(block))
+def _mean(block: list[Reading]) -> Reading:
+    """Return the mean of readings and of their pairs."""
+    begin, valid = block[0].time, [one.pair for one in block if one.pair[2]]
+    later, hard, soft = np.mean([(one.time - begin, one.hard, one.soft) for one in block], axis=0).tolist()
+    pair = np.mean([pair[:2] for pair in valid], axis=0).tolist() if valid else (np.nan, np.nan)
+    matched = all(matched for *_, matched in valid)
+    return Reading(begin + int(later), hard, soft, (*pair, bool(valid), matched and bool(valid)), len(block))
 
 
 def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> Pairs:

@@ -325,13 +325,13 @@ class Idle:
         """Whether both baselines are known."""
         return self.hard.ready and self.soft.ready
 
-    def take(self, time_ns: int, hard: float, soft: float, *, running: bool) -> str:
-        """Take a reading of both channels, pF; `running`: a touch takes samples; return what begins or ends."""
+    def take(self, time_ns: int, hard: float, soft: float, least: float, *, running: bool) -> str:
+        """Take a reading of both channels, pF, whose noise is at least `least`; return what begins or ends."""
         # "begun": a touch; "released": the probe; "idle": the release is over, the baselines will be measured again;
         # "measured": the baselines are known; "": nothing of these.
         change = (hard - self.hard.now.expected) + (soft - self.soft.now.expected)
         small, large = sorted((self.hard.now.noise, self.soft.now.noise))
-        noise = large + 0.42 * small  # the square root of the sum of the squares, about
+        noise = max(large + 0.42 * small, least)  # the square root of the sum of the squares, about
         if not self.ready:
             return self._measure(time_ns, (hard, soft), change, noise)
         before = self.gate.state

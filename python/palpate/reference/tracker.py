@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.reference.align import Reading, matched_pair, means
+from palpate.reference.align import Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, Misfit
 from palpate.reference.handover import _Handover
@@ -206,22 +206,30 @@ class Touch:
 
 
 class CodeStep:
-    """The smallest difference between readings of a channel that came three times: the step of its codes."""
+    """The step of a channel's codes: of what all differences between its readings are multiples (Euclid's algorithm)."""
 
     def __init__(self) -> None:
-        self._last, self._least, self._times = 0.0, np.inf, 0
+        self._last, self._step, self._times = 0.0, 0.0, 0
+        self._fine = False  # a few millionths of a reading
 
-    def add(self, value: float) -> None:
-        """Take a reading of a touch, pF."""
-        difference, self._last = abs(value - self._last) if np.isfinite(value) else np.nan, value
-        if 0 < difference < 0.999 * self._least:
-            self._least, self._times = difference, 1
-        elif 0 < difference < 1.001 * self._least:
+    def add(self, value: float, *, held: bool) -> None:
+        """Take a reading, pF; a difference of several codes, or within a touch, proves the step."""
+        difference, self._last = abs(value - self._last), value
+        if self._fine or not 0 < difference < np.inf:
+            return
+        least, before = 1e-6 * (abs(value) + difference), self._step
+        self._step, rest = difference, before if before < 1000 * difference else 0.0
+        while rest > least:
+            self._step, rest = rest, abs(self._step - rest * int(self._step / rest + 0.5))
+        self._fine = self._step <= 8 * least
+        if before - self._step > least or before == 0:
+            self._times = 0
+        elif held or difference > self._step + least:
             self._times = min(self._times + 1, 3)
 
-    def variance(self, noise: float) -> float:
-        """Return the variance of the rounding, pF^2; 0 if the noise moves the readings from code to code."""
-        return self._least**2 / 12 if self._times == 3 and noise <= 0.51 * self._least else 0.0
+    def coarse(self, noise: float) -> float:
+        """Return the step, pF; 0 if the noise moves the readings from code to code."""
+        return self._step if self._times == 3 and not self._fine and noise <= 0.51 * self._step else 0.0
 
 
 class Rows(NamedTuple):
@@ -273,15 +281,10 @@ def handheld(
     rows : Rows
     """
     raw = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
-    readings = means(t_hard, t_soft, hard, soft)
-    counted = [reading for reading in readings if reading]
-    wanted = np.array([(r.t_hard, r.t_soft) for r in counted], np.int64).reshape(-1, 2).T
-    used = np.array([(r.hard, r.soft) if r.pairs else (np.nan, np.nan) for r in counted]).reshape(-1, 2).T
-    pairs = iter(np.column_stack(matched_pair(*wanted, *used)).tolist())
     state = _Tracker(contact_exponent, age)
     rows = []
-    for values, reading in zip(raw, readings, strict=True):
-        rows.append(state.feed(values, reading, next(pairs)) if reading else state.wait(values))
+    for values, reading in zip(raw, means(t_hard, t_soft, hard, soft), strict=True):
+        rows.append(state.feed(values, reading) if reading else state.wait(values))
     state.finish()
     columns = np.array(rows, float).reshape(-1, 6).T
     return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
@@ -311,14 +314,14 @@ class _Tracker:
         self._readings += 1
         return self._row(alarm=False, revises=False)
 
-    def feed(self, read: NDArray[np.float64], reading: Reading, pair: list[float]) -> tuple[float, ...]:
-        """Take a reading of each channel, or a mean, and the pair that is complete with it; return a row."""
+    def feed(self, read: NDArray[np.float64], reading: Reading) -> tuple[float, ...]:
+        """Take a reading of each channel, or a mean with it; return a row."""
         self._add_codes(read)
-        time_ns, number, self._size = reading.t_hard, self._pairs, reading.size
-        values = np.array([reading.hard, reading.soft]) if reading.pairs else np.full(2, np.nan)
+        time_ns, number, pair, self._size = reading.time, self._pairs, [*reading.pair], reading.size
+        values = np.array([reading.hard, reading.soft])
         there = np.isfinite(values)
         if there.all():
-            event = self._idle.take(time_ns, *values.tolist(), running=self._running)
+            event = self._idle.take(time_ns, *values.tolist(), self._one_code(), running=self._running)
         else:
             event = self._idle.take_one(
                 *(v if known else None for v, known in zip(values.tolist(), there, strict=True))
@@ -351,11 +354,15 @@ class _Tracker:
         error = touch.standard_error(self._errors(touch.ratio))
         return (touch.ratio, error, touch.statistic, alarm, contact, revises)
 
+    def _one_code(self) -> float:
+        """Return the larger step of codes that are coarser than the noise, pF: a change by it is no contact."""
+        noises = self._idle.hard.now.noise, self._idle.soft.now.noise
+        return max(step.coarse(noise) for step, noise in zip(self._steps, noises, strict=True))
+
     def _add_codes(self, values: NDArray[np.float64]) -> None:
         """Take a reading of each channel for the step of its codes, which a mean does not show."""
-        if self._running:
-            for step, value in zip(self._steps, values, strict=True):
-                step.add(float(value))
+        for step, value in zip(self._steps, values, strict=True):
+            step.add(float(value), held=self._running)
 
     def _in_touch(self, number: int, time_ns: int, pair: list[float]) -> bool:
         """Take a pair into the running touch, and end it at its age or length; return whether there is an alarm."""
@@ -427,10 +434,12 @@ class _Tracker:
         """Return the errors of C1 - r C2 with this ratio."""
         hard, soft = self._baselines()
         hard_step, soft_step = (
-            step.variance(known.noise * np.sqrt(self._size))
+            step.coarse(known.noise * np.sqrt(self._size))
             for step, known in zip(self._steps, (hard, soft), strict=True)
         )
-        shared, rounding = hard.variance + ratio**2 * soft.variance, hard_step + ratio**2 * soft_step
+        # step^2 / 12 of the readings, and the same of the baseline
+        rounding = (hard_step**2 + ratio**2 * soft_step**2) / 6
+        shared = hard.variance + ratio**2 * soft.variance
         return Errors((hard.noise, soft.noise), shared, rounding)
 
     def _note(self, before: _Handover | None) -> None:

@@ -74,29 +74,45 @@ class Unconfirmed {
   bool waits_ = false, alarmed_ = false, down_ = false;
 };
 
-/// The smallest difference between readings of a channel that came several times: the step of its codes.
+/// The step of a channel's codes: of what all differences between its readings are multiples (Euclid's algorithm). It is
+/// proven by three of them, of several codes or within a touch; a press from one number to another is no proof.
 template <class Real>
 class CodeStep {
-  static constexpr std::uint8_t proven = 3;
+  static constexpr std::uint8_t proven = 3, fine = 255;  // fine: below a few millionths of a reading
 
  public:
-  constexpr void add(Real value) noexcept {
+  constexpr void add(Real value, bool held) noexcept {
     const Real difference = magnitude(value - last_);
     last_ = value;
-    if (PALPATE_UNLIKELY(difference > 0 && difference < product(Real(1.001), least_))) {
-      const bool smaller = difference < product(Real(0.999), least_);
-      times_ = static_cast<std::uint8_t>(smaller ? 1 : times_ + (times_ < proven));
-      least_ = smaller ? difference : least_;
+    if (PALPATE_UNLIKELY(times_ != fine && difference > 0 && is_finite(difference))) {
+      refine(difference, product(magnitude(value) + difference, Real(1e-6)), held);
     }
   }
-  /// Variance by rounding, if noise does not move the readings from code to code; else 0: the noise contains it.
-  constexpr Real variance(Real noise) const noexcept {
-    const bool coarse = times_ == proven && !(noise > product(Real(0.51), least_));
-    return coarse ? product(least_, least_) / 12 : Real(0);
+  /// The step, if noise does not move the readings from code to code; else 0: the noise contains the rounding.
+  constexpr Real coarse(Real noise) const noexcept {
+    return times_ == proven && !(noise > product(Real(0.51), step_)) ? step_ : Real(0);
   }
 
  private:
-  Real last_ = 0, least_ = std::numeric_limits<Real>::max() / 2;
+  PALPATE_COLD constexpr void refine(Real difference, Real least, bool held) noexcept {
+    const Real before = step_;
+    step_ = difference;
+    for (Real rest = before < 1000 * difference ? before : Real(0); rest > least;) {
+      const Real codes = step_ / rest,
+                 left = step_ - product(rest, static_cast<Real>(static_cast<int>(codes + Real(0.5))));
+      step_ = rest;
+      rest = magnitude(left);
+    }
+    if (!(step_ > 8 * least)) {
+      times_ = fine;
+    } else if (before - step_ > least || before == 0) {
+      times_ = 0;
+    } else {
+      times_ = static_cast<std::uint8_t>(times_ + (times_ < proven && (held || difference > step_ + least)));
+    }
+  }
+
+  Real last_ = 0, step_ = 0;
   std::uint8_t times_ = 0;
 };
 

@@ -36,9 +36,10 @@ class Idle {
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
  protected:
-  /// Takes one reading; `running`: a touch takes samples.
-  constexpr Event take(Ticks time, Real hard, Real soft, bool running) noexcept {
-    const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), spread = noise();
+  /// Takes one reading; `running`: a touch takes samples; the noise is at least `least`.
+  constexpr Event take(Ticks time, Real hard, Real soft, bool running, Real least) noexcept {
+    const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), seen = noise();
+    const Real spread = seen > least ? seen : least;
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
       if (!gate.update_between(moved, spread)) {
         return collect(time, hard, soft);

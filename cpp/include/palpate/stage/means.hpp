@@ -11,10 +11,6 @@ namespace palpate {
 struct NoMeans {
   /// @{
   /// As the function of Means of this name.
-  template <class... Reading>
-  static constexpr bool add(const Reading&...) noexcept {
-    return true;
-  }
   static constexpr void next() noexcept {}
   static constexpr void begin(std::size_t) noexcept {}
   static constexpr std::size_t size() noexcept { return 1; }
@@ -24,17 +20,25 @@ struct NoMeans {
   /// @}
 };
 
-/// Means of the readings of a converter with more than 5 / `longest` pairs a second, over `longest` seconds each: what
-/// follows has memories in pairs, and would take the disturbances within them, as they are slow there, for no noise. The
-/// readings of a slower converter stay as they are.
-template <class Real, class Ticks>
+/// Means of a converter with more than 3 / `longest` pairs a second, over about `longest` seconds each: what follows has
+/// memories in pairs, and would take the disturbances within them, as they are slow there, for no noise. The readings of
+/// a slower converter stay as they are. `Pair` is what the alignment gives.
+template <class Real, class Ticks, class Pair>
 class Means {
   using Unsigned = std::make_unsigned_t<Ticks>;
-  static constexpr Unsigned few = 5;         // readings in `longest`, which are no reason for a mean
-  static constexpr Unsigned memory = 8;      // of the mean step between readings
-  static constexpr int none = -2, one = -1;  // readings before
+  static constexpr Unsigned few = 3;      // readings in `longest`, which are no reason for a mean
+  static constexpr Unsigned memory = 32;  // of the mean step between readings, which may come in bursts
+  static constexpr int unknown = -1;
 
  public:
+  /// Of readings, and of their pairs; size 0: there is none.
+  struct Mean {
+    Ticks time;
+    Real hard, soft;
+    Pair pair;
+    std::uint32_t size;
+  };
+
   /// Number of readings in the last mean.
   constexpr std::size_t size() const noexcept { return size_; }
   /// Whether the converter is fast.
@@ -49,88 +53,70 @@ class Means {
   /// Number of the first pair of a touch.
   constexpr std::size_t first(std::size_t) const noexcept { return first_; }
 
-  /// Takes a reading of each channel, both with a value. Returns whether the four are those of a pair: these, or means,
-  /// the soft one at the time of the hard one.
-  PALPATE_ONCE constexpr bool add(Ticks& hard_time, Ticks& soft_time, Real& hard, Real& soft, Ticks longest) noexcept {
+  /// Takes the time of a reading of each channel, both with a value. Returns whether it is to become part of a mean.
+  PALPATE_ONCE constexpr bool follow(Ticks time, Ticks longest) noexcept {
     const auto whole = static_cast<Unsigned>(longest);
-    const Unsigned since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(last_hard_);
-    const Unsigned step = since - 1 < whole ? since : whole;  // an unsigned difference below 0 is large
-    last_hard_ = hard_time;
+    const Unsigned since = static_cast<Unsigned>(time) - static_cast<Unsigned>(last_);
+    const Unsigned step = since - 1 < 2 * whole ? since : 2 * whole;  // an unsigned difference below 0 is large
+    last_ = time;
     pace_ = pace_ - pace_ / memory + step / memory;
-    if (PALPATE_LIKELY(pace_ >= whole / few && fast_ == 0)) {
-      return true;
-    }
-    const Mean mean = add_quick(hard_time, soft_time, hard, soft, step, whole);
-    if (fast()) {
-      hard_time = soft_time = mean.time;
-      hard = mean.hard;
-      soft = mean.soft;
-    }
-    return mean.size > 0;
+    return !PALPATE_LIKELY(pace_ >= whole / few && fast_ == 0) && judge(whole);
   }
 
- private:
-  /// Of so many readings; 0: there is none.
-  struct Mean {
-    Ticks time;
-    Real hard, soft;
-    std::uint32_t size;
-  };
-
-  /// By value: what is passed by reference would go through memory in every call of add.
-  PALPATE_COLD constexpr Mean add_quick(Ticks hard_time, Ticks soft_time, Real hard, Real soft, Unsigned step,
-                                        Unsigned longest) noexcept {
-    if (fast_ < 0) {
-      pace_ = fast_ == none ? longest : step;
-    }
-    // Twice the limit for one that is fast: at the limit it does not change to and fro.
-    fast_ = static_cast<std::int8_t>(fast_ == none ? one : pace_ < (longest / few) << fast());
-    const Real value = interpolated(hard_time, soft_time, soft);
-    if (!fast()) {
-      size_ = 1;
-      count_ = 0;
-      return {hard_time, hard, soft, 1};
-    }
-    const Unsigned since = static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_);
-    const bool complete = count_ > 0 && since >= longest;  // after a gap, and where the time goes back, too
+  /// Add a reading of each channel, and the pair that is complete with it. Returns the mean of those before, where it is
+  /// complete.
+  PALPATE_COLD constexpr Mean add(Ticks time, Real hard, Real soft, const Pair& pair, Ticks longest) noexcept {
+    const Unsigned since = static_cast<Unsigned>(time) - static_cast<Unsigned>(begin_);
     Mean mean{};
-    if (complete) {
-      mean = {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_)), hard_, soft_, count_};
+    // After a gap, and where the time goes back, too.
+    if (count_ > 0 && since >= static_cast<Unsigned>(longest) - pace_ / 2) {
+      mean = {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_)), hard_, soft_, pair_,
+              count_};
       size_ = count_;
       count_ = 0;
     }
     if (count_ == 0) {
-      begin_ = hard_time;
+      begin_ = time;
       time_ = hard_ = soft_ = 0;
+      pair_ = {};
+      pair_.matched = true;
+      pair_count_ = 0;
     }
     count_ += 1;
     const Real part = 1 / static_cast<Real>(count_);
-    time_ += product(part, static_cast<Real>(static_cast<Unsigned>(hard_time) - static_cast<Unsigned>(begin_)) - time_);
+    time_ += product(part, static_cast<Real>(static_cast<Unsigned>(time) - static_cast<Unsigned>(begin_)) - time_);
     hard_ += product(part, hard - hard_);
-    soft_ += product(part, value - soft_);
+    soft_ += product(part, soft - soft_);
+    if (pair.valid) {
+      pair_count_ += 1;
+      const Real share = 1 / static_cast<Real>(pair_count_);
+      pair_.hard += product(share, pair.hard - pair_.hard);
+      pair_.soft += product(share, pair.soft - pair_.soft);
+      pair_.matched = pair_.matched && pair.matched;
+      pair_.valid = true;
+    }
     return mean;
   }
 
-  /// The soft channel at the time of the hard one, on the parabola through its last three readings. A line would lower a
-  /// tremor of 10 Hz by one per cent.
-  constexpr Real interpolated(Ticks hard_time, Ticks soft_time, Real soft) noexcept {
-    const auto apart = ticks_between(soft_time, hard_time), step = ticks_between(soft_time, last_time_);
-    const bool near = step > 0 && apart < step && apart > -step;
-    const Real part = near ? static_cast<Real>(apart) / static_cast<Real>(step) : Real(0);
-    const Real change = near ? soft - last_soft_ : Real(0), bend = change - last_change_;
-    last_time_ = soft_time;
-    last_soft_ = soft;
-    last_change_ = change;
-    return soft - product(part, change + product((1 - part) / 2, bend));
+ private:
+  PALPATE_COLD constexpr bool judge(Unsigned longest) noexcept {
+    pace_ = fast_ == unknown ? longest / 5 * 2 : pace_;
+    // Twice the limit for one that is fast: at the limit it does not change to and fro.
+    fast_ = pace_ < (longest / few) << fast();
+    if (!fast()) {
+      size_ = 1;
+      count_ = 0;
+    }
+    return fast();
   }
 
-  Ticks last_hard_ = 0, begin_ = 0, last_time_ = 0;
-  Real last_soft_ = 0, last_change_ = 0;
+  Ticks last_ = 0, begin_ = 0;
   Real time_ = 0, hard_ = 0, soft_ = 0;  // means: of the ticks since begin_, and of the values
+  Pair pair_{};
   std::size_t pairs_ = 0, first_ = 0;
-  std::uint32_t count_ = 0, size_ = 1;
+  std::uint32_t count_ = 0, pair_count_ = 0, size_ = 1;
   Unsigned pace_ = 0;  // mean step
-  std::int8_t fast_ = none;
+  std::int8_t fast_ = unknown;
 };
 
 }  // namespace palpate
