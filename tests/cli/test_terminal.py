@@ -73,7 +73,7 @@ def test_ctrl_c_twice_closes_the_file(tmp_path: Path) -> None:
         told = process.communicate(timeout=PATIENCE_S)[1]
     report = check(path)
     assert (process.returncode, report.clean) == (130, True)
-    assert re.search(rf"run.csv: {report.survey.rows} rows(, 1 late)?; file closed\n$", told), told
+    assert re.search(rf"run.csv: {report.survey.rows} rows(, 1 late)?, no touch; file closed\n$", told), told
 
 
 def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> None:

@@ -256,8 +256,16 @@ def _one(
 
 def _coarse(inside: list[Readings], levels: list[IdleLevel | None]) -> bool:
     """Return whether the noise does not move the readings from code to code: only the tracker knows what that hides."""
-    steps = [float(np.diff(np.unique(channel.value)).min(initial=math.inf)) for channel in inside]
-    return any(level is not None and level.noise < step / 2 for level, step in zip(levels, steps, strict=True))
+    for channel, level in zip(inside, levels, strict=True):
+        steps = np.diff(np.unique(channel.value))
+        codes = steps / steps.min(initial=math.inf)
+        if (
+            level is not None
+            and level.noise < steps.min(initial=math.inf) / 2
+            and (np.abs(codes - np.rint(codes)) < 0.01).all()
+        ):
+            return True
+    return False
 
 
 def _without(touch: Touch, reason: str) -> OfflineTouch:

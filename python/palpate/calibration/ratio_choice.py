@@ -122,7 +122,7 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
         about["contact exponent"] = f"{best.exponent:g}, {why}"
     if best.age_s:
         whole = next((each for each in found if each[:3] == (best.kind, best.exponent, 0.0)), None)
-        beside = f"; the whole touch scatters by {_percent(whole)}" if whole else ", as given"
+        beside = f"; the whole touch scatters by {_percent(whole)}{_few(whole, found)}" if whole else ", as given"
         about["age"] = f"{best.age_s:g} s{beside}"
     return Choice(best.kind, {"contact_exponent": best.exponent, "age": best.age_s}, about)
 
@@ -169,9 +169,14 @@ def _gains(one: _Candidate, simpler: _Candidate) -> bool:
 
 def _simplest(found: Sequence[_Candidate]) -> _Candidate:
     """Return the first candidate than which none scatters significantly less."""
-    most = max(each.touches for each in found)
-    known = [e for e in found if e.touches >= (1 - _MOST_LOST) * most and e.freedom >= _FEWEST]
+    known = [e for e in found if not _few(e, found) and e.freedom >= _FEWEST]
     return next((one for one in known if not any(_gains(each, one) for each in known)), found[0])
+
+
+def _few(one: _Candidate, found: Sequence[_Candidate]) -> str:
+    """Return a remark if less than nine tenths of the touches have it."""
+    most = max(each.touches for each in found)
+    return f" ({one.touches} of {most} touches have it)" if one.touches < (1 - _MOST_LOST) * most else ""
 
 
 def _percent(one: _Candidate) -> str:
@@ -183,4 +188,4 @@ def _about_ratio(best: _Candidate, found: Sequence[_Candidate], given: str | Non
     name = f"{best.kind}, as given," if given else f"{best.kind},"
     if best.freedom < _FEWEST:
         return f"{name} as too few touches are repeated to compare it with {other.kind}"
-    return f"{name} which scatters by {_percent(best)} within the specimens; {other.kind} {_percent(other)}"
+    return f"{name} which scatters by {_percent(best)} within the specimens; {other.kind} {_percent(other)}{_few(other, found)}"

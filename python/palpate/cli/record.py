@@ -139,7 +139,8 @@ def _counted(stream: "Stream") -> str:
         "times a wrong baseline": counters.retaken,
         "errors of the source": counters.errors,
     }
-    return f"{counters.recorded} rows" + "".join(f", {count} {what}" for what, count in parts.items() if count)
+    counted = "".join(f", {count} {what}" for what, count in parts.items() if count)
+    return f"{counters.recorded} rows{counted}{'' if stream.touches else ', no touch'}"
 
 
 @contextmanager

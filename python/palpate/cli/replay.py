@@ -4,7 +4,7 @@ import math
 import sys
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import count
+from itertools import count, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -201,8 +201,14 @@ def replayed(
     found.below += touch_table.advised(document["touches"])
     if again is not None:
         found.add_offline(again)
+    takes = f"a baseline takes 32 pairs without contact, {32 * max(recording.survey.period_s, 0.025):.2g} s here"
     if not touches:
-        notes.append(f"no touch found: {_why_not(recording)}")
+        notes.append(f"no touch found: {takes if of_tracker.retaken else _why_not(recording)}")
+    soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
+    if soon:
+        notes.append(
+            f"{soon} of {len(touches)} touches were followed too soon by the next one: {takes}; a drift stays in them"
+        )
     return found
 
 

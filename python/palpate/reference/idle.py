@@ -309,7 +309,7 @@ class Idle:
     Examples
     --------
     >>> idle = Idle()
-    >>> [idle.take(26_000_000 * k, 9.0, 8.0, running=False) for k in (1, 2)]
+    >>> [idle.take(26_000_000 * k, 9.0, 8.0, 0.0, running=False) for k in (1, 2)]
     ['', '']
     """
 

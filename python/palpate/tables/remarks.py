@@ -80,7 +80,7 @@ def clipped(name: str, values: Array) -> list[str]:
     for side, end in ends.items():
         if np.count_nonzero(values == end) >= _FEWEST:
             counts = np.unique(np.abs(values[np.isfinite(values)] - end), return_counts=True)[1]
-            if len(counts) >= _FEWEST and counts[0] > _PILE * counts[1:6].max():
+            if len(counts) >= _FEWEST and counts[0] > _PILE * counts[1:].max():
                 said = f"{counts[0]} readings have exactly the {side} value, {end:.6g}"
                 notes.append(f"{name}: {said}: is the channel clipped there?")
     return notes

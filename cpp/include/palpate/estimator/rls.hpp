@@ -77,7 +77,7 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
     const Real information = next.bound().limit(discounted) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
-    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, next.detector().statistic()))) {
+    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, Real(next.detector().statistic())))) {
       keep_branch();
       return detail::refusal(ratio_, innovation, this->alarm());
     }

@@ -33,10 +33,11 @@ class Means {
  public:
   /// Of readings, and of their pairs; size 0: there is none.
   struct Mean {
-    Ticks time;
-    Real hard, soft;
-    Pair pair;
-    std::uint32_t size;
+    Ticks time;          ///< of the hard channel
+    Real hard;           ///< pF
+    Real soft;           ///< pF
+    Pair pair;           ///< of the valid ones
+    std::uint32_t size;  ///< number of readings
   };
 
   /// Number of readings in the last mean.
