@@ -1,12 +1,14 @@
 """Stiff and extreme inputs: right, refused or unexcited, never anything else. The cases are bench/accuracy/extremes.py's."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
 from numeric import dtype_of, every
+from numpy.typing import NDArray
 from palpate.simulation import scenarios
 
 from bench.accuracy.extremes import TWINS, Case, exact_cases, outcome, press
@@ -53,6 +55,48 @@ def test_a_change_while_the_regressor_is_around_zero(noise: float) -> None:
         held.append(abs(off[-1]) < 1.96 * estimator.standard_error)
     assert np.sqrt(np.mean(np.square(off))) < 1.4 * noise / math.sqrt(200)
     assert np.mean(held) > 0.95 - 3 * math.sqrt(0.95 * 0.05 / runs)
+
+
+REGRESSORS: dict[str, Callable[[np.random.Generator, int], NDArray[np.float64]]] = {
+    "white": lambda random, n: random.standard_normal(n),
+    "of one size, either sign": lambda random, n: random.choice([-1.0, 1.0], n) * (1 + 0.1 * random.standard_normal(n)),
+    "a sine": lambda random, n: np.sin(0.7 * np.arange(n)),
+    "of one sign, any size": lambda random, n: 1 + 0.9 * random.uniform(-1, 1, n),
+}
+
+
+@pytest.mark.parametrize("noise", [1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("name", REGRESSORS)
+def test_a_change_is_found_whatever_the_regressor_does(name: str, noise: float) -> None:
+    """Outliers in a row are a change, no burst, if they are as large as their regressors."""
+    took = []
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        x = REGRESSORS[name](random, 400)
+        y = np.repeat([1.3, 1.6], 200) * x + noise * random.standard_normal(400)
+        wrong = np.abs(palpate.HandoverRls().process(y, x)[200:] / 1.6 - 1) > 0.03
+        took.append(wrong.nonzero()[0].max(initial=-1) + 1)
+    assert np.median(took) <= 5
+    assert max(took) <= 12
+
+
+@pytest.mark.parametrize("correlation", [0.5, 0.8, 0.9])
+def test_correlated_noise_beside_a_regressor_around_zero_is_no_drift(correlation: float) -> None:
+    """The ratio is nearly that of least squares, and never far away; intervals hold."""
+    off, least, worst, held = [], [], [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        x, noise = random.standard_normal(500), random.standard_normal(500)
+        for i in range(1, 500):
+            noise[i] += correlation * noise[i - 1]
+        rows = palpate.HandoverRls().trace(1.3 * x + 0.1 * noise, x)
+        off.append(rows["ratio"][-1] - 1.3)
+        least.append(0.1 * noise @ x / (x @ x))
+        worst.append(np.abs(rows["ratio"][50:] - 1.3).max())
+        held.append(abs(off[-1]) < 1.96 * rows["standard_error"][-1])
+    assert np.std(off) < 2 * np.std(least)
+    assert max(worst) < 10
+    assert np.mean(held) >= 0.9
 
 
 @every

@@ -3,6 +3,7 @@
 The bounds are what the product promises (docs/how.md); 20 touches a row, 200 by night.
 """
 
+import math
 import pickle
 from dataclasses import replace
 
@@ -112,6 +113,42 @@ def test_a_healthy_touch_has_no_flag(bend: float) -> None:
     made = found(Way(bend=bend, rise=0.3), range(count))
     flags = {flag: times for flag, times in made.flags.items() if flag != "short"}
     assert sum(flags.values()) <= 0.002 * count, flags
+
+
+@pytest.mark.parametrize("fall", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize("period", [0.034, 0.026, 0.018, 0.01, 0.0055, 0.004, 0.002])
+def test_a_healthy_touch_is_right_at_any_rate(period: float, fall: float) -> None:
+    """Means of a fast converter included; a slow lift is no creep, and the standard error is of the size of the error."""
+    way = Way(period=period, fall=fall, tremor=0.08 if period < 0.03 else 0.03, after=4.0)
+    touches = [longest_touch(drawn(way, seed), seed) for seed in SEEDS]
+    assert not {flag for touch in touches for flag in touch.flags} - {"short"}
+    off = np.array([touch.ratio / drawn(way, seed).ratio - 1 for touch, seed in zip(touches, SEEDS, strict=True)])
+    errors = np.array([touch.standard_error / touch.ratio for touch in touches])
+    assert rms(off) < 0.008 * max(period / 0.026, 0.5)
+    assert 0.5 < np.median(errors) / np.sqrt(np.mean(off**2)) < 3
+    level = found(way, SEEDS)
+    assert rms(level.level) < (0.04 if period < 0.03 else 0.08)
+    assert np.mean(level.covered) >= 0.85
+
+
+@pytest.mark.parametrize("period", [0.026, 0.01, 0.006, 0.002])
+def test_a_touch_whose_length_ends_in_the_lift_is_right_or_says_so(period: float) -> None:
+    assert found(Way(period=period, hold=5.6, fall=3.0, lifted_ratio=0.9), SEEDS).silent == 0
+
+
+@pytest.mark.parametrize("code", [0.01, 0.001])
+@pytest.mark.parametrize("period", [0.05, 0.026, 0.01])
+def test_a_steady_press_of_coarse_codes_knows_its_error(period: float, code: float, tally: Tally) -> None:
+    """On a stand all readings of the hold, and of the baseline, may be the same: only the way down and up shows the step."""
+    way = Way(period=period, code=code, tremor=0.0, total=0.95)
+    z = []
+    for seed in SEEDS:
+        made = longest_touch(drawn(way, seed), seed)
+        z.append((made.ratio - drawn(way, seed).ratio) / made.standard_error)
+        assert math.isnan(made.level_ratio)
+    held = np.mean(np.abs(z) < 1.96)
+    tally.say(f"95 % intervals of a steady press, codes of {1000 * code:g} fF, {period} s: {100 * held:.0f} %")
+    assert held >= 0.8
 
 
 @pytest.mark.parametrize("name", list(CREEPS)[:2])

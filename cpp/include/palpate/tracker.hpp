@@ -235,7 +235,9 @@ class Tracker : public Settings,
         changed = differs_from(Extra::earlier, FitStage::least);
         Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
       }
-      Extra::fitted = Extra::evidence.fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
+      const Real hard = hard_baseline.noise(), soft = soft_baseline.noise(), code = one_code();
+      Extra::fitted =
+          Extra::evidence.fit.result(hard > code ? hard : code, soft > code ? soft : code, estimator.ratio());
       if (changed) {
         Extra::fitted.flags |= misfit_changed;
       }

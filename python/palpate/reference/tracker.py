@@ -396,7 +396,7 @@ class _Tracker:
             self._note(touch.waiting())
             changed = touch.apart(touch.standard_error(self._errors(touch.ratio)))
         errors = self._errors(touch.ratio)
-        misfit = touch.fit.result(*errors.noises, touch.ratio)
+        misfit = touch.fit.result(*(max(noise, self._one_code()) for noise in errors.noises), touch.ratio)
         misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
         error = touch.standard_error(errors, misfit.open + misfit.open_drift)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
