@@ -151,8 +151,7 @@ class Tracker : public Settings,
   /// microseconds; the capacitances in pF, NaN: no value. A reading that is infinite or saturated counts as no value.
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = not_a_number<Real>;
-    bool high = false, large = false, both = true, aligned = false;
-    Pair pair{};
+    bool high = false, large = false, both = true, quick = false;
     add_codes(hard, soft);
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
@@ -160,28 +159,34 @@ class Tracker : public Settings,
         hard = soft = nan;  // one reading is no mean
       }
     } else if constexpr (averages) {
-      if (PALPATE_UNLIKELY(means_.follow(hard_time, averaged()))) {
-        const auto mean = means_.add(hard_time, hard, soft, align.feed(hard_time, soft_time, hard, soft), averaged());
+      quick = means_.follow(hard_time, averaged());
+    }
+    const bool saturated = high || large;
+    Real read_hard = hard, read_soft = soft;
+    if (PALPATE_UNLIKELY(saturated)) {
+      read_hard = read_soft = nan;
+    }
+    const bool near = !gate.idle() || gate.suspects() || !Channels::ready();  // to a touch
+    Pair pair = averages ? align.feed(hard_time, soft_time, read_hard, read_soft, near) : Pair{};
+    if constexpr (averages) {
+      if (PALPATE_UNLIKELY(quick)) {
+        const auto mean = means_.add(hard_time, hard, soft, pair, averaged());
         if (mean.size == 0) {
           readings_ += 1;
           return {estimator.ratio(), false, gate.contact(), false};
         }
-        hard_time = mean.time;
-        hard = mean.hard, soft = mean.soft;
+        hard_time = mean.time, hard = mean.hard, soft = mean.soft;
         pair = mean.pair;
-        aligned = true;
       }
     }
-    const bool saturated = high || large;
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_, one_code())
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft),
                                 hard_time);
     if (PALPATE_UNLIKELY(saturated)) {
       counts_.saturated += open_;
-      hard = soft = nan;
     }
-    if (PALPATE_LIKELY(!aligned)) {
-      pair = align.feed(hard_time, soft_time, hard, soft, open_ || falls());
+    if constexpr (!averages) {
+      pair = align.feed(hard_time, soft_time, read_hard, read_soft, open_ || falls());
     }
     bool alarm = false, ended = true;
     if (open_) {
@@ -382,13 +387,13 @@ class Tracker : public Settings,
     }
   }
   /// A change by one code is no contact.
-  constexpr Real one_code() const noexcept {
+  constexpr auto one_code() const noexcept {
     if constexpr (fits) {
       const Real hard = Extra::hard_step.coarse(hard_baseline.noise());
       const Real soft = Extra::soft_step.coarse(soft_baseline.noise());
       return hard > soft ? hard : soft;
     } else {
-      return Real(0);
+      return 0;
     }
   }
   constexpr void add_codes([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {

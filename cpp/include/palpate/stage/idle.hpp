@@ -36,10 +36,11 @@ class Idle {
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
  protected:
-  /// Takes one reading; `running`: a touch takes samples; the noise is at least `least`.
-  constexpr Event take(Ticks time, Real hard, Real soft, bool running, Real least) noexcept {
+  /// Takes one reading; `running`: a touch takes samples; the noise is at least `least`, a Real, or 0.
+  template <class Least>
+  constexpr Event take(Ticks time, Real hard, Real soft, bool running, Least least) noexcept {
     const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), seen = noise();
-    const Real spread = seen > least ? seen : least;
+    const Real spread = std::is_same_v<Least, Real> && seen < Real(least) ? Real(least) : seen;
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
       if (!gate.update_between(moved, spread)) {
         return collect(time, hard, soft);
