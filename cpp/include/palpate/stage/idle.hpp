@@ -115,7 +115,7 @@ class Idle {
 
   // The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
   static constexpr Signed rest_of_release(Signed fall) noexcept {
-    const Signed rest = fall > second ? second : fall + fall / 2;
+    const Signed rest = fall > second ? second : fall < 0 ? 0 : fall + fall / 2;
     return rest > second / 10 ? rest : second / 10;
   }
 
