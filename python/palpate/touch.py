@@ -130,9 +130,23 @@ class Tracked(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Notes on the recording, and how often its baseline was measured again."""
+        """Notes on the recording, how often its baseline was measured again, and touches whose model was not tested."""
         again = "once" if self.retaken == 1 else f"{self.retaken} times"
-        return [*self.touches.notes, *([f"{RETAKEN} ({again})"] if self.retaken else [])]
+        untested = sum(_is_untested(touch) for touch in self.touches)
+        return [
+            *self.touches.notes,
+            *([f"{RETAKEN} ({again})"] if self.retaken else []),
+            *([f"{untested} of {len(self.touches)} touches: {_UNTESTED}"] if untested else []),
+        ]
+
+
+_UNTESTED = "the model was not tested, as their pairs are slower than 40 ms or on no even grid: a tilt, an offset, a lag are not seen"
+
+
+def _is_untested(touch: Touch) -> bool:
+    """Return whether a touch of a scene with a test had no pairs for it."""
+    effects = {name: size for name, size in touch.effects.items() if name != "shift"}
+    return bool(effects) and touch.samples >= 20 and not any(effects.values())
 
 
 Windows = Sequence[tuple[float, float]]

@@ -321,7 +321,8 @@ class _Tracker:
         values = np.array([reading.hard, reading.soft])
         there = np.isfinite(values)
         if there.all():
-            event = self._idle.take(time_ns, *values.tolist(), self._one_code(), running=self._running)
+            hard, soft = values.tolist()
+            event = self._idle.take(time_ns, hard, soft, self._one_code(), running=self._running)
         else:
             event = self._idle.take_one(
                 *(v if known else None for v, known in zip(values.tolist(), there, strict=True))
@@ -396,7 +397,8 @@ class _Tracker:
             self._note(touch.waiting())
             changed = touch.apart(touch.standard_error(self._errors(touch.ratio)))
         errors = self._errors(touch.ratio)
-        misfit = touch.fit.result(*(max(noise, self._one_code()) for noise in errors.noises), touch.ratio)
+        hard_noise, soft_noise = (max(noise, self._one_code()) for noise in errors.noises)
+        misfit = touch.fit.result(hard_noise, soft_noise, touch.ratio)
         misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
         error = touch.standard_error(errors, misfit.open + misfit.open_drift)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
