@@ -1,6 +1,6 @@
 """What is wrong with a ratio by per cents, and what says so: on touches of a simulator that shares nothing with palpate's.
 
-    python -m bench.accuracy.modulus [--seeds 40]
+    python -m bench.accuracy.modulus [--seeds 40] [--period 0.026]
 
 Three tables. Sources: the error of the ratio and of the level ratio, rms, and by creep their scatter, at the end and at an
 age. Silent: results that are off by more than 4 standard errors and 0.5 %, without a flag but "short". Level: the error of
@@ -137,25 +137,31 @@ def main() -> None:
     """Print the three tables."""
     parser = argparse.ArgumentParser(description="Errors by per cents, and what says so")
     parser.add_argument("--seeds", type=int, default=40, help="touches of each row")
-    seeds = range(parser.parse_args().seeds)
+    parser.add_argument("--period", type=float, default=Way().period, help="s from pair to pair, where a row has none")
+    options = parser.parse_args()
+    seeds = range(options.seeds)
+
+    def found_in(way: Way, **settings: Any) -> Found:
+        return found(replace(way, period=options.period) if way.period == Way().period else way, seeds, **settings)
+
     print(f"{'source':36} {'ratio, rms %':>14} {'level ratio, %':>15}")
     for name, way in SOURCES.items():
-        made = found(way, seeds)
+        made = found_in(way)
         print(f"{name:36} {rms(made.ratio):14.4f} {rms(made.level):15.4f}")
     for name, way in CREEPS.items():
         for age_s in (0.0, AGE_s):
-            made = found(way, seeds, age=age_s)
+            made = found_in(way, age=age_s)
             at = f"{name}, {f'at {age_s} s' if age_s else 'whole touch'}: scatter"
             print(f"{at:60} {scatter(made.ratio):.3f} {scatter(made.level):.3f}")
     print(f"\n{'effect':36} {'error, median %':>15} {'silent, %':>10}  flags")
     for name, way in SILENT.items():
-        made = found(way, seeds)
+        made = found_in(way)
         flags = ", ".join(f"{flag} {count}" for flag, count in made.flags.items() if flag != "short")
         print(f"{name:36} {100 * np.median(np.abs(made.ratio)):15.4f} {100 * made.silent:10.0f}  {flags}")
     print(f"\n{'level ratio':36} {'ratio, rms %':>14} {'level ratio, %':>15} {'covered, %':>11} {'known':>6}")
     covered = []
     for name, way in LEVEL.items():
-        made = found(way, seeds)
+        made = found_in(way)
         covered.append(made.covered)
         shares = f"{100 * made.covered.mean():11.0f} {np.isfinite(made.level).sum():6}"
         print(f"{name:36} {rms(made.ratio):14.4f} {rms(made.level):15.4f} {shares}")
