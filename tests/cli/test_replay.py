@@ -4,6 +4,7 @@ import importlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import palpate
 import pytest
 from command_lines import document, run
@@ -88,6 +89,38 @@ def test_a_baseline_measured_in_contact_is_noted(tmp_path: Path) -> None:
     said = run("replay", table(tmp_path, "four-specimens", from_s=4.0), *MAP).stderr
     assert "something was touched while the baseline was measured" in said
     assert "measured again (once)" in said
+
+
+def presses(folder: Path, period_s: float, rows: tuple[int, ...]) -> Path:
+    """Write a table of presses: numbers of rows idle, pressed, idle, ...; a period of 0: without times."""
+    down = np.repeat(np.arange(len(rows)) % 2, rows)
+    random, path = np.random.default_rng(1), folder / f"{period_s}.csv"
+    t = period_s * np.arange(len(down))
+    columns = [t, t + period_s / 2, *(4 + [[0.75], [0.25]] * down + 7e-5 * random.standard_normal((2, len(down))))]
+    names = ["time (s)", "soft time (s)", "hard (pF)", "soft (pF)"]
+    keep = slice(0 if period_s else 2, 4)
+    np.savetxt(path, np.transpose(columns[keep]), delimiter=",", header=",".join(names[keep]), comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("period_s", "takes"), [(0.0, ""), (0.001, ", 0.8 s here"), (0.01, ", 0.32 s here"), (0.1, ", 3.2 s here")]
+)
+def test_a_pause_that_is_too_short_for_a_baseline_is_noted(period_s: float, takes: str, tmp_path: Path) -> None:
+    scale = 25 if period_s == 0.001 else 1
+    soon, late = (tuple(scale * n for n in (60, 60, pause, 60, 60)) for pause in (20, 170))
+    said = f"1 of 2 touches were followed too soon by the next one: a baseline takes 32 pairs without contact{takes}; a drift"
+    assert said in run("replay", presses(tmp_path, period_s, soon)).stderr
+    assert "too soon" not in run("replay", presses(tmp_path, period_s, late)).stderr
+
+
+def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Path) -> None:
+    short = run("replay", presses(tmp_path, 0.1, (20, 40, 50, 40, 50)))
+    assert short.exit_code == 5
+    assert "no touch found: a baseline takes 32 pairs without contact, 3.2 s here" in short.stderr
+    slow, fast = (run("replay", presses(tmp_path, period_s, (60, 60, 60))).stderr for period_s in (0.05, 0.03))
+    assert "1 of 1 touches: the model was not tested" in slow
+    assert "the model was not tested" not in fast
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
 from palpate.several import KINDS, objections
-from palpate.touch import tracked
+from palpate.touch import timed, tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
@@ -201,7 +201,7 @@ def replayed(
     found.below += touch_table.advised(document["touches"])
     if again is not None:
         found.add_offline(again)
-    takes = f"a baseline takes 32 pairs without contact, {32 * max(recording.survey.period_s, 0.025):.2g} s here"
+    takes = _baseline_takes(recording.survey.period_s if timed(recording) else 0)
     if not touches:
         notes.append(f"no touch found: {takes if of_tracker.retaken else _why_not(recording)}")
     soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
@@ -210,6 +210,11 @@ def replayed(
             f"{soon} of {len(touches)} touches were followed too soon by the next one: {takes}; a drift stays in them"
         )
     return found
+
+
+def _baseline_takes(period_s: float) -> str:
+    pair_s = period_s if period_s > 1 / 120 else 0.025  # a mean of a fast converter
+    return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
 
 
 def _plain(value: Any) -> Any:
