@@ -140,7 +140,7 @@ class Tracked(NamedTuple):
         ]
 
 
-_UNTESTED = "the model was not tested, as their pairs are slower than 40 ms or on no even grid: a tilt, an offset, a lag are not seen"
+_UNTESTED = "the model was not tested: pairs slower than 40 ms, or on no even grid, or a channel falls; a tilt, an offset, a lag are not seen"
 
 
 def _is_untested(touch: Touch) -> bool:
