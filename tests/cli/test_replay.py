@@ -96,7 +96,7 @@ def presses(folder: Path, period_s: float, rows: tuple[int, ...]) -> Path:
     down = np.repeat(np.arange(len(rows)) % 2, rows)
     random, path = np.random.default_rng(1), folder / f"{period_s}.csv"
     t = period_s * np.arange(len(down))
-    columns = [t, t + period_s / 2, *(4 + [[0.75], [0.25]] * down + 7e-5 * random.standard_normal((2, len(down))))]
+    columns = [t, t + period_s / 2, *(4 + np.outer([0.75, 0.25], down) + 7e-5 * random.standard_normal((2, len(down))))]
     names = ["time (s)", "soft time (s)", "hard (pF)", "soft (pF)"]
     keep = slice(0 if period_s else 2, 4)
     np.savetxt(path, np.transpose(columns[keep]), delimiter=",", header=",".join(names[keep]), comments="")
