@@ -48,6 +48,17 @@ class Browser:
         wait = WebDriverWait(self.driver, patience_s, 0.1, ignored_exceptions=[StaleElementReferenceException])
         wait.until(lambda _: holds())
 
+    def settled(self, script: str) -> Any:
+        """Return what a script returns, once it stays for half a second: a page is laid out while it loads."""
+        seen: list[Any] = []
+
+        def stays() -> bool:
+            seen.append(self.run(script))
+            return len(seen) > 5 and all(one == seen[-1] for one in seen[-6:])
+
+        self.until(stays)
+        return seen[-1]
+
     def size(self, name: str) -> None:
         """Give the window's inside a size of `SIZES`, also one that a window cannot have."""
         width, height = SIZES[name]
