@@ -70,9 +70,11 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     page["list"].send_keys("\n".join(lines))
     page.until(lambda: page.text("listread").splitlines()[-1:] == ["8.68 MPa"])
     page.all("#plan button.strong")[0].click()
+    press_r = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'r', bubbles: true }))"
+    once = f"if (!document.all.record.disabled) clearInterval(once), {press_r}"
+    page.run(f"const once = setInterval(() => {{ {once} }}, 10)")  # from here it may come after the end: that is 6 s away
     page["again"].click()
-    page.until(lambda: page["record"].is_enabled())
-    page.press("r", "k")
+    page.press("k")
     page.until(lambda: page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says"))
     assert page.text("says").startswith("✓ 40 of 40 done.")
     page.until(lambda: (page.text("number2"), page.text("range2")) == ("10 of 10", "fitted to them: no test"))

@@ -209,20 +209,25 @@ class CodeStep:
     """The step of a channel's codes: of what all differences between its readings are multiples (Euclid's algorithm)."""
 
     def __init__(self) -> None:
-        self._last, self._step, self._times = 0.0, 0.0, 0
+        self._last, self._change, self._step, self._times = 0.0, 0.0, 0.0, 0
         self._fine = False  # a few millionths of a reading
 
     def add(self, value: float, *, held: bool) -> None:
-        """Take a reading, pF; a difference of several codes, or within a touch, proves the step."""
-        difference, self._last = abs(value - self._last), value
-        if self._fine or not 0 < difference < np.inf:
+        """Take a reading, pF; three differences prove the step, of several codes or within a touch, but not those of a ramp."""
+        change, self._last = value - self._last, value
+        if self._fine or not np.isfinite(change):
+            return
+        before_change, self._change = self._change, change
+        difference = abs(change)
+        if not difference:
             return
         least, before = 1e-6 * (abs(value) + difference), self._step
         self._step, rest = difference, before if before < 1000 * difference else 0.0
         while rest > least:
             self._step, rest = rest, abs(self._step - rest * int(self._step / rest + 0.5))
         self._fine = self._step <= 8 * least
-        if before - self._step > least or before == 0:
+        is_ramp = abs(change - before_change) <= least
+        if before - self._step > least or before == 0 or (is_ramp and self._times < 3):
             self._times = 0
         elif held or difference > self._step + least:
             self._times = min(self._times + 1, 3)

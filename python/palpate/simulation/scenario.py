@@ -132,7 +132,10 @@ class Truth:
     def _force(self, t: Array, *, hard: bool) -> Array:
         total = np.zeros_like(t)
         shaken = 1 + self._scenario.tremor * self._tremor(t) if self._scenario.tremor else 1.0
+        first, last = t.min(initial=inf), t.max(initial=-inf)
         for press in self.presses:
+            if last <= press.start_s or press.stop_s <= first:
+                continue
             pressed = press.depth_pF * press.profile(t) * shaken
             ratio = self.ratio(press, t)
             substrate, (along, across) = self._scenario.substrate, np.radians(press.tilt_deg)

@@ -75,17 +75,22 @@ class Unconfirmed {
 };
 
 /// The step of a channel's codes: of what all differences between its readings are multiples (Euclid's algorithm). It is
-/// proven by three of them, of several codes or within a touch; a press from one number to another is no proof.
+/// proven by three of them, of several codes or within a touch; neither a press from one number to another nor a ramp, of
+/// equal differences, is a proof.
 template <class Real>
 class CodeStep {
   static constexpr std::uint8_t proven = 3, fine = 255;  // fine: below a few millionths of a reading
 
  public:
   constexpr void add(Real value, bool held) noexcept {
-    const Real difference = magnitude(value - last_);
+    const Real change = value - last_;
     last_ = value;
-    if (PALPATE_UNLIKELY(times_ != fine && difference > 0 && is_finite(difference))) {
-      refine(difference, product(magnitude(value) + difference, Real(1e-6)), held);
+    if (PALPATE_UNLIKELY(times_ != fine && is_finite(change))) {
+      if (const Real difference = magnitude(change); difference > 0) {
+        const Real least = product(magnitude(value) + difference, Real(1e-6));
+        refine(difference, least, magnitude(change - change_) > least, held);
+      }
+      change_ = change;
     }
   }
   /// The step, if noise does not move the readings from code to code; else 0: the noise contains the rounding.
@@ -94,7 +99,7 @@ class CodeStep {
   }
 
  private:
-  PALPATE_COLD constexpr void refine(Real difference, Real least, bool held) noexcept {
+  PALPATE_COLD constexpr void refine(Real difference, Real least, bool differs, bool held) noexcept {
     const Real before = step_;
     step_ = difference;
     for (Real rest = before < 1000 * difference ? before : Real(0); rest > least;) {
@@ -105,14 +110,14 @@ class CodeStep {
     }
     if (!(step_ > 8 * least)) {
       times_ = fine;
-    } else if (before - step_ > least || before == 0) {
+    } else if (before - step_ > least || before == 0 || (!differs && times_ < proven)) {
       times_ = 0;
     } else {
       times_ = static_cast<std::uint8_t>(times_ + (times_ < proven && (held || difference > step_ + least)));
     }
   }
 
-  Real last_ = 0, step_ = 0;
+  Real last_ = 0, change_ = 0, step_ = 0;
   std::uint8_t times_ = 0;
 };
 

@@ -42,10 +42,11 @@ using FitSums = Sweep<Real, fit_columns>;
 /// Tests the terms of y = r x + c + d t + l x' + k (x / m - 1)^2, m the mean of x.
 template <class Real>
 struct FitTest {
-  static constexpr Real significant = Real(8);    // standard errors, for a flag
-  static constexpr Real least = Real(0.002);      // smaller effects have no flag
-  static constexpr Real least_lag = Real(0.08);   // the same for a lag, pairs
-  static constexpr Real noise_gain = Real(0.42);  // of the filters before: variance of a pair for a reading's of 1
+  static constexpr Real significant = Real(8);     // standard errors, for a flag
+  static constexpr Real least = Real(0.002);       // smaller effects have no flag
+  static constexpr Real least_bent = Real(0.005);  // the same for an offset or a curve: gauges are bent, by .5 %/pF
+  static constexpr Real least_lag = Real(0.08);    // and for a lag, pairs
+  static constexpr Real noise_gain = Real(0.42);   // of the filters before: variance of a pair for a reading's of 1
 
   const FitSums<Real>& sums;
   Real first, length;  // as above; of the touch, in units of t
@@ -147,15 +148,16 @@ struct FitTest {
   }
 
   /// Sets the size of an effect, and its flag; returns what it leaves open.
-  constexpr Real tested(Misfit flag, Real value, Real error, Real& size) noexcept {
+  constexpr Real tested(Misfit flag, Real value, Real error, Real& size, Real smallest) noexcept {
     size = share(value);
-    set_flag(flag, value, error, size, least);
+    set_flag(flag, value, error, size, smallest);
     return left_open(value, error);
   }
 
   constexpr void test_drift(const FitSums<Real>& solved) noexcept {
     const Real error = product(solved.error(fit_time), product(length, length));
-    found_.open_drift = tested(misfit_drift, product(solved.at(fit_time, fit_y), length), error, found_.drift) / 4;
+    found_.open_drift =
+        tested(misfit_drift, product(solved.at(fit_time, fit_y), length), error, found_.drift, least) / 4;
   }
 
   constexpr void test_lag(const FitSums<Real>& solved) noexcept {
@@ -171,12 +173,12 @@ struct FitTest {
       value -= product(m2, solved.at(fit_square, fit_y));
       error += product(m2, product(m2, solved.error(fit_square)) + 2 * solved.at(fit_one, fit_square));
     }
-    found_.open += tested(misfit_offset, -value, error, found_.offset);
+    found_.open += tested(misfit_offset, -value, error, found_.offset, least_bent);
   }
 
   constexpr void test_curve(const FitSums<Real>& solved) noexcept {
     const Real m2 = product(m, m), error = product(product(m2, m2), solved.error(fit_square));
-    found_.open += tested(misfit_curve, product(m2, solved.at(fit_square, fit_y)), error, found_.curve);
+    found_.open += tested(misfit_curve, product(m2, solved.at(fit_square, fit_y)), error, found_.curve, least_bent);
   }
 
   // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
