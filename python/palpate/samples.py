@@ -94,7 +94,7 @@ REFUSED = Status.EXCITATION | Status.LOST
 RETAKEN = "something was touched while the baseline was measured, or it jumped; touches since then may be lost; it is measured again"
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
-UNTIMED_ns = 26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms
+UNTIMED_NS = 26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms
 
 
 def block_of(samples: Iterable[Sample]) -> Block:

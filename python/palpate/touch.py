@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from palpate._core import Touch, Tracker
 from palpate.errors import display
 from palpate.frames import Framed, arrow_of_touches
-from palpate.samples import RETAKEN, UNTIMED_ns, Block, require_scale, settings_for, usable
+from palpate.samples import RETAKEN, UNTIMED_NS, Block, require_scale, settings_for, usable
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -296,7 +296,7 @@ def _parts(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[int
     if isinstance(recording, Blocks):
         yield from _parts_of_blocks(tracker, recording)
         return
-    rows = np.arange(len(recording.hard)) * UNTIMED_ns  # the same time for both channels
+    rows = np.arange(len(recording.hard)) * UNTIMED_NS  # the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
     for era, (begin, end) in enumerate(pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])):
         if era:

@@ -72,7 +72,9 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     page.all("#plan button.strong")[0].click()
     press_r = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'r', bubbles: true }))"
     once = f"if (!document.all.record.disabled) clearInterval(once), {press_r}"
-    page.run(f"const once = setInterval(() => {{ {once} }}, 10)")  # from here it may come after the end: that is 6 s away
+    page.run(
+        f"const once = setInterval(() => {{ {once} }}, 10)"
+    )  # from here it may come after the end: that is 6 s away
     page["again"].click()
     page.press("k")
     page.until(lambda: page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says"))

@@ -238,13 +238,18 @@ class Tracker : public Settings,
           note_change();
         }
         changed = differs_from(Extra::earlier, FitStage::least);
-        Extra::earlier = changed ? Extra::earlier : Levelled<Real>();
       }
       const Real hard = hard_baseline.noise(), soft = soft_baseline.noise(), code = one_code();
       Extra::fitted =
           Extra::evidence.fit.result(hard > code ? hard : code, soft > code ? soft : code, estimator.ratio());
+      if (!changed && Extra::fitted.flags == 0) {  // a ratio that comes and goes: its mean is another one
+        Extra::earlier = Extra::evidence.fit.mean();
+        changed = differs_from(Extra::earlier, Real(0.005));
+      }
       if (changed) {
         Extra::fitted.flags |= misfit_changed;
+      } else {
+        Extra::earlier = {};
       }
       Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
       standard_error_ = Extra::first_error;

@@ -15,7 +15,7 @@ from palpate.recording.columns import own_recording
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
-from palpate.samples import UNTIMED_ns, Block, blank
+from palpate.samples import UNTIMED_NS, Block, blank
 from palpate.tables.table import DECIMALS, Asked, Table
 from palpate.tables.units import unit_read
 
@@ -81,14 +81,14 @@ class Foreign:
         return known | ({"stamps": "host"} if self.host_stamps else {})
 
     def blocks(self, _damage: object = None) -> Iterator[Block]:
-        """Yield all samples, in parts, a new one after each gap; without times, pairs are `UNTIMED_ns` apart."""
+        """Yield all samples, in parts, a new one after each gap; without times, pairs are `UNTIMED_NS` apart."""
         self.survey = Survey(marked=self.tares)
         recording, rows = self.recording, len(self.recording)
         for begin, end in pairwise(sorted({*range(0, rows, _ROWS), *recording.gap_rows, rows})):
             block = blank(end - begin)
             block["seq"] += begin
             block["hard"], block["soft"] = recording.hard[begin:end], recording.soft[begin:end]
-            block["t_hard_ns"] = block["t_soft_ns"] = block["seq"] * UNTIMED_ns
+            block["t_hard_ns"] = block["t_soft_ns"] = block["seq"] * UNTIMED_NS
             for name in ("t_hard", "t_soft") if self.timed else ():
                 ns = getattr(recording, f"{name}_s")[begin:end] * 1e9
                 block[f"{name}_ns"] = np.trunc(ns + np.copysign(0.5, ns))  # halves away from zero, as the tracker

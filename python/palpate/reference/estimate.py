@@ -196,11 +196,11 @@ class Estimate:
         if not abs(other.ratio - self.ratio) <= abs(self.before[0] - self.ratio):
             self.before = other.ratio, other.standard_error(errors)
 
-    def apart(self, own: float) -> bool:
-        """Return whether the ratio before a change is another one, with this standard error of the ratio."""
+    def apart(self, own: float, share: float = LEAST) -> bool:
+        """Return whether the ratio before a change is another one, by this share, with this standard error of the ratio."""
         ratio, error = self.before
         apart = abs(self.ratio - ratio)
-        different = bool(apart > CHANGED * np.hypot(own, error) and apart > LEAST * abs(ratio))
+        different = bool(apart > CHANGED * np.hypot(own, error) and apart > share * abs(ratio))
         self.before = self.before if different else (np.nan, np.nan)
         return different
 

@@ -203,6 +203,14 @@ class Fit:
         terms["time"] = terms["time"] - terms["time"][:1]
         return terms
 
+    def mean(self) -> tuple[float, float]:
+        """Return the ratio of all samples alike and its standard error, if they scattered independently; nan: too few."""
+        terms = self.terms()
+        if len(terms["x"]) < FEWEST:
+            return np.nan, np.nan
+        values, variances, squares = solved({"x": terms["x"]}, terms["y"])
+        return values["x"], float(np.sqrt(variances["x"] * squares / len(terms["x"])))
+
     def result(self, hard_noise: float, soft_noise: float, ratio: float) -> Misfit:
         """Test the model.
 

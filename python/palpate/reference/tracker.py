@@ -404,6 +404,9 @@ class _Tracker:
         errors = self._errors(touch.ratio)
         hard_noise, soft_noise = (max(noise, self._one_code()) for noise in errors.noises)
         misfit = touch.fit.result(hard_noise, soft_noise, touch.ratio)
+        if not changed and not misfit.flags:  # a ratio that comes and goes: its mean is another one
+            touch.before = touch.fit.mean()
+            changed = touch.apart(touch.standard_error(errors), LEAST_TILT)
         misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
         error = touch.standard_error(errors, misfit.open + misfit.open_drift)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)

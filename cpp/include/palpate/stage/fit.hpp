@@ -262,6 +262,17 @@ class Fit {
     return found;
   }
 
+  /// The ratio of all samples alike; its standard error, if they scattered independently.
+  constexpr Levelled<Real> mean() const noexcept {
+    const Real n = sums_.at(fit_one, fit_one), xx = sums_.at(fit_x, fit_x);
+    if (!(n >= fewest && xx > 0)) {
+      return {};
+    }
+    const Real slope = sums_.at(fit_x, fit_y) / xx;
+    const Real rest = positive_part(sums_.at(fit_y, fit_y) - product(product(slope, slope), xx));
+    return {first_ + slope, square_root(rest / product(n, xx))};
+  }
+
  private:
   struct Sample {
     Real y, x;

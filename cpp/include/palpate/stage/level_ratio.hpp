@@ -9,13 +9,6 @@
 
 namespace palpate {
 
-/// The level ratio of a touch; NaN: there is none.
-template <class Real>
-struct Levelled {
-  Real ratio = not_a_number<Real>;           ///< of hard = r (soft^(1/p) + c)^p
-  Real standard_error = not_a_number<Real>;  ///< of it
-};
-
 /// The null stage: there is no level ratio, and no age.
 template <class Real>
 struct NoLevelRatio {

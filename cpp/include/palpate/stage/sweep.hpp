@@ -7,6 +7,13 @@
 
 namespace palpate {
 
+/// A ratio of a touch beside the one of the estimator; NaN: there is none.
+template <class Real>
+struct Levelled {
+  Real ratio = not_a_number<Real>;           ///< as the level ratio, of hard = r (soft^(1/p) + c)^p
+  Real standard_error = not_a_number<Real>;  ///< of it
+};
+
 /// A symmetric matrix of the sums of products of `Columns` variables. After sweep() of some of them, with y another one:
 /// at(i, y) is the coefficient of i, error(i) its variance for noise of variance 1, at(i, j) of two swept ones minus
 /// their covariance, at(y, y) the residual sum of squares (Goodnight, The American Statistician 33, 1979).
