@@ -153,6 +153,9 @@ class Tracker : public Settings,
     const Real nan = not_a_number<Real>;
     bool high = false, large = false, both = true, quick = false;
     add_codes(hard, soft);
+    if constexpr (fits) {
+      Extra::together = hard_time == soft_time;
+    }
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
       high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
       if (!both && means_.fast()) {
@@ -543,8 +546,12 @@ class Tracker : public Settings,
   // After a change that was not confirmed the fall has another ratio; codes that are too coarse show no line.
   constexpr void find_level([[maybe_unused]] bool revised) noexcept {
     if constexpr (levels) {
-      const auto& level = Extra::evidence.level;
-      Extra::levelled = rounding() > 0 ? Levelled<Real>() : level.result(estimator.ratio(), revised && !Extra::lifted);
+      const Real gain = Extra::together || means_.size() > 1 ? Real(1) : noise_gain<Real>;
+      const Real noise = product(gain, product(soft_baseline.noise(), soft_baseline.noise()));
+      Extra::levelled = Extra::evidence.level.result(estimator.ratio(), noise, revised && !Extra::lifted);
+      if (rounding() > 0) {
+        Extra::levelled = {};
+      }
       const Real ratio = Extra::levelled.ratio;
       Extra::tilted = differs_from(Extra::levelled, Real(0.005));
       Extra::fitted.tilt = ratio > 0 ? (estimator.ratio() - ratio) / ratio : Real(0);

@@ -315,14 +315,18 @@ _HELD, _EDGE = 0.75, 1 / 8  # shares of the height: the hold, and the ends of ri
 _FEWEST = 3  # pairs of the hold, and of the rise or the fall
 _SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio
+_MOST_NOISE = 0.3  # share of the variation of the soft channel
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """The pairs of a touch from contact to the end of its fall: hard and soft, pF, and which are of rise, hold and fall."""
+    """The pairs of a touch from contact to the end of its fall: hard, soft, pF, and which are of rise, hold and fall."""
+
+    # noise: variance of soft, which makes a slope too small, pF^2
 
     hard: Array
     soft: Array
+    noise: Array
     rise: NDArray[np.bool_]
     hold: NDArray[np.bool_]
     fall: NDArray[np.bool_]
@@ -333,9 +337,9 @@ class Sweep:
         if self.hold.sum() < _FEWEST or not (rises or falls):
             return math.nan, math.nan
         used = self.rise | self.hold | (self.fall & falls)
-        size = np.abs(self._line(used, exponent)[2])
+        size = np.abs(self._line(used, exponent)[3])
         used[used] = size <= max(_SPIKE * float(np.median(size)), size.max() * 1e-9)  # without spikes
-        slope, variance, _ = self._line(used, exponent)
+        slope, variance, noise, _ = self._line(used, exponent)
         apart = 0.0
         if falls and rises:
             apart = self._line(used & ~self.fall, exponent)[0] - self._line(used & ~self.rise, exponent)[0]
@@ -345,22 +349,27 @@ class Sweep:
         level = slope**exponent
         shift = (0.02 if falls else 0.05) * (level - ratio) / level
         own = (3 if falls else 9) * variance + apart**2 / 4
-        error = math.sqrt(exponent**2 * own / slope**2 + shift**2)
+        error = math.sqrt(exponent**2 * (own / slope**2 + noise**2 / 16) + shift**2)
         return (level, level * error) if error < _LARGEST else (math.nan, math.nan)
 
-    def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, Array]:
-        """Return the slope by least squares, its variance from the residuals, and these."""
+    def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, float, Array]:
+        """Return the slope by least squares, its variance from the residuals, the share of noise in x, and the residuals.
+
+        The noise is taken out of the sum of squares; if it is most of that, the slope is 0.
+        """
         x, y = (values[which] ** (1 / exponent) for values in (self.soft, self.hard))
+        noise = float((self.noise[which] * (x ** (1 - exponent) / exponent) ** 2).sum())
         x, y = x - x.mean(), y - y.mean()
         square = float(x @ x) or math.inf
-        slope = float(x @ y) / square
+        share, slope = noise / square, float(x @ y) / square
         rest = y - slope * x
-        return slope, float(rest @ rest) / max(len(rest) - 2, 1) / square, rest
+        variance = float(rest @ rest) / max(len(rest) - 2, 1) / square / (1 - share) ** 2
+        return (slope / (1 - share) if share < _MOST_NOISE else 0.0), variance, share, rest
 
 
-def sweep(pairs: Aligned | None, begin_s: float, end: int) -> Sweep | None:
+def sweep(pairs: Aligned | None, noise: float, begin_s: float, end: int) -> Sweep | None:
     """Return the sweep of the pairs of a touch from a time on, s, whose last sample is in row `end`; None: there is none."""
-    # A lag is not removed: a tilt looks like one.
+    # noise: of a soft reading, pF. A lag is not removed: a tilt looks like one.
     if pairs is None:
         return None
     good = pairs.good & (pairs.x > 0) & (pairs.y > 0)
@@ -374,7 +383,8 @@ def sweep(pairs: Aligned | None, begin_s: float, end: int) -> Sweep | None:
     inside = t >= begin_s
     higher = soft > _EDGE * height
     hold, fall = inside & ~rising & pressed & (row <= end), inside & ~rising & ~pressed & higher
-    return Sweep(hard, soft, inside & rising & higher, hold, fall)
+    variance = noise**2 * (pairs.soft.weight[good] ** 2).sum(axis=1)
+    return Sweep(hard, soft, variance, inside & rising & higher, hold, fall)
 
 
 def _settled(soft: Array, t: Array) -> tuple[int, float]:

@@ -208,11 +208,12 @@ def _estimated(
         inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
         alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
         one = _one(touch, inside, levels, alarms)
-        if not math.isnan(one.ratio) and not _coarse(inside, levels):
+        if not math.isnan(one.ratio) and levels[1] and not _coarse(inside, levels):
             bases = [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")] if touch.age_s else levels
             part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
             swept = (_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True))
-            one = replace(one, sweep=sweep(aligned(*swept), one.start_s if len(alarms) else -math.inf, ends[i]))
+            since_s = one.start_s if len(alarms) else -math.inf
+            one = replace(one, sweep=sweep(aligned(*swept), levels[1].noise, since_s, ends[i]))
         found.append(one)
     return found
 

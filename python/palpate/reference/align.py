@@ -50,6 +50,8 @@ class Reading(NamedTuple):
         A row of `Pairs`.
     size : int
         Number of readings of which it is the mean.
+    together : bool
+        Both channels are read at once, so that the pair has the whole noise of the readings.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class Reading(NamedTuple):
     soft: float
     pair: tuple[float, float, bool, bool]
     size: int = 1
+    together: bool = False
 
 
 def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> list[Reading | None]:
@@ -91,8 +94,10 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     made: list[Reading | None] = []
     block: list[Reading] = []  # of the mean that is not complete
     size = 1
-    for row, pace, there in zip(zip(times.tolist(), *values.T.tolist(), pairs, strict=True), paces, whole, strict=True):
-        one = Reading(*row)
+    both = times == np.asarray(t_soft)
+    rows = zip(times.tolist(), *values.T.tolist(), pairs, strict=True)
+    for row, pace, there, together in zip(rows, paces, whole, both.tolist(), strict=True):
+        one = Reading(*row, together=together)
         if not pace:
             block, size = [], 1
         if not (pace and there):

@@ -13,17 +13,22 @@ FEWEST = 3  # pairs of the hold, and of the rise or the fall
 SCATTERS, SCATTER = 3.0, 9.0  # factors of the variance of the slope, with the fall and without
 BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall and without
 LARGEST = 0.1  # relative error of a level ratio
+MOST_NOISE = 0.3  # share of the variation of the soft channel
 LEAST_SWEEP = 5e-4  # variation of the soft channel, share of its sum of squares
 
 
-def fitted_line(x: Array, y: Array) -> tuple[float, float]:
-    """Return the slope of y = b x + c by least squares, and its variance from the residuals; 0: x does not vary."""
+def fitted_line(x: Array, y: Array, noise: float = 0.0) -> tuple[float, float, float]:
+    """Return the slope of y = b x + c by least squares, its variance from the residuals, and the share of noise in x.
+
+    `noise` is its variance in x: it is taken out of the sum of squares. The slope is 0 if x does not vary by more.
+    """
     middle = x - x.mean()
-    if middle @ middle <= LEAST_SWEEP * (x @ x):
-        return 0.0, np.nan
-    slope = float(middle @ y / (middle @ middle))
+    square = middle @ middle
+    if square <= LEAST_SWEEP * (x @ x) or not (share := len(x) * noise / square) < MOST_NOISE:
+        return 0.0, np.nan, np.nan
+    slope = float(middle @ y / square)
     rest = y - y.mean() - slope * middle
-    return slope, float(rest @ rest / (len(x) - 2) / (middle @ middle))
+    return slope / (1 - share), float(rest @ rest / (len(x) - 2) / square) / (1 - share) ** 2, share
 
 
 @dataclass
@@ -73,8 +78,11 @@ class Sweep:
                 return number, highest, time_s
         return 0, 0.0, 0.0
 
-    def result(self, ratio: float, *, revised: bool) -> tuple[float, float]:
-        """Return the level ratio and its standard error, beside the ratio of the hold; nan: there is none."""
+    def result(self, ratio: float, noise: float = 0.0, *, revised: bool) -> tuple[float, float]:
+        """Return the level ratio and its standard error, beside the ratio of the hold, for the noise of `soft`, pF.
+
+        nan: there is none.
+        """
         none, (count, height, _) = (np.nan, np.nan), self.settled()
         if not count:
             return none
@@ -92,14 +100,20 @@ class Sweep:
             return none
         x, y = (values ** (1 / self.exponent) for values in (soft, hard))
         lines = {"up": rise | hold, "all": rise | hold | fall if falls else rise | hold, "down": hold | fall}
-        slope, variance = fitted_line(x[lines["all"]], y[lines["all"]])
+
+        def line(name: str) -> tuple[float, float, float]:
+            p, part = self.exponent, x[lines[name]]
+            # The noise in the coordinate of the contact, at the mean depth.
+            return fitted_line(part, y[lines[name]], (noise / p) ** 2 * part.mean() ** (2 - 2 * p))
+
+        slope, variance, share = line("all")
         if not slope > 0:
             return none
         apart = 0.0
         if falls and rise.sum() >= FEWEST:
-            apart = fitted_line(x[lines["up"]], y[lines["up"]])[0] - fitted_line(x[lines["down"]], y[lines["down"]])[0]
+            apart = line("up")[0] - line("down")[0]
         level = slope**self.exponent
         shift = (BENT if falls else BENDS) * (level - ratio) / level
         own = (SCATTERS if falls else SCATTER) * variance + apart**2 / 4
-        square = self.exponent**2 * own / slope**2 + shift**2
+        square = self.exponent**2 * (own / slope**2 + share**2 / 16) + shift**2
         return (level, level * float(np.sqrt(square))) if square < LARGEST**2 else none

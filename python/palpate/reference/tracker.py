@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
-from palpate.reference.fit import LEAST, Misfit
+from palpate.reference.fit import LEAST, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
 from palpate.reference.level import Sweep
@@ -311,7 +311,7 @@ class _Tracker:
         self._readings = self._pairs = self._first = (
             0  # all readings; all that are no part of a mean; the touch's first
         )
-        self._size = 1  # of the last mean
+        self._size, self._together = 1, False  # of the last mean; as `Reading`
 
     def wait(self, values: NDArray[np.float64]) -> tuple[float, ...]:
         """Take a reading of each channel that completes no mean; return a row."""
@@ -323,6 +323,7 @@ class _Tracker:
         """Take a reading of each channel, or a mean with it; return a row."""
         self._add_codes(read)
         time_ns, number, pair, self._size = reading.time, self._pairs, [*reading.pair], reading.size
+        self._together = reading.together
         values = np.array([reading.hard, reading.soft])
         there = np.isfinite(values)
         if there.all():
@@ -422,8 +423,10 @@ class _Tracker:
         assert touch is not None
         errors = self._errors(touch.ratio)
         own = touch.standard_error(errors)
-        with_fall = revised and not touch.lifted
-        level, error = (np.nan, np.nan) if errors.rounding else touch.sweep.result(touch.ratio, revised=with_fall)
+        noise = errors.noises[1] * (1 if self._together or self._size > 1 else np.sqrt(NOISE_GAIN))
+        level, error = touch.sweep.result(touch.ratio, noise, revised=revised and not touch.lifted)
+        if errors.rounding:
+            level = error = np.nan
         tilt = touch.ratio / level - 1
         tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_TILT
         tilt = tilt if np.isfinite(tilt) else 0.0

@@ -133,9 +133,10 @@ struct Fitting {
   typename Reviser<Real>::Result revision;
   Levelled<Real> levelled, earlier, after;  // the last two: on the other side of a change
   Real first_error = 0;
-  bool tilted = false;  // the ratio and the level ratio differ
-  bool lifted = false;  // the result is the one before a change that was not confirmed
-  bool drifts = false;  // the ratio, at the last sample
+  bool tilted = false;    // the ratio and the level ratio differ
+  bool lifted = false;    // the result is the one before a change that was not confirmed
+  bool drifts = false;    // the ratio, at the last sample
+  bool together = false;  // both channels are read at once
 
   static constexpr auto estimate_of(const Estimator& estimator) noexcept { return estimator.estimate(); }
 };

@@ -46,7 +46,6 @@ struct FitTest {
   static constexpr Real least = Real(0.002);       // smaller effects have no flag
   static constexpr Real least_bent = Real(0.005);  // the same for an offset or a curve: gauges are bent, by .5 %/pF
   static constexpr Real least_lag = Real(0.08);    // and for a lag, pairs
-  static constexpr Real noise_gain = Real(0.42);   // of the filters before: variance of a pair for a reading's of 1
 
   const FitSums<Real>& sums;
   Real first, length;  // as above; of the touch, in units of t
@@ -84,7 +83,7 @@ struct FitTest {
 
   // The largest model whose terms vary by more than noise could make them.
   constexpr Model solve(FitSums<Real>& all) const noexcept {
-    const Real noise = product(noise_gain, soft);
+    const Real noise = product(noise_gain<Real>, soft);
     const Real floor = 30 * product(n, noise);
     all.sweep(fit_one);
     all.sweep(fit_time);
@@ -125,7 +124,7 @@ struct FitTest {
 
   /// Residual variance of a pair, or that of the noise of the readings, without the filters' gain.
   constexpr Real residual(Real rest, Real ratio) const noexcept {
-    const Real noise = sensors(ratio), seen = rest / noise_gain;
+    const Real noise = sensors(ratio), seen = rest / noise_gain<Real>;
     return seen > noise ? seen : noise;
   }
 

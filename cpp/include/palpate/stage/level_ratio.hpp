@@ -41,8 +41,9 @@ struct LevelRatioSettings {
 /// whatever g is. The hold alone cannot tell c from r; the rise sweeps the depth from 0, and the fall back to it.
 ///
 /// The sums of the rise are kept by octaves of the soft channel, since the depth of the hold is not yet known: three of
-/// them count, down to a quarter or an eighth of it; of the fall the pairs from a sixth on. The error has the scatter
-/// around the line; the disagreement of rise and fall; and a share of what the intercept changes.
+/// them count, down to a quarter or an eighth of it; of the fall the pairs from a sixth on. The noise of the soft channel,
+/// which makes a slope too small, is taken out of its sum of squares. The error has the scatter around the line; the
+/// disagreement of rise and fall; a share of what the intercept changes, and of what the noise does.
 template <class Real, class Settings = Kept<LevelRatioSettings<Real>>>
 class LevelRatio : public Settings {
  public:
@@ -79,22 +80,24 @@ class LevelRatio : public Settings {
     return settings.age > 0 && settled_ && !(time - since_ < settings.age);
   }
 
-  /// The level ratio beside the ratio of the hold, at the end of a touch; `revised`: the fall is known, and counts.
-  constexpr Levelled<Real> result(Real ratio, bool revised) const noexcept {
+  /// The level ratio beside the ratio of the hold, at the end of a touch, for a variance of the noise of `soft`; `revised`: the
+  /// fall is known, and counts.
+  constexpr Levelled<Real> result(Real ratio, Real noise, bool revised) const noexcept {
     Levelled<Real> found;
     const bool falls = revised && !(settings.age > 0) && number(fall) >= fewest;
     if (!settled_ || number(hold) < fewest || (number(rise) < fewest && !falls)) {
       return found;
     }
-    const Line up = line(true, false), all = line(true, falls);
+    const Line up = line(true, false, noise), all = line(true, falls, noise);
     if (!(all.slope > 0)) {
       return found;
     }
     const Real p = settings.contact_exponent, level = to_power(all.slope);
-    const Real apart = falls && number(rise) >= fewest ? up.slope - line(false, true).slope : Real(0);
+    const Real apart = falls && number(rise) >= fewest ? up.slope - line(false, true, noise).slope : Real(0);
     const Real shift = product(falls ? Real(0.02) : Real(0.05), (level - ratio) / level);
     const Real own = product(falls ? Real(3) : Real(9), all.variance) + product(apart, apart) / 4;
-    const Real square = product(product(p, p), own) / product(all.slope, all.slope) + product(shift, shift);
+    const Real own_share = own / product(all.slope, all.slope) + product(all.noise, all.noise) / 16;
+    const Real square = product(product(p, p), own_share) + product(shift, shift);
     if (square < Real(0.01)) {
       found = {level, product(level, square_root(square))};
     }
@@ -108,7 +111,7 @@ class LevelRatio : public Settings {
   static constexpr int fewest = 3;
   using Pairs = Sweep<Real, columns>;
   struct Line {
-    Real slope, variance;
+    Real slope, variance, noise;  // the last: share of the sum of squares
   };
 
   constexpr Real number(int place) const noexcept { return sums_[place].at(one, one); }
@@ -164,7 +167,7 @@ class LevelRatio : public Settings {
   }
 
   // With the hold, and one side or both.
-  constexpr Line line(bool up, bool down) const noexcept {
+  constexpr Line line(bool up, bool down, Real noise) const noexcept {
     Pairs all = sums_[hold];
     if (up) {
       all.join(sums_[rise]);
@@ -174,9 +177,19 @@ class LevelRatio : public Settings {
     }
     const Real n = all.at(one, one), least = product(Real(5e-4), all.at(x, x));  // else there is no sweep
     all.sweep(one);
-    const bool any = all.at(x, x) > least && all.sweep(x);
+    const Real spread = all.at(x, x), mean = all.at(one, x);
+    if (!(spread > least && all.sweep(x))) {
+      return {};
+    }
+    // In the coordinate of the contact, at the mean depth.
+    const Real of_x = settings.contact_exponent > 1 ? 4 * noise / (9 * mean) : noise;
+    const Real share = product(n, of_x) / spread, kept = 1 - share;
+    if (!(share < Real(0.3))) {
+      return {};
+    }
     const Real rest = all.at(y, y) > 0 ? all.at(y, y) / (n - 2) : Real(0);
-    return {any ? first_ + all.at(x, y) : Real(0), product(rest, all.error(x))};
+    const Real slope = first_ + (all.at(x, y) + product(first_, share)) / kept;
+    return {slope, product(rest, all.error(x)) / product(kept, kept), share};
   }
 
   Pairs sums_[places] = {};

@@ -7,6 +7,10 @@
 
 namespace palpate {
 
+/// Of the filters before: the variance of a pair for a reading's of 1.
+template <class Real>
+inline constexpr Real noise_gain = Real(0.42);
+
 /// A ratio of a touch beside the one of the estimator; NaN: there is none.
 template <class Real>
 struct Levelled {
