@@ -119,20 +119,4 @@ constexpr Real mean_share(Real n, Real smoothing) noexcept {
   return smoothing;
 }
 
-namespace detail {
-/// Multiplies or divides a value above 0 by `power`, until it is from `least` to `power`; returns the product of as many
-/// `root` by which its root has changed. Both are powers of 2: nothing is rounded.
-template <int power, int root, class Real>
-constexpr Real taken_out(Real& value, Real least) noexcept {
-  Real scale = 1;
-  for (; value < least; value *= power) {
-    scale /= root;
-  }
-  for (; value > power; value /= power) {
-    scale *= root;
-  }
-  return scale;
-}
-}  // namespace detail
-
 }  // namespace palpate

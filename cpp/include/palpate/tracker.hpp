@@ -152,8 +152,9 @@ class Tracker : public Settings,
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = not_a_number<Real>;
     bool high = false, large = false, both = true, quick = false;
-    add_codes(hard, soft);
     if constexpr (fits) {
+      Extra::hard_step.add(hard, open_);
+      Extra::soft_step.add(soft, open_);
       Extra::together = hard_time == soft_time;
     }
     if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
@@ -212,10 +213,9 @@ class Tracker : public Settings,
   }
 
   /// Times are integers: what is not is an error.
-  template <class HardTime, class SoftTime,
-            class = std::enable_if_t<std::is_floating_point_v<HardTime> || std::is_floating_point_v<SoftTime>>>
-  constexpr Report<Real> feed(HardTime, SoftTime, Real, Real) noexcept {
-    static_assert(!std::is_same_v<HardTime, HardTime>,
+  template <class Hard, class Soft, class = std::enable_if_t<std::is_floating_point_v<std::common_type_t<Hard, Soft>>>>
+  constexpr Report<Real> feed(Hard, Soft, Real, Real) noexcept {
+    static_assert(!std::is_same_v<Hard, Hard>,
                   "palpate::Tracker: times are integers, of nanoseconds in 64 bits or of microseconds in 32 bits");
     return {};
   }
@@ -404,12 +404,6 @@ class Tracker : public Settings,
       return 0;
     }
   }
-  constexpr void add_codes([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
-    if constexpr (fits) {
-      Extra::hard_step.add(hard, open_);
-      Extra::soft_step.add(soft, open_);
-    }
-  }
 
   /// Returns whether the last touch is revised.
   constexpr bool follow(Event event, [[maybe_unused]] ticks_type time) noexcept {
@@ -535,11 +529,10 @@ class Tracker : public Settings,
   PALPATE_ONCE constexpr void add_level([[maybe_unused]] const Aligned& pair, [[maybe_unused]] ticks_type time,
                                         [[maybe_unused]] bool held) noexcept {
     if constexpr (levels) {
-      if (!(pair.valid && pair.matched)) {
-        return;
+      if (pair.valid && pair.matched) {
+        Extra::evidence.level.add(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level(),
+                                  seconds_between<Real>(time, Extra::begin), held);
       }
-      Extra::evidence.level.add(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level(),
-                                seconds_between<Real>(time, Extra::begin), held);
     }
   }
 

@@ -175,7 +175,7 @@ class Handover : public Parameters {
   constexpr Real ratio() const noexcept { return ratio_ + lead_; }
   /// R, the weighted sum of w x, pF^2.
   constexpr Real information() const noexcept { return sums_.information; }
-  /// 1 / R, 1/pF^2; unscaled: see variance().
+  /// 1 / R, 1/pF^2; unscaled: see standard_error().
   constexpr Real covariance() const noexcept { return Real(1) / sums_.information; }
   /// The larger CUSUM side, in standard deviations of the whitened innovations.
   constexpr Real statistic() const noexcept { return cusum_.statistic(); }
@@ -186,11 +186,6 @@ class Handover : public Parameters {
   /// Whether standard_error() is valid: enough samples, in total and since the last change.
   constexpr bool settled() const noexcept { return noise_.settled() && sums_.count >= trustworthy; }
 
-  /// Variance of the ratio, s^2 sum(w^2) / R^2 with s^2 the long-run variance of the innovations; only if settled().
-  /// It includes noise and tremor, not the error of the baseline (Tracker adds that).
-  constexpr Real variance() const noexcept {
-    return product(noise_.long_run_variance(), sums_.squares / sums_.information) / sums_.information;
-  }
   /// Variance of the innovations; 0 before the first one that is counted.
   constexpr Real innovation_variance() const noexcept { return noise_.variance(); }
   /// Sum of the squared weights over the square of their information: the variance of the ratio for white noise of
@@ -200,10 +195,11 @@ class Handover : public Parameters {
   constexpr Real long_run_variance() const noexcept { return noise_.long_run_variance(); }
   /// Mean of the last regressors, pF.
   constexpr Real mean_regressor() const noexcept { return instrument_.mean; }
-  /// Standard error of the ratio, with its rounding, which in float32 is larger than a noise of 13 eps of the output. NaN if the squares
-  /// of the innovations are too small or too large for Real.
+  /// Standard error of the ratio, s sqrt(sum(w^2)) / R with s^2 the long-run variance of the innovations; only if settled(). It includes
+  /// noise, tremor and its own rounding, which in float32 is larger than a noise of 13 eps of the output, not the error of the baseline
+  /// (Tracker adds that). NaN if the squares of the innovations are too small or too large for Real.
   constexpr Real standard_error() const noexcept {
-    const Real square = variance();
+    const Real square = product(long_run_variance(), sums_.squares / sums_.information) / sums_.information;
     return square > 0 && is_finite(square) ? square_root(square + rounding()) : not_a_number<Real>;
   }
 

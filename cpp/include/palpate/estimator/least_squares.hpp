@@ -14,43 +14,21 @@ struct Row {
   Real regressors[Size] = {}, output = 0, weight = 1;
 };
 
-/// U' D U = sum of weight x x', U upper triangular with a diagonal of 1, and U theta = z.
+/// U' D U = sum of weight x x', U upper triangular with a diagonal of 1, and U theta = z, by square-root-free Givens
+/// rotations (Gentleman, Journal of the Institute of Mathematics and its Applications 12, 1973). The normal equations are
+/// never formed, so the error of theta grows with the condition of the regressors, not with its square; D stays positive.
 template <class Real, int Size>
-struct TriangularFactor {
+struct LeastSquares {
+  using Sample = Row<Real, Size>;
+  static constexpr Real normal = std::numeric_limits<Real>::min() * 1024;
   static constexpr int above = Size * (Size - 1) / 2;
   Real coefficients[Size] = {};            // theta
   Real diagonal[Size] = {};                // D
   Real projected[Size] = {};               // z
   Real upper[above > 0 ? above : 1] = {};  // U above its diagonal, row by row
-
-  /// After a rotation. Substitution subtracts a multiple of each coefficient from the first one; infinity * 0 is NaN.
-  constexpr bool finite() const noexcept { return is_finite(coefficients[0]); }
-
-  /// values = U^-1 values, the ones above `last` being 0.
-  constexpr void substitute(Real (&values)[Size], int last = Size - 1) const noexcept {
-    for (int i = Size - 1, j = above; i >= 0; --i) {
-      for (int k = Size - 1; k > i; --k) {
-        --j;
-        if (k <= last) {
-          values[i] -= product(upper[j], values[k]);
-        }
-      }
-    }
-  }
-};
-
-/// Square-root-free Givens rotations (Gentleman, Journal of the Institute of Mathematics and its Applications 12, 1973).
-/// The normal equations are never formed, so the error of theta grows with the condition of the regressors, not with its
-/// square; D stays positive.
-template <class Real, int Size>
-struct LeastSquares : TriangularFactor<Real, Size> {
-  using Factor = TriangularFactor<Real, Size>;
-  using Sample = Row<Real, Size>;
-  static constexpr Real normal = std::numeric_limits<Real>::min() * 1024;
-  using Factor::above, Factor::coefficients, Factor::diagonal, Factor::projected, Factor::upper;
-  Real squares[above + Size] = {};    // Q, sum of weight^2 x x', row by row up to the diagonal
-  Real residuals = 0;                 // sum of weight (output - theta' x)^2
-  Real count = 0, count_squares = 0;  // sums of weight and of weight^2
+  Real squares[above + Size] = {};         // Q, sum of weight^2 x x', row by row up to the diagonal
+  Real residuals = 0;                      // sum of weight (output - theta' x)^2
+  Real count = 0, count_squares = 0;       // sums of weight and of weight^2
 
   /// Without samples: `information` in each direction, and these coefficients.
   constexpr explicit LeastSquares(Real information, const Real* about = nullptr) noexcept {
@@ -60,10 +38,13 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     }
   }
 
-  /// `next`, which may be this factor, becomes the factor after a sample, and `row` what is left of the sample. A
+  /// After a rotation. Substitution subtracts a multiple of each coefficient from the first one; infinity * 0 is NaN.
+  constexpr bool finite() const noexcept { return is_finite(coefficients[0]); }
+
+  /// D, U, z and theta of `next`, which may be this one, become those after a sample, and `row` what is left of it. A
   /// regressor that is a combination of those before it, as far as 1 / resolution of its mean square can tell, says
   /// nothing; one that overflows has made a coefficient infinite or NaN.
-  PALPATE_ONCE constexpr void rotate(Real forgetting, Real resolution, Sample& row, Factor& next) const noexcept {
+  PALPATE_ONCE constexpr void rotate(Real forgetting, Real resolution, Sample& row, LeastSquares& next) const noexcept {
     for (int i = 0, j = 0; i < Size; ++i) {
       Real x = row.regressors[i];
       if (PALPATE_UNLIKELY(!(product(product(x, x), product(resolution, count_squares)) >= squares[i * (i + 3) / 2]))) {
@@ -116,7 +97,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     for (Real& square : squares) {
       square += normal;
     }
-    Factor next = *this;
+    LeastSquares next = *this;
     for (int i = 0; i < Size; ++i) {
       Sample row;
       row.regressors[i] = 1;
@@ -125,7 +106,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
       for (int k = 0; k < Size; ++k) {
         next.projected[k] = next.coefficients[k] = coefficients[k];
       }
-      static_cast<Factor&>(*this) = next;
+      *this = next;
     }
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = i + 1; k < Size; ++k, ++j) {
@@ -149,7 +130,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
     for (int i = 0; i < Size; ++i) {
       result[i] /= diagonal[i];
     }
-    this->substitute(result);
+    substitute(result);
   }
 
   /// Variances of theta for noise of variance 1: the diagonal of P Q P. It is at most the diagonal of P, to which it is equal
@@ -164,7 +145,7 @@ struct LeastSquares : TriangularFactor<Real, Size> {
       const bool determined = product(prior, column[c]) < Real(0.01);
       result[c] = !determined ? not_a_number<Real> : square < column[c] ? square : column[c];
       basis[c] = 1;
-      this->substitute(basis, c);
+      substitute(basis, c);
       const Real share = quadratic(basis) / diagonal[c];
       trace += share < 1 ? share : Real(1);
     }
@@ -184,6 +165,18 @@ struct LeastSquares : TriangularFactor<Real, Size> {
   }
 
  private:
+  /// values = U^-1 values, the ones above `last` being 0.
+  constexpr void substitute(Real (&values)[Size], int last = Size - 1) const noexcept {
+    for (int i = Size - 1, j = above; i >= 0; --i) {
+      for (int k = Size - 1; k > i; --k) {
+        --j;
+        if (k <= last) {
+          values[i] -= product(upper[j], values[k]);
+        }
+      }
+    }
+  }
+
   /// values' Q values; NaN where rounding could be a hundredth of it.
   constexpr Real quadratic(const Real (&values)[Size]) const noexcept {
     Real sum = 0, size = 0;

@@ -209,7 +209,7 @@ class VectorRls : public Parameters {
     }
   }
 
-  // Number by number, as LeastSquares::accept.
+  // Number by number: as sample_of has stored it.
   PALPATE_ONCE constexpr void remember(const Sample& sample) noexcept {
     for (int i = 0; i < Size; ++i) {
       samples_[next_].regressors[i] = sample.regressors[i];

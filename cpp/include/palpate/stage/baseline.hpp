@@ -157,9 +157,8 @@ class Baseline {
     now_.mean = found.mean;
     now_.squares = 1 / found.count;
     if constexpr (Drifts) {
-      now_.age = Real(Size - 1) / 2;
-      const Real last = found.mean + product(found.slope, Real(Size - 1) / 2);
-      now_.fast = last - product(found.slope, lag);
+      now_.age = lag / 2;
+      now_.fast = found.mean + product(found.slope, lag / 2) - product(found.slope, lag);
       now_.slow = now_.fast - product(found.slope, lag);
       drifts_ = false;
     }

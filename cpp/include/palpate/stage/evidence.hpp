@@ -41,14 +41,13 @@ class Unconfirmed {
   /// The estimate and the evidence before a change. Of several, the first one counts.
   constexpr void keep(Ticks time, const Estimator& now, const typename Estimator::Estimate& before,
                       const Collected& collected, bool alarm) noexcept {
+    alarmed_ = alarm || (waits_ && alarmed_);
     if (!waits_) {
       estimator = now;
       estimator.restore(before);
       evidence = collected;
       begin_ = time;
-      alarmed_ = false;
     }
-    alarmed_ = alarmed_ || alarm;
     last_ = time;
     squares_ = count_ = 0;
     waits_ = true;

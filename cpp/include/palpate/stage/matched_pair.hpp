@@ -77,18 +77,16 @@ class MatchedPair {
     const auto& soft = readings_.soft;
     const Ticks centre = hard.time(i);
     const Signed period = ticks_between(soft.time(0), soft.time(3)) / 3, half = period / 2, limit = period / 4;
-    // Unsigned: times that go backwards may be any number of ticks away.
-    using Unsigned = std::make_unsigned_t<Ticks>;
-    const auto deviation = [centre](Ticks time, Signed step) {
-      return ticks_between(time, static_cast<Ticks>(static_cast<Unsigned>(centre) + static_cast<Unsigned>(step)));
-    };
+    const auto deviation = [centre](Ticks time, Signed step) { return ticks_between(time, later(centre, step)); };
     Grid grid{deviation(hard.time(i + 1), -period),
               deviation(hard.time(i - 1), period),
               {deviation(soft.time(3), -period - half), deviation(soft.time(2), -half), deviation(soft.time(1), half),
                deviation(soft.time(0), period + half)},
               period,
               false};
-    // -limit < ticks < limit, as an unsigned difference below 0 is large.
+    // -limit < ticks < limit, as an unsigned difference below 0 is large: times that go backwards may be any number of
+    // ticks away.
+    using Unsigned = std::make_unsigned_t<Ticks>;
     const auto least = static_cast<Unsigned>(limit) - 1, span = least + static_cast<Unsigned>(limit);
     const auto near = [least, span](Signed ticks) { return static_cast<Unsigned>(ticks) + least < span; };
     grid.even = limit > 0 && period <= longest && near(grid.hard_before) && near(grid.hard_after) &&
@@ -108,8 +106,7 @@ class MatchedPair {
     };
     const Real before = readings_.hard[i + 1], now = readings_.hard[i], after = readings_.hard[i - 1];
     const Real sides = (before - part(grid.hard_before, now - before)) + (after - part(grid.hard_after, after - now));
-    const auto& soft = readings_.soft;
-    const Real s[4] = {soft[3], soft[2], soft[1], soft[0]};
+    const Real s[4] = {readings_.soft[3], readings_.soft[2], readings_.soft[1], readings_.soft[0]};
     const Real inner = (s[1] + s[2]) - (part(grid.soft[1], s[2] - s[0]) + part(grid.soft[2], s[3] - s[1])) / 2;
     const Real outer = (s[0] + s[3]) - (part(grid.soft[0], s[1] - s[0]) + part(grid.soft[3], s[3] - s[2]));
     return {now + product(a1, sides - 2 * now), inner / 2 + product(b2, outer - inner), true, true};

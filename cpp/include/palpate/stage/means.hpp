@@ -71,8 +71,7 @@ class Means {
     Mean mean{};
     // After a gap, and where the time goes back, too.
     if (count_ > 0 && since >= static_cast<Unsigned>(longest) - pace_ / 2) {
-      mean = {static_cast<Ticks>(static_cast<Unsigned>(begin_) + static_cast<Unsigned>(time_)), hard_, soft_, pair_,
-              count_};
+      mean = {later(begin_, static_cast<std::make_signed_t<Ticks>>(time_)), hard_, soft_, pair_, count_};
       size_ = count_;
       count_ = 0;
     }

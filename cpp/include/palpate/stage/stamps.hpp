@@ -37,8 +37,7 @@ class SteadyStamps {
     line_ = since - error + product(product(scale, 2 * n - 1), error);
     period_ += product(3 * scale, error);
     const auto whole_ticks = static_cast<std::make_signed_t<Ticks>>(line_);
-    using Unsigned = std::make_unsigned_t<Ticks>;
-    base_ = static_cast<Ticks>(static_cast<Unsigned>(base_) + static_cast<Unsigned>(whole_ticks));
+    base_ = later(base_, whole_ticks);
     line_ -= static_cast<Real>(whole_ticks);
     return base_;
   }
