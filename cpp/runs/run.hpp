@@ -89,7 +89,7 @@ struct Run {
     if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
       unproven = released = false;
     }
-    if (core.open() && !was_open) {
+    if ((core.open() || report.finished) && !was_open) {  // a touch of one sample is no longer open
       const std::uint64_t oldest = core.pairs() > times.size() ? core.pairs() - times.size() : 0;
       const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
       start_s = static_cast<double>(times[first % times.size()]) * 1e-9;

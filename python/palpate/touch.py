@@ -128,17 +128,6 @@ class Tracked(NamedTuple):
     retaken: int  # how often the baseline was measured again
     cut: int  # how many of the last touches ran when the recording ended: 0 or 1
 
-    @property
-    def notes(self) -> list[str]:
-        """Notes on the recording, how often its baseline was measured again, and touches whose model was not tested."""
-        again = "once" if self.retaken == 1 else f"{self.retaken} times"
-        untested = sum(_is_untested(touch) for touch in self.touches)
-        return [
-            *self.touches.notes,
-            *([f"{RETAKEN} ({again})"] if self.retaken else []),
-            *([f"{untested} of {len(self.touches)} touches: {_UNTESTED}"] if untested else []),
-        ]
-
 
 _UNTESTED = "the model was not tested: pairs slower than 40 ms, or on no even grid, or a channel falls; a tilt, an offset, a lag are not seen"
 
@@ -147,6 +136,26 @@ def _is_untested(touch: Touch) -> bool:
     """Return whether a touch of a scene with a test had no pairs for it."""
     effects = {name: size for name, size in touch.effects.items() if name != "shift"}
     return bool(effects) and touch.samples >= 20 and not any(effects.values())
+
+
+def baseline_takes(period_s: float) -> str:
+    """Return how long nothing may be touched before a touch; period_s: from pair to pair, 0: not known."""
+    pair_s = period_s if period_s > 1 / 120 else 0.025  # a mean of a fast converter
+    return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
+
+
+def _noted(touches: Touches, retaken: int, period_s: float) -> Touches:
+    """Add notes: the baseline was measured again, the model was not tested, the next touch came too soon."""
+    again = "once" if retaken == 1 else f"{retaken} times"
+    untested = sum(_is_untested(touch) for touch in touches)
+    soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
+    notes = {
+        f"{RETAKEN} ({again})": retaken,
+        f"{untested} of {len(touches)} touches: {_UNTESTED}": untested,
+        f"{soon} of {len(touches)} touches were followed too soon by the next one: {baseline_takes(period_s)}; a drift stays in them": soon,
+    }
+    touches.notes += tuple(note for note, counts in notes.items() if counts)
+    return touches
 
 
 Windows = Sequence[tuple[float, float]]
@@ -164,12 +173,15 @@ def tracked(
     if windows is not None:
         return _tracked_in(windows, recording, scene, settings)
     tracker = tracker_of(recording, scene, settings)
+    period_s = 0.0
     for _, part in _parts(tracker, recording):
         tracker.take(*part)
+        if not period_s and len(part[0]) > 1 and timed(recording):
+            period_s = float(np.median(np.diff(part[0]))) / (1e9 if isinstance(recording, Blocks) else 1)
     ended = tracker.touch_count
     tracker.finish()
-    found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    return Tracked(Touches(found).of(recording), tracker.retaken, tracker.touch_count - ended)
+    found = Touches(tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches])
+    return Tracked(_noted(found.of(recording), tracker.retaken, period_s), tracker.retaken, tracker.touch_count - ended)
 
 
 _LEFT, _INSIDE, _AFTER = 1, 2, 3  # parts of a recording beside a window; 0: before the contact

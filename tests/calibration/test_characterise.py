@@ -101,6 +101,9 @@ def test_the_specimen_in_the_name_of_a_file(files: tuple[str, ...], specimen: st
         ("name,MPa\na,1.5\nb,2\n", {"a": 1.5, "b": 2.0}),
         ("\ufeffProbe;Modul\r\na;1,5\r\n\r\nb;2\r\n", {"a": 1.5, "b": 2.0}),
         ("x\ty\na\t3\textra\n", {"a": 3.0}),
+        ("name,modulus_kPa\na,150\n", {"a": 0.15}),
+        ("name;E [GPa]\na;0,1\n", {"a": 100.0}),
+        ("a,1.5\nb,2\n", {"a": 1.5, "b": 2.0}),  # no head
     ],
 )
 def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float]) -> None:
@@ -118,6 +121,7 @@ def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float])
         (b"name,MPa\na,-1\n", "line 2: got '-1' as a modulus"),
         (b"name,MPa\n30 A,1\n30a,2\n", "line 3: '30a' appears twice"),
         (b"\xff\xfe\x00", "not a text table"),
+        (b"name,psi\na,20\n", "line 1: got the unit 'psi', allowed: Pa, kPa, MPa or GPa"),
     ],
 )
 def test_what_is_no_table_of_moduli(tmp_path: Path, text: bytes, message: str) -> None:

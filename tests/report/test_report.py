@@ -84,11 +84,11 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     numbers = [row[0] for row in ten.rows["Every touch"] if row and row[0].isdigit()]
     assert numbers == [str(number) for number in range(1, 45)]
     left = [row[1] for row in ten.rows["Every touch"] if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")]
-    assert ["offset: " in reason for reason in left] == [True] * 3
-    assert "41 of 44 touches are kept; 3 are left out" in ten.text[""]
+    assert ["offset: " in reason for reason in left] == [True]
+    assert "43 of 44 touches are kept; 1 is left out" in ten.text[""]
     *parts, whole, of_modulus = map(float, ten.row("Uncertainty, in words", "gel")[1:])
     assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
-    assert parts[2] == pytest.approx(2.7 / 2, rel=0.05)  # of four touches
+    assert parts[2] == pytest.approx(2.9 / 2, rel=0.05)  # of four touches
     assert of_modulus == pytest.approx(2.04 * whole, rel=0.1)  # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
 
 
@@ -111,7 +111,7 @@ def test_the_calibration_is_shown_with_its_data(
 ) -> None:
     """In the report of recordings, and in the report of `calibrate`, which needs no matplotlib."""
     assert "Eq. (2)" in ten.text["Calibration"]
-    assert "The curve fits. 10 specimens, 37 values." in ten.text["Calibration"]
+    assert "The curve fits. 10 specimens, 39 values." in ten.text["Calibration"]
     found = palpate.Calibration.load(folder / "probe.toml")
     values = [value for row in ten.rows["Calibration"] if len(row) == 7 for value in row[6].split(", ")][1:]
     assert sorted(map(float, values)) == pytest.approx(sorted(found.ratios), rel=1e-3)
@@ -185,7 +185,7 @@ def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
     value = float(mega.row("Results", "gel")[1])
     row = kilo.row("Results", "gel")
     assert float(row[1]) == pytest.approx(1000 * value, rel=1e-12)
-    assert row[2] == f"{shore_a_of_modulus(value):.0f}"
+    assert float(row[2]) == pytest.approx(shore_a_of_modulus(value), abs=0.6)  # of a rounded modulus
     assert kilo.rows["Every touch"][0][2:4] == ["kPa", "Shore A"]
     assert ["Probe", "P3"] in kilo.rows[""]
     assert "palpate report gel.csv --calibration probe.toml --probe P3 --site 'Lab 2' --unit kPa --shore" in kilo.text["Sources, and how to do it again"]  # fmt: skip

@@ -18,17 +18,20 @@ LARGEST = 100_000  # bytes of a table of moduli
 
 def read_moduli(path: Path) -> dict[str, float]:
     """Return the moduli, MPa, by name."""
-    # A header row, then rows of name and modulus, separated by comma, semicolon or tab.
+    # A header row, which may name a unit, then rows of name and modulus, separated by comma, semicolon or tab.
     lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
-    for number, line in enumerate(lines[1:], 2):
+    factor = 1.0
+    for number, line in enumerate(lines, 1):
         cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
-        if any(cells):
+        if number == 1 and not _is_row(cells):
+            factor = _factor(f"{path}, line 1", " ".join(cells[1:2]))
+        elif any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
             if bare(name) in map(bare, moduli):
                 raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
-            moduli[name] = modulus
+            moduli[name] = factor * modulus
     if not moduli:
         expected = "a header row, then rows of name and modulus in MPa"
         raise CalibrationError(f"{path}: no specimens found; expected {expected}")
@@ -42,6 +45,23 @@ def _lines(path: Path) -> list[str]:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise CalibrationError(f"{path}: not a text table: {error}") from error
+
+
+def _is_row(cells: list[str]) -> bool:
+    try:
+        return len(cells) > 1 and to_number(cells[1]) > 0
+    except ValueError:
+        return False
+
+
+def _factor(place: str, head: str) -> float:
+    """Return the unit that the head of a column names, in MPa; without one it is MPa."""
+    unit = re.search(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", head, re.IGNORECASE)
+    found = unit[1].lower() if unit else "mpa"
+    factors = {"pa": 1e-6, "kpa": 1e-3, "mpa": 1.0, "gpa": 1e3}
+    if found not in factors:
+        raise CalibrationError(f"{place}: got the unit {quoted(found)}, allowed: Pa, kPa, MPa or GPa")
+    return factors[found]
 
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from palpate import RecordingError, Uncertainty, touches
-from palpate.cli.group import Exit, as_json, failure, json_option, show, show_notes, usage_errors
+from palpate.cli.group import Exit, as_json, failure, json_option, one_line, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, reading_options, replaying_options, simulated, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.terminal import aligned, echo, reading, say
@@ -47,27 +47,34 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
     if yes and not repair:
         raise click.UsageError("--yes: got it without --repair, allowed: both")
     reports: list[Verification] = []
-    unreadable: list[RecordingError] = []
+    unreadable: dict[Path, Exception] = {}
     with reading("check", files) as done:
         for file in files:
             try:
                 reports.append(_checked(file, repair, yes, asked))
             except RecordingError as error:
-                unreadable.append(error)
+                unreadable[file] = error
+            except (
+                ValueError,
+                TypeError,
+            ) as error:  # a table that leaves a question: the others are checked all the same
+                if len(files) == 1:
+                    raise click.UsageError(f"{file}: {one_line(str(error))}") from error
+                unreadable[file] = error
             done(file)
-    failed = [{"file": str(wrong.path), "error": failure(wrong)} for wrong in unreadable]
+    failed = [{"file": str(file), "error": failure(wrong)} for file, wrong in unreadable.items()]
     show({"recordings": [each.as_dict() for each in reports], "unreadable": failed}, "\n".join(map(_lines, reports)))
-    for wrong in unreadable:
-        say(f"Error: {wrong}")
+    for file, wrong in unreadable.items():
+        message = failure(wrong)["message"]
+        say(f"Error: {message if message.startswith(str(file)) else f'{file}: {message}'}")
     if unreadable or any(report.faults for report in reports):
         sys.exit(Exit.BAD_DATA)
     sys.exit(Exit.NOT_RELIABLE if any(report.findings for report in reports) else 0)
 
 
 def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Verification:
-    with usage_errors(f"{file}: "):
-        recording = recorded(file, **asked)
-        report = verified(recording, repair=repair, remove_damage=yes)
+    recording = recorded(file, **asked)
+    report = verified(recording, repair=repair, remove_damage=yes)
     show_notes(file, [simulated(recording)])
     if repair and not yes and report.damaged and not report.running:
         say(f"{file}: --yes takes out what is damaged, and keeps it in a file")

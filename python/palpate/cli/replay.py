@@ -4,7 +4,7 @@ import math
 import sys
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import count, pairwise
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
 from palpate.several import KINDS, objections
-from palpate.touch import timed, tracked
+from palpate.touch import baseline_takes, timed, tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
@@ -165,7 +165,7 @@ def replayed(
     tracking = tracking_of(recording, how, calibration)
     again = palpate.offline(recording, **tracking) if offline else None
     of_tracker = tracked(recording, windows=windows, **tracking)
-    touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
+    touches, notes, plan = of_tracker.touches, [*of_tracker.touches.notes], plan_of(recording.document or {})
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
     ratio_of = calibration.ratio_of if calibration else KINDS[plan.ratio]
@@ -201,20 +201,10 @@ def replayed(
     found.below += touch_table.advised(document["touches"])
     if again is not None:
         found.add_offline(again)
-    takes = _baseline_takes(recording.survey.period_s if timed(recording) else 0)
     if not touches:
+        takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
         notes.append(f"no touch found: {takes if of_tracker.retaken else _why_not(recording)}")
-    soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
-    if soon:
-        notes.append(
-            f"{soon} of {len(touches)} touches were followed too soon by the next one: {takes}; a drift stays in them"
-        )
     return found
-
-
-def _baseline_takes(period_s: float) -> str:
-    pair_s = period_s if period_s > 1 / 120 else 0.025  # a mean of a fast converter
-    return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
 
 
 def _plain(value: Any) -> Any:

@@ -362,7 +362,7 @@ def _recording(run: Run) -> dict[str, object]:
     """Return the row of a recording: begin, length, rows and lost samples; and what `check` and `replay` say of it."""
     checked, survey = run.checked, run.recording.survey
     share = digits.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
-    told = [checked.verdict, checked.understood, *checked.faults, *checked.findings, *run.found.notes]
+    told = [checked.verdict, checked.understood, *checked.faults, *checked.findings, *run.found.touches.notes]
     return {
         "Recording": run.name,
         "Begin": _begin(run) or "unknown",
