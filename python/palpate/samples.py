@@ -91,7 +91,7 @@ DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
 _made = tuple.__new__  # as Sample._make, in a third of its time
 REFUSED = Status.EXCITATION | Status.LOST
-RETAKEN = "something was touched while the baseline was measured, or it jumped; touches since then may be lost; it is measured again"
+RETAKEN = "something was touched while the baseline was measured, or for half a minute, or it jumped; touches since then may be lost; it is measured again"
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
 UNTIMED_NS = 26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms

@@ -162,6 +162,25 @@ def test_creep_is_the_same_at_one_age(name: str) -> None:
     assert "short" in longest_touch(Way(hold=9.0), 1, age=60.0).flags  # at its length, before this age
 
 
+@pytest.mark.parametrize("period", [0.01, 0.0125, 0.016, 0.02])
+def test_a_ratio_that_comes_and_goes_is_said(period: float) -> None:
+    """At each rate, whether the result follows it or not."""
+    assert found(Way(pulse=0.02, period=period), SEEDS).silent <= 0.05
+
+
+def test_the_level_ratio_of_a_light_press_is_not_smaller() -> None:
+    """The noise of the soft channel is a fiftieth of the depth, or less: then there is no level ratio, or a right one."""
+    for way in (Way(total=0.1, noise=1e-3), Way(total=0.1, noise=1e-3, exponent=1.5), Way(total=0.05, noise=1e-3)):
+        made = [longest_touch(replace(way, tremor=0.0, code=1e-9), seed) for seed in SEEDS]
+        errors = np.array([one.level_ratio / 2.8 - 1 for one in made])
+        known = np.isfinite(errors)
+        assert not any("tilt" in one.flags for one in made)
+        if known.sum() > 5:
+            assert abs(errors[known].mean()) < 0.05
+            inside = [abs(one.level_ratio - 2.8) < 1.96 * one.level_standard_error for one in made]
+            assert np.mean(np.array(inside)[known]) > 0.75
+
+
 def test_a_touch_in_the_first_baseline_is_found_or_said() -> None:
     """It begins while the first baseline is measured; the next touch is right."""
     for before in np.arange(0.1, 1.05, 0.1):

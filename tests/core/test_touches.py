@@ -123,6 +123,54 @@ def test_without_times_a_touch_has_250_samples_and_no_lag_in_milliseconds() -> N
         palpate.touches(untimed, seconds=3.0)
 
 
+def typed(t: Any, press: Any, noise: float = 0.0, ratio: float = 3.0) -> dict[str, Any]:
+    """Return a table as one types it: a press, with white noise."""
+    random = np.random.default_rng(0)
+    hard, soft = (scale * press + noise * random.standard_normal(len(t)) for scale in (ratio, 1.0))
+    return {"t_s": t, "hard_pF": 9 + hard, "soft_pF": 8 + soft}
+
+
+@pytest.mark.parametrize("rise", [10, 20, 25])
+def test_a_press_without_noise_that_is_a_ramp_is_exact(rise: int) -> None:
+    """Its equal steps are no codes of a converter."""
+    one = np.concatenate([np.zeros(80), np.linspace(0, 0.4, rise), np.full(250, 0.4), np.linspace(0.4, 0, rise)])
+    press = np.append(np.tile(one, 3), np.zeros(80))
+    found = palpate.touches(typed(0.026 * np.arange(len(press)), press))
+    assert len(found) == 3
+    assert all(touch.standard_error < 1e-4 for touch in found)
+    assert [touch.ratio for touch in found] == pytest.approx([3.0] * 3, rel=1e-9)
+
+
+def test_rows_without_times_are_taken_for_those_of_a_kit() -> None:
+    """A change amid the touch is found, and is the result."""
+    step = np.where(np.arange(430) > 200, 0.3, 0.0)
+    press = np.where((np.arange(430) > 80) & (np.arange(430) < 350), 0.4, 0.0)
+    table = typed(np.arange(430), press, 4e-5)
+    table["hard_pF"] += step * press
+    del table["t_s"]
+    [touch] = palpate.touches(table)
+    assert touch.ratio == pytest.approx(3.3, rel=1e-3)
+    assert "changed" in touch.flags
+    assert touch.ratio_before == pytest.approx(3.0, rel=1e-3)
+
+
+def test_a_press_that_lasts_is_one_touch_and_a_jump_ends_after_half_a_minute() -> None:
+    t = np.arange(0, 160, 0.026)
+    lasting = palpate.touches(typed(t, 0.5 * np.clip(np.minimum(t - 3, 150 - t) / 0.3, 0, 1), 1e-3))
+    assert [round(touch.start_s) for touch in lasting] == [3]
+    assert any("half a minute" in note for note in lasting.notes)
+    jump, press = (np.clip(np.minimum(t - begin, end - t) / 0.3, 0, 1) for begin, end in ((3, 999), (100, 110)))
+    table = typed(t, 0.5 * press, 1e-3)
+    table["hard_pF"] += 0.3 * jump
+    table["soft_pF"] += 0.2 * jump
+    assert [(round(one.start_s), round(one.ratio, 1)) for one in palpate.touches(table)] == [(3, 1.5), (100, 3.0)]
+
+
+def test_a_touch_of_one_sample_has_a_begin() -> None:
+    one, two = (palpate.touches(FOUR, samples=samples, seconds=None) for samples in (1, 2))
+    assert [touch.start_s for touch in one] == [touch.start_s for touch in two]
+
+
 def test_host_stamps_are_smoothed_where_the_recording_says_so() -> None:
     """+-3 ms at 8 % tremor: the smoothed times cost a part of the error of the times as they came."""
     truth, errors = scenarios.SCENARIOS["host-stamps"].presses[0].ratios[0][1], []

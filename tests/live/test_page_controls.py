@@ -237,7 +237,7 @@ def test_a_refused_tare_can_be_forced_and_an_ended_measurement_begins_again(page
     heard(page, server, do="tare anyway")
     page.until(lambda: page.text("tare") == "Tare T")
     told = server.state.told["state"]
-    server.tell("state", **told | {"line": told["line"] | {"what": "endless"}})
+    server.tell("state", **told | {"line": told["line"] | {"what": "touched"}})
     page.until(lambda: page.text("tare") == "Tare anyway T")
     server.tell("state", **told | {"state": "ended"})
     page.until(lambda: page["again"].is_displayed() and not page["tare"].is_displayed())

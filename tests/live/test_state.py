@@ -18,7 +18,7 @@ from palpate import Uncertainty
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
 from palpate.live.signal_state import ChannelSeen, SignalSeen
-from palpate.live.state_rules import ENDLESS_S, LONG_S, Facts, LastTouch, Now, PairRate, StatusLine, file_state, view_of
+from palpate.live.state_rules import LONG_S, Facts, LastTouch, Now, PairRate, StatusLine, file_state, view_of
 from palpate.simulation import Press, Scenario, hand
 from palpate.sources import Gap
 from palpate.stream import Stream
@@ -61,7 +61,6 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts("baseline", gap="the board was unplugged for 12.0 s", lost=456, cut=20), "gap", "Wait", "caution",
      "The board was unplugged for 12.0 s: 456 pairs are lost. Touch 20 is cut: repeat it. The baseline"),
     (facts("baseline", retaken=True), "baseline", "Wait", "caution", "far below"),
-    (facts("done", seen=SignalSeen(done_s=ENDLESS_S + 1), result=GOOD), "endless", "Lift", "caution", "press Tare anyway"),
     (facts(seen=SignalSeen(touching="hard +0.72 pF")), "touched", "Lift", "caution", "Something touches: hard +0.72 pF. No baseline"),
     (facts(pace=SLOW), "slow", "Touch", "note", "22 of 40 pairs a second arrive. What it costs is known after a touch."),
     (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.01))), "slow", "Touch", "note", "costs nothing here: ± 0.25 stays ± 0.25."),
@@ -112,7 +111,6 @@ def test_when_a_state_begins() -> None:
         ("baseline", 1.0, lambda s: facts(seen=seen({"below_s": s, "below_pF": 0.4}, {}))),
         ("constant", 1.0, lambda s: facts(seen=seen({"constant_s": s, "reading": 0.1}, {}))),
         ("left in contact", 10.0, lambda s: facts("done", seen=SignalSeen(done_s=s))),
-        ("endless", 60.0, lambda s: facts("done", seen=SignalSeen(done_s=s))),
     ]
     for what, limit, made in limits:
         assert view_of(made(limit * 0.99))[1].what != what

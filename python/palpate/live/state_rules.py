@@ -14,7 +14,6 @@ from palpate.uncertainty import Uncertainty
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
 LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
-ENDLESS_S = 60.0  # a contact after a touch that lasts longer is likely none
 SILENT_S, SILENT_PERIODS = 1.0, 10  # without a pair for this time, and for so many periods, a measurement is silent
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
 SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
@@ -232,9 +231,6 @@ def _constant(channels: Sequence[ChannelSeen]) -> View:
 def _touch_doubts(facts: Facts) -> Iterator[View]:
     """Yield what is doubtful about touches, the pace and the wiring, the most urgent first."""
     result, between = facts.result, facts.state not in ("contact", "adapting")
-    if facts.state == "done" and facts.seen.done_s > ENDLESS_S:
-        text = "Contact has lasted for a minute after the touch. If nothing is touched, the baseline jumped: press Tare anyway."
-        yield StatusLine("endless", "caution", "Still in contact.", text), Now("Lift", "or Tare anyway", "caution", 1.0)
     if result and result.swapped and between:
         line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
         yield line, Now("Stop", "look at the two wires", "caution")

@@ -238,7 +238,7 @@ class Contact:
 
     @property
     def fell(self) -> bool:
-        """Whether the idle channels fell far below the baseline: by three times the limit."""
+        """Whether the idle channels fell far below the baseline, by three times the limit; or a contact did not end."""
         return self.fall >= 3 * LIMIT
 
     def update(self, change: float, noise: float, waited_s: float = 0.0) -> None:
@@ -257,9 +257,11 @@ class Contact:
         share = RELEASE if touching else IDLE_SHARE
         low = change < max(share * self.highest, (SLACK + 1) * noise)
         self.in_a_row = self.in_a_row + 1 if low else 0
-        patient = waited_s < PATIENCE_S
-        if self.in_a_row == CONFIRM or not patient:
-            self.calm_down("released" if touching and patient else "idle")
+        if waited_s >= PATIENCE_S:  # the baseline jumped, or a press lasts
+            self.reset()
+            self.fall = 3 * LIMIT
+        elif self.in_a_row == CONFIRM:
+            self.calm_down("released" if touching else "idle")
 
     def update_between(self, change: float, noise: float) -> None:
         """Take one change from the old baseline, pF, while a new one is measured after a touch.
@@ -343,7 +345,7 @@ class Idle:
             self.hard.rewind()
             self.soft.rewind()
             return "begun"
-        if now == "idle" and before != "idle":
+        if now == "idle" and before != "idle" and not self.gate.fell:
             self._measure_again()
             # The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
             fall = time_ns - self._since_ns

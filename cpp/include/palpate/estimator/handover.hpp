@@ -65,7 +65,8 @@ struct Instrument {
 ///     r' = r + (w / R') e
 ///
 /// With w = x this is least squares. w is independent of the noise of x, so this noise does not bias r towards 0; nor
-/// does tremor, which has a slightly smaller amplitude in x after the alignment. The detector is a two-sided CUSUM on
+/// does tremor, which has a slightly smaller amplitude in x after the alignment. Where the mean is no forecast of x, as
+/// around 0, w is x, and r too small by the share of the noise in the mean square of x. The detector is a two-sided CUSUM on
 /// the whitened innovations, in units of their own scale: no setting is in pF. At an alarm there is a hand-over: the
 /// estimate is computed from the samples since this CUSUM side was last 0, and the old ratio is forgotten at once. A
 /// drift is too slow for this: it shows as an offset of the innovations, and the larger it is, the more is forgotten.

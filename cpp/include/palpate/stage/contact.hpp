@@ -35,7 +35,7 @@ struct ContactSettings {
   Real release = Real(0.5);     ///< a touch ends below this share of its highest change
   Real idle_share = Real(0.1);  ///< the release is over below this share of it
   int confirm = 3;              ///< changes in a row for either, below 256
-  /// Seconds after the end of a touch until the channels are taken for idle, wherever they are.
+  /// Seconds after the end of a touch until the baseline is measured again, wherever the channels are.
   Real patience = Real(30);
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
@@ -111,7 +111,8 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped. Three times the
-  /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost.
+  /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost. Also whether
+  /// a contact has lasted for `patience` since a touch took samples.
   constexpr bool fell() const noexcept { return Extra::fall >= 3 * settings.limit; }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
@@ -144,11 +145,17 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
     const bool low = change < (least > noise_limit ? least : noise_limit);
-    const bool late = Recovers && waited >= settings.patience;
-    if (count_in_a_row(low) != settings.confirm && !late) {
+    if constexpr (Recovers) {
+      if (PALPATE_UNLIKELY(waited >= settings.patience)) {  // the baseline jumped, or a press lasts: fell() says so
+        reset();
+        Extra::fall = 3 * settings.limit;
+        return false;
+      }
+    }
+    if (count_in_a_row(low) != settings.confirm) {
       return touching;
     }
-    calm_down(touching && !late ? State::released : State::idle);
+    calm_down(touching ? State::released : State::idle);
     return false;
   }
 

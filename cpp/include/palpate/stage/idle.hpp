@@ -32,7 +32,8 @@ class Idle {
 
   /// Whether both baselines are measured.
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
-  /// How often the baseline was measured again: its first values were disturbed, or the channels fell far below it.
+  /// How often the baseline was measured again: its first values were disturbed, the channels fell far below it, or a
+  /// contact did not end.
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
  protected:
@@ -56,7 +57,7 @@ class Idle {
       soft_baseline.rewind();
       return Event::begun;
     }
-    if (gate.idle() && !was_idle) {
+    if (gate.idle() && !was_idle && !gate.fell()) {
       measure_again();
       since_ = later(time, rest_of_release(ticks_between(time, since_)));
       settles_ = true;

@@ -84,7 +84,7 @@ function enable(type) {
   const { hello, state } = known, { simulation } = hello, up = !line.down, ended = state.state === "ended", { tone, word } = state.now ?? {};
   const file = hello.kind === "file", demo = Boolean(simulation?.demo), idle = !up || file || ended;
   known.forced &&= state.state !== "no contact";
-  const anyway = known.forced || ["endless", "touched"].includes(state.line?.what);
+  const anyway = known.forced || state.line?.what === "touched";
   const hidden = { tare: ended || file, again: !ended || file, mark: file, pause: file, record: file, discard: file || demo, calibrate: file || demo, openplan: demo, simulated: !simulation, progress: !state.progress };
   const disabled = { tare: idle || (!anyway && tone === "fault" && word !== "Tare"), again: !up, mark: idle, record: idle && !(up && state.recording) };
   for (const [name, on] of Object.entries({ file, demo, calibrated: Boolean(hello.calibrated) })) document.body.classList.toggle(name, on);
