@@ -30,7 +30,8 @@ Notes
 -----
 Without a prior the coefficients are those of least squares with the weights steady**age, from the first sample on. They
 are computed by square-root-free Givens rotations (Gentleman 1973): the error grows with the condition of the regressors,
-not with its square. A coefficient that the samples do not determine stays, with the standard error nan.
+not with its square. A coefficient that the samples do not determine has the standard error nan: of regressors that are
+combinations of each other one at least.
 `coefficients` +- t `standard_errors` is an interval, with t the quantile of Student's distribution for
 `degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`); it takes the noise for white. Any units, from 1e-139 on.
 
