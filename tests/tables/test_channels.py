@@ -160,6 +160,7 @@ TWICE = ROW - (ROW % 10 == 5)
         ({"soft": np.where(ROW // 40 == 3, SOFT[120], SOFT)}, "rows 121 to 160 of the samples have exactly"),
         ({"t": T * 10}, "4 pairs a second are unusual"),
         ({"t": np.where(ROW == 500, T - 0.05, T)}, "time goes back at 1 of 1000 rows"),
+        ({"t": (ROW + ROW // 10) / 40}, "99 of 1099 rows are missing: the others are 25 ms apart"),
         ({"t": T[TWICE]}, "100 of 1000 rows have the time of the row before"),
     ],
 )  # fmt: skip

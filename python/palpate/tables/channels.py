@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, listed, need, quoted
-from palpate.tables.remarks import absent, clipped, frozen, pace, rate_of, remarks, typical_step
+from palpate.tables.remarks import absent, clipped, frozen, lost, pace, rate_of, remarks, typical_step
 from palpate.tables.table import Array, Asked, Column, Table, ask
 from palpate.tables.units import (
     NONE,
@@ -87,7 +87,15 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     said = [f"time = {clocks}"] if clocks else []
     said += [f"hard = {hard.value.label}, {units[0]}", f"soft = {soft.value.label}, {units[1]}"]
     said += [pace(rate_of(arrays[0])), f"{len(arrays[0])} rows"]
-    notes = [*remarks(*arrays), *found[0][1], *found[1][1], *joined, *told, *table.notes]
+    notes = [
+        *remarks(*arrays),
+        *([] if soft_table else lost(arrays[0])),
+        *found[0][1],
+        *found[1][1],
+        *joined,
+        *told,
+        *table.notes,
+    ]
     notes += soft_table.notes if soft_table else []
     notes += ["the times of the file are not used: a rate was given"] if asked.rate and hard.times else []
     notes += [*clipped("hard", arrays[2]), *clipped("soft", arrays[3])]

@@ -10,6 +10,8 @@ _FEWEST = 20  # equal readings that are no chance, at an end of a range or in a 
 _PILE = 5  # times as many as have the next values
 _MOVED = 0.01  # of its range: a channel that changes; one at rest moves by a thousandth
 _SAME = 3  # readings of a code that are no chance
+_OFF_GRID, _ON_GRID = 0.1, 2 / 3  # of a step; of the steps, for a grid
+_HOLE = 20  # steps; a longer one is a pause
 _CODES = (0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 999.0, 9999.0, 99999.0)
 _MOST = 0.2  # of the readings: a channel that rests at a value has it more often
 _WINDOW = 256  # rows; longer than the bursts of a USB or serial port, shorter than a file
@@ -56,6 +58,22 @@ def remarks(time_s: Array, soft_s: Array, hard: Array, soft: Array) -> list[str]
         "no column of times found: start_s is unknown; name it with time=COL, or give the rate (--rate)": untimed,
     }
     return [note for note, is_so in found.items() if is_so]
+
+
+def lost(t: Array) -> list[str]:
+    """Return a note if rows of an even grid of times, s, are missing."""
+    steps = np.diff(t)
+    step = float(np.median(steps)) if len(steps) >= _FEWEST else 0.0
+    if not step > 0:
+        return []
+    times = steps / step
+    count = np.rint(times)
+    on_grid = np.abs(times - count) < _OFF_GRID
+    holes = on_grid & (count > 1) & (count <= _HOLE)
+    missing = int((count[holes] - 1).sum())
+    if not missing or np.count_nonzero(on_grid & (count == 1)) < _ON_GRID * len(steps):
+        return []
+    return [f"{missing} of {len(t) + missing} rows are missing: the others are {1000 * step:.4g} ms apart"]
 
 
 def absent(name: str, values: Array) -> tuple[Array, list[str]]:
