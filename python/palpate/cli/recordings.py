@@ -212,7 +212,7 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
         recording = recorded(file, **asked)
         found = tracked(recording, **tracking_of(recording, how))
         plots.save(recording.recording, found.touches, output)
-    notes = [note for note in [recording.understood, *found.notes] if note]
+    notes = [note for note in [recording.understood, *found.touches.notes] if note]
     sys.exit(_print_written(file, output, recording, {"touches": len(found.touches)}, notes))
 
 

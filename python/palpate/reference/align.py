@@ -97,7 +97,7 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     both = times == np.asarray(t_soft)
     rows = zip(times.tolist(), *values.T.tolist(), pairs, strict=True)
     for row, pace, there, together in zip(rows, paces, whole, both.tolist(), strict=True):
-        one = Reading(*row, together=together)
+        one = Reading(*row)._replace(together=together)
         if not pace:
             block, size = [], 1
         if not (pace and there):
