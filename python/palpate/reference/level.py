@@ -23,8 +23,8 @@ def fitted_line(x: Array, y: Array, noise: float = 0.0) -> tuple[float, float, f
     `noise` is its variance in x: it is taken out of the sum of squares. The slope is 0 if x does not vary by more.
     """
     middle = x - x.mean()
-    square = middle @ middle
-    if square <= LEAST_SWEEP * (x @ x) or not (share := len(x) * noise / square) < MOST_NOISE:
+    square = float(middle @ middle)
+    if square <= LEAST_SWEEP * (x @ x) or not (share := float(len(x) * noise / square)) < MOST_NOISE:
         return 0.0, np.nan, np.nan
     slope = float(middle @ y / square)
     rest = y - y.mean() - slope * middle
