@@ -24,6 +24,7 @@ from palpate.tables.units import (
 
 _SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}  # sizes of gauges, which have some pF
 _FAR = 100.0  # the two gauges of a probe differ by less
+_OTHER = "two signals of another kind: their unit, as --unit counts"
 _SOME = 10_000  # readings that show the size of all
 _CHANNEL = re.compile("(?:c|cin|cap|capacitance|ch)[0-9]")
 GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
@@ -175,9 +176,8 @@ def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[
     allowed = ", ".join(PICOFARADS)
     for column in both:
         if column.stated_unit and not column.in_farads:
-            other = "two signals of another kind: their unit, as --unit counts"
             got = f"{quoted(column.name)}, in {column.stated_unit}"
-            raise ask("column", got, f"a capacitance in one of {allowed}, without a scale; {other}")
+            raise ask("column", got, f"a capacitance in one of {allowed}, without a scale; {_OTHER}")
     some = [np.abs(each[:: max(1, len(each) // _SOME)]) for each in values]  # not the largest: it may be a wrong one
     sizes = [float(np.nanquantile(each, 0.99)) if np.isfinite(each).any() else 0.0 for each in some]
     fitting = [unit for unit, (low, high) in _SURE.items() if low <= max(sizes) <= high or max(sizes) == 0]
@@ -185,7 +185,7 @@ def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[
     known = named or next(iter(fitting), "")
     if not known:
         got = f"none in the header, and values of about {max(sizes):.3g} in {both[0].label}"
-        raise ask("unit", got, f"one of {allowed} (--unit)")
+        raise ask("unit", got, f"one of {allowed} (--unit); {_OTHER}")
     why = f"{known}, as the other channel" if named else f"{known} assumed, by the size of the values"
     units = [unit or known for unit in stated]
     sizes = [size * PICOFARADS[unit] for size, unit in zip(sizes, units, strict=True)]

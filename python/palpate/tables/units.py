@@ -15,7 +15,8 @@ _WORDS = {
 }  # fmt: skip
 _LAST = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$|(?:^|[\s_/])([^\s_/()\[\]]+)\s*$")
 _OTHERS = ("%", "percent", "mv", "volt", "volts", "hz", "counts", "count", "cnt", "raw", "lsb", "adc", "digits", "codes",
-           "norm", "normalized", "rel")  # fmt: skip
+           "norm", "normalized", "rel", "uv", "kv", "mn", "kn", "um", "mm", "cm", "kpa", "mpa", "ma", "ohm", "ohms")  # fmt: skip
+_CAPITALS = ("V", "N")  # as letters of a name they are channels
 
 
 def checked_unit(name: str, value: object) -> str:
@@ -64,7 +65,7 @@ def time_unit_in(name: str) -> str | None:
 def stated_unit(name: str) -> str:
     """Return the unit of capacitance at the end of a name, else what is there as unit: anything in brackets, some words; or ""."""
     word, in_brackets = last_word(name), name.rstrip().endswith((")", "]"))
-    return unit_in(name, PICOFARADS) or (word if in_brackets or word.casefold() in _OTHERS else "")
+    return unit_in(name, PICOFARADS) or (word if in_brackets or word.casefold() in _OTHERS or word in _CAPITALS else "")
 
 
 def bare(name: str) -> str:

@@ -25,6 +25,7 @@ namespace detail {
 // SIMD register, and every sample would wait for both.
 template <class Real>
 struct RatioOf {
+  constexpr explicit RatioOf(Real ratio) noexcept : ratio_(ratio) {}
   Real ratio_;
 };
 
@@ -63,7 +64,7 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
   constexpr explicit Rls(const Forgetting& first_forgetting = Forgetting(), const Detector& first_detector = Detector(),
                          const Bound& first_bound = Bound(), Real ratio = Real(1),
                          Real covariance = default_covariance) noexcept
-      : detail::RatioOf<Real>{ratio},
+      : detail::RatioOf<Real>(ratio),
         Policies{first_forgetting, first_detector, first_bound},
         information_(Real(1) / covariance) {}
 
