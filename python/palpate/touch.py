@@ -25,7 +25,8 @@ class Touches(list[Touch], Framed):
     Attributes
     ----------
     notes, doubts : tuple of str
-        Those of the recording, as in `palpate.Recording`.
+        Those of the recording, as in `palpate.Recording`; and notes on a baseline that was measured again, on touches
+        whose model was not tested, and on such that the next touch followed too soon.
     unit : str
         Of both signals.
 

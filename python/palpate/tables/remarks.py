@@ -55,7 +55,7 @@ def remarks(time_s: Array, soft_s: Array, hard: Array, soft: Array) -> list[str]
         f"{missing} of {rows} rows have no value in a channel: left out": missing,
         f"time goes back at {back} of {rows} rows: the order of the file is used": back,
         f"{same} of {rows} rows have the time of the row before: repeated, or several that came at once?": same,
-        "no column of times found: start_s is unknown; name it with time=COL, or give the rate (--rate)": untimed,
+        "no column of times found: start_s is unknown, pairs are taken for 26 ms apart; name it with time=COL, or give the rate (--rate)": untimed,
     }
     return [note for note, is_so in found.items() if is_so]
 
