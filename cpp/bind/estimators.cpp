@@ -93,7 +93,8 @@ Notes
 With x the regressor, w the mean of the regressors before it, and e = output - ratio * x: R' = steady R + w x,
 ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio of an x that keeps its size for a while,
 because w does not contain them. Where the mean is no forecast, as of an x around 0, w is x: then the ratio is too small
-by the share of the noise in the mean square of x, which `standard_error` does not contain. At an alarm the ratio is computed from the samples since the CUSUM was last 0.
+by the share of the noise in the mean square of x, which `standard_error` does not contain. At an alarm the ratio is
+computed from the samples since the CUSUM was last 0.
 `standard_error` is computed from the correlation of the innovations, an autoregression of order 1 or 2. It takes the
 noise for equally large at all depths: if the noise is a share of the signal and the regressor changes more than
 twofold, give output / regressor and 1 in place of output and regressor. Values from 1e140 pF on (float32: 1e16) are

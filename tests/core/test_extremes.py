@@ -82,7 +82,7 @@ def test_a_change_is_found_whatever_the_regressor_does(name: str, noise: float) 
 
 @pytest.mark.parametrize("correlation", [0.5, 0.8, 0.9])
 def test_correlated_noise_beside_a_regressor_around_zero_is_no_drift(correlation: float) -> None:
-    """The error is less than twice that of least squares; no ratio on the way is 10 off; 90 % of the intervals hold."""
+    """The error is less than twice that of least squares; no ratio on the way is wrong by 10; 90 % of the intervals hold."""
     off, least, worst, held = [], [], [], []
     for seed in range(40):
         random = np.random.default_rng(seed)

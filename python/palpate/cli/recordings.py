@@ -54,10 +54,7 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
                 reports.append(_checked(file, repair, yes, asked))
             except RecordingError as error:
                 unreadable[file] = error
-            except (
-                ValueError,
-                TypeError,
-            ) as error:  # a table that leaves a question: the others are checked all the same
+            except (ValueError, TypeError) as error:  # a table that leaves a question
                 if len(files) == 1:
                     raise click.UsageError(f"{file}: {one_line(str(error))}") from error
                 unreadable[file] = error

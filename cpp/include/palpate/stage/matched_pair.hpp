@@ -24,7 +24,7 @@ struct FilteredPair {
 ///
 /// whose responses A = 1 - 2 a1 (1 - cos a) and B = (1 - 2 b2) cos(a/2) + 2 b2 cos(3a/2), a the phase from pair to pair,
 /// differ by 0.12 % rms from 3 to 13 Hz at 26 ms (interpolation: 6 %), by 0.02 % at 18 and 1.9 % at 40 ms. The delay is
-/// that of Align. What the times are off the grid is corrected by the slope:
+/// that of Align. How far the times are from the grid is corrected by the slope:
 /// v - (v(k+1) - v(k-1)) / 2 * deviation.
 ///
 /// a1 and b2 are the least-squares solution for |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below), to a
