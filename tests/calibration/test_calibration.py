@@ -133,6 +133,8 @@ def test_verdicts() -> None:
     soft_only = Calibration.fit(data[:12], FOUR[:12])
     assert "rigid ratio is not determined" in soft_only.verdict
     assert not soft_only.sound
+    few = np.isin(FOUR, MODULI[[0, 4, 7]])
+    assert "A stiffer specimen or more specimens are needed" in Calibration.fit(data[few], FOUR[few]).verdict
     single = Calibration.fit(data[::4], MODULI)
     assert "cannot be separated" in single.verdict
     good = Calibration.fit(data, FOUR)

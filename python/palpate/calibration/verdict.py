@@ -10,7 +10,7 @@ from palpate.calibration.curve_fit import Array, Fit, Rows, curve, means
 from palpate.errors import need
 
 DOUBT = 0.01  # probability below which a misfit is significant
-LOOSE = 0.1  # relative standard error above which a parameter counts as not determined
+LOOSE = 0.2  # half of the 95 % interval of a parameter, relative, above which it counts as not determined
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,12 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
             f"whether the soft ratio is {_soft(fit)}."
         )
     rigid = float(fit.parameters[0])
-    if (variance := float(fit.covariance[0, 0]) / rigid**2) > LOOSE**2:
+    reach = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975)) * float(fit.covariance[0, 0]) ** 0.5
+    if reach > LOOSE * rigid:
         reached = f"the stiffest specimen reaches {100 * max(row.fitted for row in rows) / rigid:.0f} % of it"
-        error = f"(standard error {_share(variance)} %)"
-        found.append(f"The rigid ratio is not determined {error}: {reached}. A stiffer specimen is needed.")
+        interval = f"({rigid - reach:.2g} to {rigid + reach:.2g}, 95 %)"
+        more = f"A stiffer specimen{' or more specimens are' if fit.specimen_freedom < 4 else ' is'} needed."
+        found.append(f"The rigid ratio is not determined {interval}: {reached}. {more}")
     pairs = [f"{a.modulus:g} and {b.modulus:g} MPa" for a, b in pairwise(rows) if not b.ratio > a.ratio]
     if pairs:
         found.append(f"The measured ratio does not rise with the modulus between {', '.join(pairs)}.")
