@@ -300,7 +300,9 @@ contact; or until `tare`. If it shows the opposite, that touch has the flag "bas
   add(
       "retaken", [](const auto& run) { return run.core.retaken(); },
       "How often the channels fell far below the baseline, which was then measured again: it had been measured in "
-      "contact, "
-      "or it jumped.");
+      "contact, or it jumped.");
+  add(
+      "pressed_again", [](const auto& run) { return run.core.gate.pressed_again(); },
+      "How often the probe was pressed again before it was lifted, so that no touch began.");
   module.attr("scenes") = py::tuple(scene_names());
 }

@@ -237,6 +237,7 @@ class Tracker:
     touch_count: Final[int]
     revision_count: Final[int]
     retaken: Final[int]
+    pressed_again: Final[int]
 
 class SampleRing:
     def __init__(self, capacity: int = 1024) -> None: ...

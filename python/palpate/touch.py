@@ -130,6 +130,8 @@ class Tracked(NamedTuple):
     cut: int  # how many of the last touches ran when the recording ended: 0 or 1
 
 
+_SLOW_S = 0.5  # from pair to pair: a touch of a few seconds has few
+
 _UNTESTED = "the model was not tested: pairs slower than 40 ms, or on no even grid, or a channel falls; a tilt, an offset, a lag are not seen"
 
 
@@ -145,13 +147,19 @@ def baseline_takes(period_s: float) -> str:
     return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
 
 
-def _noted(touches: Touches, retaken: int, period_s: float) -> Touches:
-    """Add notes: the baseline was measured again, the model was not tested, the next touch came too soon."""
-    again = "once" if retaken == 1 else f"{retaken} times"
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _noted(touches: Touches, tracker: Tracker, period_s: float) -> Touches:
+    """Add notes: what the tracker has counted, the model was not tested, the next touch came too soon."""
+    retaken, pressed, slow = tracker.retaken, tracker.pressed_again, period_s > _SLOW_S
     untested = sum(_is_untested(touch) for touch in touches)
     soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
     notes = {
-        f"{RETAKEN} ({again})": retaken,
+        f"{RETAKEN} ({_times(retaken)})": retaken,
+        f"pressed again before it was lifted ({_times(pressed)}): such a press is no touch": pressed,
+        f"pairs are {period_s:.3g} s apart: such a touch has few; times are in seconds, or integers of nanoseconds": slow,
         f"{untested} of {len(touches)} touches: {_UNTESTED}": untested,
         f"{soon} of {len(touches)} touches were followed too soon by the next one: {baseline_takes(period_s)}; a drift stays in them": soon,
     }
@@ -182,7 +190,7 @@ def tracked(
     ended = tracker.touch_count
     tracker.finish()
     found = Touches(tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches])
-    return Tracked(_noted(found.of(recording), tracker.retaken, period_s), tracker.retaken, tracker.touch_count - ended)
+    return Tracked(_noted(found.of(recording), tracker, period_s), tracker.retaken, tracker.touch_count - ended)
 
 
 _LEFT, _INSIDE, _AFTER = 1, 2, 3  # parts of a recording beside a window; 0: before the contact

@@ -75,7 +75,9 @@ using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Est
                           Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
                           Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
 template <class Estimator>
-using GoesBack = decltype(of<Estimator>().restore(of<const Estimator>().estimate()));
+using GoesBack =
+    decltype(of<Estimator>().restore(typename Estimator::Estimate(of<const Estimator>().estimate())),
+             of<const Estimator>().mean_regressor());
 }  // namespace detail
 
 /// Whether an estimator has a standard error: the members of Handover of which one is made.
@@ -133,8 +135,8 @@ class Tracker : public Settings,
       !fits || averages,
       "palpate::Tracker: a Fit needs an AlignStage whose pairs have `matched`, as MatchedPair; else use NoFit");
   static_assert(!fits || (knows_its_error<Estimator> && detail::has<detail::GoesBack, Estimator>),
-                "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover, estimate() and "
-                "restore(estimate); else use NoFit");
+                "palpate::Tracker: a Fit needs an Estimator with the standard error of Handover, mean_regressor(), "
+                "Estimate, estimate() and restore(estimate); else use NoFit");
   static_assert(fits || !LevelStage::levels, "palpate::Tracker: a LevelRatio needs a Fit; else use NoLevelRatio");
 
  public:
@@ -231,7 +233,7 @@ class Tracker : public Settings,
       bool changed = false;
       if (Extra::lifted) {
         const Real before = Extra::unconfirmed.estimator.ratio();
-        changed = magnitude(estimator.ratio() / before - 1) > FitStage::least;
+        changed = magnitude(estimator.ratio() / before - 1) > least_change;
         Extra::after = changed ? Levelled<Real>{estimator.ratio(), standard_error()} : Levelled<Real>();
         Extra::earlier = {};
         estimator = Extra::unconfirmed.estimator;
@@ -240,14 +242,14 @@ class Tracker : public Settings,
         if (Extra::unconfirmed.waits()) {
           note_change();
         }
-        changed = differs_from(Extra::earlier, FitStage::least);
+        changed = differs_from(Extra::earlier);
       }
       const Real hard = hard_baseline.noise(), soft = soft_baseline.noise(), code = one_code();
       Extra::fitted =
           Extra::evidence.fit.result(hard > code ? hard : code, soft > code ? soft : code, estimator.ratio());
       if (!changed && Extra::fitted.flags == 0) {  // a ratio that comes and goes: its mean is another one
         Extra::earlier = Extra::evidence.fit.mean();
-        changed = differs_from(Extra::earlier, Real(0.005));
+        changed = differs_from(Extra::earlier);
       }
       if (changed) {
         Extra::fitted.flags |= misfit_changed;
@@ -359,14 +361,16 @@ class Tracker : public Settings,
     return square > 0 && is_finite(square) ? square_root(square) : not_a_number<Real>;
   }
 
-  /// Whether the ratio is another one, by more than 4 errors of both and this share.
-  constexpr bool differs_from(const Levelled<Real>& other, Real share) const noexcept {
+  static constexpr Real least_change = Real(0.005);  // share; smaller ones have no flag: gauges are bent, by .5 %/pF
+
+  /// Whether the ratio is another one, by more than 4 errors of both.
+  constexpr bool differs_from(const Levelled<Real>& other) const noexcept {
     if (!(other.standard_error >= 0)) {
       return false;
     }
     const Real apart = estimator.ratio() - other.ratio, own = standard_error();
     const Real square = product(own, own) + product(other.standard_error, other.standard_error);
-    return product(apart, apart) > 16 * square && magnitude(apart / other.ratio) > share;
+    return product(apart, apart) > 16 * square && magnitude(apart / other.ratio) > least_change;
   }
 
   constexpr ticks_type averaged() const noexcept {
@@ -546,7 +550,7 @@ class Tracker : public Settings,
         Extra::levelled = {};
       }
       const Real ratio = Extra::levelled.ratio;
-      Extra::tilted = differs_from(Extra::levelled, Real(0.005));
+      Extra::tilted = differs_from(Extra::levelled);
       Extra::fitted.tilt = ratio > 0 ? (estimator.ratio() - ratio) / ratio : Real(0);
     }
   }

@@ -316,6 +316,7 @@ _FEWEST = 3  # pairs of the hold, and of the rise or the fall
 _SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio
 _MOST_NOISE = 0.3  # share of the variation of the soft channel
+_OF_HOLD = 0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
 
 
 @dataclass(frozen=True)
@@ -355,13 +356,16 @@ class Sweep:
     def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, float, Array]:
         """Return the slope by least squares, its variance from the residuals, the share of noise in x, and the residuals.
 
-        The noise is taken out of the sum of squares; if it is most of that, the slope is 0.
+        What the depth varies in the hold counts `_OF_HOLD`. The noise is taken out of the sum of squares; if it is most of that,
+        the slope is 0.
         """
         x, y = (values[which] ** (1 / exponent) for values in (self.soft, self.hard))
-        noise = float((self.noise[which] * (x ** (1 - exponent) / exponent) ** 2).sum())
+        held = self.hold[which]
+        noise = self.noise[which] * (x ** (1 - exponent) / exponent) ** 2
         x, y = x - x.mean(), y - y.mean()
-        square = float(x @ x) or math.inf
-        share, slope = noise / square, float(x @ y) / square
+        swept = np.where(held, x[held].mean() + _OF_HOLD * (x - x[held].mean()), x)
+        square = float(swept @ x) or math.inf
+        share, slope = float(noise @ np.where(held, _OF_HOLD, 1.0)) / square, float(swept @ y) / square
         rest = y - slope * x
         variance = float(rest @ rest) / max(len(rest) - 2, 1) / square / (1 - share) ** 2
         return (slope / (1 - share) if share < _MOST_NOISE else 0.0), variance, share, rest

@@ -135,7 +135,7 @@ class Replayed:
         if touches:
             cells = ["modulus (95 % interval)", *map(touch_table.modulus_cell, moduli)]
             self.table = touch_table.beside(self.table, cells)
-            mean = f", if all are on one object: {of_mean}" if of_mean else ""
+            mean = f", if all are on one object: {touch_table.modulus_cell(of_mean)}" if of_mean else ""
             self.below += [f"{found}{mean}"] * bool(found) + [f"The intervals include the {calibration.scatter}."]
         for record, modulus in zip(self.document["touches"], moduli, strict=True):
             record["modulus"] = modulus.as_dict()

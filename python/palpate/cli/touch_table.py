@@ -86,4 +86,4 @@ def records(touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *,
 def modulus_cell(modulus: "Modulus") -> str:
     """Return a modulus with its interval; why it is not known, and whether it is beyond the calibration."""
     reason = f": {modulus.reason}" if modulus.reason else ""
-    return f"{modulus}{reason}" + "  beyond the calibrated moduli" * modulus.extrapolated
+    return f"{modulus}{reason}" + ", beyond the calibrated moduli" * modulus.extrapolated

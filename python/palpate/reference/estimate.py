@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.reference.fit import LEAST, Fit
+from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.handover import FEWEST, SETTLED, _Handover, handover_rls
 from palpate.reference.level import Sweep
 
@@ -196,11 +196,11 @@ class Estimate:
         if not abs(other.ratio - self.ratio) <= abs(self.before[0] - self.ratio):
             self.before = other.ratio, other.standard_error(errors)
 
-    def apart(self, own: float, share: float = LEAST) -> bool:
-        """Return whether the ratio before a change is another one, by this share, with this standard error of the ratio."""
+    def apart(self, own: float) -> bool:
+        """Return whether the ratio before a change is another one, with this standard error of the ratio."""
         ratio, error = self.before
         apart = abs(self.ratio - ratio)
-        different = bool(apart > CHANGED * np.hypot(own, error) and apart > share * abs(ratio))
+        different = bool(apart > CHANGED * np.hypot(own, error) and apart > LEAST_BENT * abs(ratio))
         self.before = self.before if different else (np.nan, np.nan)
         return different
 
@@ -210,7 +210,7 @@ class Estimate:
         few = kept is not None and kept["_state"].weight < self._state.weight
         if not kept or (few if self._alarmed else self._down):
             return False
-        self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST
+        self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST_BENT
         if changed:
             self.after = self.ratio, self.standard_error(errors)
         self.before = (np.nan, np.nan)

@@ -34,7 +34,7 @@ def rest(name: str, columns: dict[str, Array]) -> float:
 SIGNIFICANT = 8.0  # standard errors: from here on a term has a flag, and leaves all of it open
 SUSPECT = 4.0  # standard errors: up to here it leaves nothing open
 LEAST = 0.002  # share of the signal: smaller terms have no flag
-LEAST_BENT = 0.005  # the same for an offset or a curve: gauges are bent, by .5 %/pF
+LEAST_BENT = 0.005  # the same for an offset, a curve, a tilt and a change: gauges are bent, by .5 %/pF
 LEAST_LAG = 0.08  # pairs
 NOISE_GAIN = 0.42  # variance of an aligned pair for a reading's of 1
 SLOPE_GAIN = 0.45  # the same of x' for a pair's

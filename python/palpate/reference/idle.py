@@ -193,7 +193,7 @@ class Baseline:
 
 SLACK, LIMIT, MOST = 1.5, 16.0, 6.0  # of the CUSUM, standard deviations
 QUIET = 1.2  # standard deviations: the touch began after the last value below it
-RELEASE, IDLE_SHARE = 0.5, 0.1  # of the highest value
+RELEASE, IDLE_SHARE = 0.5, 0.1  # of the height
 CONFIRM = 3  # values in a row that end a touch
 PATIENCE_S = 30.0
 
@@ -210,10 +210,12 @@ class Contact:
         CUSUM (Page's test) of the change, and of the change downwards.
     age : int
         Values since the last quiet one; in contact: this number when the contact was found.
-    highest : float, pF
-        Highest change of the touch.
+    highest, last : float, pF
+        Height of the touch: of two changes one after the other, the smaller one, at most; the last change.
     in_a_row : int
         Values that confirm an end, or a touch between two baselines.
+    pressed_again : int
+        How often the probe was pressed again while the release was not over.
 
     Examples
     --------
@@ -229,7 +231,9 @@ class Contact:
     fall: float = 0.0
     age: int = 0
     highest: float = 0.0
+    last: float = 0.0
     in_a_row: int = 0
+    pressed_again: int = 0
 
     @property
     def suspects(self) -> bool:
@@ -243,24 +247,29 @@ class Contact:
 
     def update(self, change: float, noise: float, waited_s: float = 0.0) -> None:
         """Take one change and its noise, pF, and the time since a touch took samples, s."""
+        height, self.last = min(change, self.last), change
         if self.state == "idle":
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 deviations = float(np.float64(change) / np.float64(noise))
             self.rise, self.fall = _page(self.rise, deviations), _page(self.fall, -deviations)
             self.age = self.age + 1 if deviations >= QUIET else 0
             if self.rise >= LIMIT:
-                self._begin(change)
+                self._begin(height)
             return
         touching = self.state == "contact"
         if touching:
-            self.highest = max(self.highest, change)
+            self.highest = max(self.highest, height)
         share = RELEASE if touching else IDLE_SHARE
         low = change < max(share * self.highest, (SLACK + 1) * noise)
         self.in_a_row = self.in_a_row + 1 if low else 0
         if waited_s >= PATIENCE_S:  # the baseline jumped, or a press lasts
             self.reset()
             self.fall = 3 * LIMIT
-        elif self.in_a_row == CONFIRM:
+            return
+        if not touching:
+            self.age = self.age + 1 if change > RELEASE * self.highest else 0
+            self.pressed_again += self.age == CONFIRM
+        if self.in_a_row == CONFIRM:
             self.calm_down("released" if touching else "idle")
 
     def update_between(self, change: float, noise: float) -> None:
@@ -269,11 +278,12 @@ class Contact:
         The next touch begins with more than 3 values in a row above a fifth of the height of the last touch and above
         6 standard deviations of the noise.
         """
+        height, self.last = min(change, self.last), change
         high = self.highest > 0 and change > max(2 * IDLE_SHARE * self.highest, MOST * noise)
         self.in_a_row = self.in_a_row + 1 if high else 0
         if self.in_a_row > CONFIRM:
             self.age = self.in_a_row
-            self._begin(change)
+            self._begin(height)
 
     def calm_down(self, state: str) -> None:
         """Begin again in a state."""
@@ -284,8 +294,8 @@ class Contact:
         self.calm_down("idle")
         self.highest = 0.0
 
-    def _begin(self, change: float) -> None:
-        self.state, self.highest, self.in_a_row = "contact", change, 0
+    def _begin(self, height: float) -> None:
+        self.state, self.highest, self.in_a_row = "contact", height, 0
 
 
 def _page(statistic: float, deviations: float) -> float:

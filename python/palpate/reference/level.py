@@ -15,18 +15,20 @@ BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall 
 LARGEST = 0.1  # relative error of a level ratio
 MOST_NOISE = 0.3  # share of the variation of the soft channel
 LEAST_SWEEP = 5e-4  # variation of the soft channel, share of its sum of squares
+OF_HOLD = 0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
 
 
-def fitted_line(x: Array, y: Array, noise: float = 0.0) -> tuple[float, float, float]:
+def fitted_line(x: Array, y: Array, held: NDArray[np.bool_], noise: float) -> tuple[float, float, float]:
     """Return the slope of y = b x + c by least squares, its variance from the residuals, and the share of noise in x.
 
     `noise` is its variance in x: it is taken out of the sum of squares. The slope is 0 if x does not vary by more.
     """
-    middle = x - x.mean()
-    square = float(middle @ middle)
-    if square <= LEAST_SWEEP * (x @ x) or not (share := float(len(x) * noise / square)) < MOST_NOISE:
+    middle, of_hold = x - x.mean(), x[held].mean() - x.mean()
+    swept = np.where(held, of_hold + OF_HOLD * (middle - of_hold), middle)
+    square, counted = float(swept @ middle), float(np.where(held, OF_HOLD, 1.0).sum())
+    if square <= LEAST_SWEEP * (x @ x) or not (share := counted * noise / square) < MOST_NOISE:
         return 0.0, np.nan, np.nan
-    slope = float(middle @ y / square)
+    slope = float(swept @ y / square)
     rest = y - y.mean() - slope * middle
     return slope / (1 - share), float(rest @ rest / (len(x) - 2) / square) / (1 - share) ** 2, share
 
@@ -104,7 +106,7 @@ class Sweep:
         def line(name: str) -> tuple[float, float, float]:
             p, part = self.exponent, x[lines[name]]
             # The noise in the coordinate of the contact, at the mean depth.
-            return fitted_line(part, y[lines[name]], (noise / p) ** 2 * part.mean() ** (2 - 2 * p))
+            return fitted_line(part, y[lines[name]], hold[lines[name]], (noise / p) ** 2 * part.mean() ** (2 - 2 * p))
 
         slope, variance, share = line("all")
         if not slope > 0:

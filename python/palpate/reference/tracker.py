@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
-from palpate.reference.fit import LEAST, NOISE_GAIN, Misfit
+from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
 from palpate.reference.level import Sweep
@@ -149,7 +149,7 @@ def _recovers(before: Known, after: Known) -> bool:
 
 
 SECONDS = 6.5  # length of a touch
-TILTED, LEAST_TILT = 4.0, 0.005  # errors of both ratios, and share, by which they differ
+TILTED = 4.0  # errors of both ratios by which they differ
 
 
 @dataclass(frozen=True)
@@ -407,7 +407,7 @@ class _Tracker:
         misfit = touch.fit.result(hard_noise, soft_noise, touch.ratio)
         if not changed and not misfit.flags:  # a ratio that comes and goes: its mean is another one
             touch.before = touch.fit.mean()
-            changed = touch.apart(touch.standard_error(errors), LEAST_TILT)
+            changed = touch.apart(touch.standard_error(errors))
         misfit = replace(misfit, flags=misfit.flags | {"changed"}) if changed else misfit
         error = touch.standard_error(errors, misfit.open + misfit.open_drift)
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
@@ -428,7 +428,7 @@ class _Tracker:
         if errors.rounding:
             level = error = np.nan
         tilt = touch.ratio / level - 1
-        tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_TILT
+        tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_BENT
         tilt = tilt if np.isfinite(tilt) else 0.0
         return replace(result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted))
 

@@ -22,6 +22,7 @@ struct AlwaysContact {
   constexpr bool suspects() const noexcept { return false; }
   constexpr bool update_between(Real, Real) noexcept { return false; }
   constexpr bool fell() const noexcept { return false; }
+  constexpr int pressed_again() const noexcept { return 0; }
   /// @}
 };
 
@@ -32,7 +33,7 @@ struct ContactSettings {
   Real quiet = Real(1.2);       ///< a touch starts after it; noise is above it three times in a row in 1 of 660 starts
   Real limit = Real(16);        ///< of the CUSUMs: contact
   Real clip = Real(6);          ///< limits one change
-  Real release = Real(0.5);     ///< a touch ends below this share of its highest change
+  Real release = Real(0.5);     ///< a touch ends below this share of its height
   Real idle_share = Real(0.1);  ///< the release is over below this share of it
   int confirm = 3;              ///< changes in a row for either, below 256
   /// Seconds after the end of a touch until the baseline is measured again, wherever the channels are.
@@ -51,14 +52,16 @@ struct ContactSettings {
   };
 };
 
-/// What a gate keeps to notice that the baseline is wrong; nothing otherwise.
+/// What a gate keeps to notice that the baseline is wrong, or a press without a touch; nothing otherwise.
 template <class Real, bool Recovers>
 struct Recovery {
   Real fall = 0;
+  std::uint16_t again = 0;
 };
 template <class Real>
 struct Recovery<Real, false> {
   static constexpr Real fall = 0;
+  static constexpr std::uint16_t again = 0;
 };
 
 /// Two one-sided CUSUMs (Page's test) of the change, in standard deviations of the idle noise:
@@ -67,9 +70,9 @@ struct Recovery<Real, false> {
 ///
 /// and the same for -change: the channels fell far below the baseline. So contact needs at least limit / (clip - slack)
 /// = 4 values: one spike is not a contact. The start of a touch is the first value after the last one below quiet. The
-/// end: below release times the highest value, confirm times in a row; the channel is idle again below idle_share times
-/// the highest value. Without Recovers a wrong baseline is not noticed: there is no test for a fall, and `patience` has
-/// no end.
+/// end: below release times the height, confirm times in a row; the channel is idle again below idle_share times the
+/// height. The height is the highest of all two in a row, so that one spike does not end a touch. Without Recovers a
+/// wrong baseline is not noticed: there is no test for a fall, and `patience` has no end.
 template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Recovers = true>
 class Contact : public Settings, Recovery<Real, Recovers> {
   using Extra = Recovery<Real, Recovers>;
@@ -81,7 +84,9 @@ class Contact : public Settings, Recovery<Real, Recovers> {
 
   /// Takes one change and its noise, in the same unit; and the seconds since a touch took samples. Returns contact().
   constexpr bool update(Real change, Real noise, Real waited = Real(0)) noexcept {
-    return state_ == State::idle ? approach(change, noise) : leave(change, noise, waited);
+    const bool touching = state_ == State::idle ? approach(change, noise) : leave(change, noise, waited);
+    last_ = change;
+    return touching;
   }
 
   /// Takes one change from the old baseline, while a new one is measured after a touch. Returns contact(): the next
@@ -94,6 +99,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
       age_ = in_a_row_;
       enter(change);
     }
+    last_ = change;
     return contact();
   }
 
@@ -114,6 +120,8 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost. Also whether
   /// a contact has lasted for `patience` since a touch took samples.
   constexpr bool fell() const noexcept { return Extra::fall >= 3 * settings.limit; }
+  /// How often the probe was pressed again while the release was not over, so that no touch began; modulo 65536.
+  constexpr int pressed_again() const noexcept { return Extra::again; }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 
@@ -141,7 +149,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
 
   constexpr bool leave(Real change, Real noise, [[maybe_unused]] Real waited) noexcept {
     const bool touching = contact();
-    peak_ = touching && change > peak_ ? change : peak_;
+    peak_ = touching && twice(change) > peak_ ? twice(change) : peak_;
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
     const bool low = change < (least > noise_limit ? least : noise_limit);
@@ -151,6 +159,10 @@ class Contact : public Settings, Recovery<Real, Recovers> {
         Extra::fall = 3 * settings.limit;
         return false;
       }
+      if (!touching) {
+        age_ = static_cast<std::uint16_t>(change > product(settings.release, peak_) ? age_ + 1 : 0);
+        Extra::again = static_cast<std::uint16_t>(Extra::again + (age_ == settings.confirm));
+      }
     }
     if (count_in_a_row(low) != settings.confirm) {
       return touching;
@@ -159,9 +171,12 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     return false;
   }
 
-  constexpr void enter(Real peak) noexcept {
+  // The height of one change and the last one: one that is far out does not set the end of a touch.
+  constexpr Real twice(Real change) const noexcept { return change < last_ ? change : last_; }
+
+  constexpr void enter(Real change) noexcept {
     state_ = State::contact;
-    peak_ = peak;
+    peak_ = twice(change);
     in_a_row_ = 0;
   }
 
@@ -169,7 +184,9 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     state_ = to;
     sum_ = 0;
     in_a_row_ = 0;
-    static_cast<Extra&>(*this) = {};
+    if constexpr (Recovers) {
+      Extra::fall = 0;
+    }
     age_ = 0;
   }
 
@@ -179,7 +196,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     return count;
   }
 
-  Real sum_ = 0, peak_ = 0;
+  Real sum_ = 0, peak_ = 0, last_ = 0;
   std::uint16_t age_ = 0;
   std::uint8_t in_a_row_ = 0;
   State state_ = State::idle;

@@ -33,7 +33,7 @@ struct Fitted {
   std::uint8_t flags = 0;                  ///< of Misfit
 };
 
-/// The columns of the sums; y is the output minus `first` times x.
+/// The columns of the sums; x is the regressor minus `origin`, and y the output minus `first` times the regressor.
 enum FitColumn : int { fit_x, fit_one, fit_time, fit_slope, fit_square, fit_y, fit_columns };
 /// The sums of their products.
 template <class Real>
@@ -48,18 +48,17 @@ struct FitTest {
   static constexpr Real least_lag = Real(0.08);    // and for a lag, pairs
 
   const FitSums<Real>& sums;
-  Real first, length;  // as above; of the touch, in units of t
-  Real hard, soft;     // variances of a reading
-  Real n = sums.at(fit_one, fit_one), m = sums.at(fit_x, fit_one) / n;
+  Real first, origin, length;  // as above; of the touch, in units of t
+  Real hard, soft;             // variances of a reading
+  Real n = sums.at(fit_one, fit_one), centre = sums.at(fit_x, fit_one) / n, m = origin + centre;
   Real ratio_ = 0, variance_ = 0;
   Fitted<Real> found_{};
 
   constexpr Fitted<Real> result() noexcept {
     FitSums<Real> solved = sums;
     const Model model = solve(solved);
-    // x^2 = m^2 (x / m - 1)^2 + 2 m x - m^2.
     const Real bend = model == Model::whole ? solved.at(fit_square, fit_y) : Real(0);
-    ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(m, bend);
+    ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(centre, bend);
     variance_ = residual(solved.at(fit_y, fit_y) / (n - static_cast<Real>(model)), ratio_);
     test_drift(solved);
     if (model == Model::whole) {  // first: where a channel lags, the transients of a press look like the others
@@ -90,32 +89,35 @@ struct FitTest {
     const Real spread = all.at(fit_x, fit_x);
     if (!(spread > floor && several(spread) && all.sweep(fit_x))) {
       all = sums;
+      all.shift(fit_x, fit_one, origin);
       all.sweep(fit_x);
       all.sweep(fit_time);
       return Model::drift;
     }
     const FitSums<Real> line = all;
     // Noise of x^2, given x, and of x'.
-    const Real of_square = 4 * spread / n * floor + 2 * product(floor, noise), of_slope = product(Real(0.45), floor);
+    const Real of_square = product(4 * spread / n + 2 * noise, floor), of_slope = product(Real(0.45), floor);
     const bool whole = all.at(fit_square, fit_square) > of_square && all.sweep(fit_square) &&
-                       all.at(fit_slope, fit_slope) > of_slope && all.sweep(fit_slope) && reliable(all, fit_x, floor) &&
-                       reliable(all, fit_square, of_square) && reliable(all, fit_slope, of_slope);
+                       all.at(fit_slope, fit_slope) > of_slope && all.sweep(fit_slope) &&
+                       product(at_zero(all), floor) < 1 && product(all.error(fit_square), of_square) < 1 &&
+                       product(all.error(fit_slope), of_slope) < 1;
     if (!whole) {
       all = line;
     }
     return whole ? Model::whole : Model::line;
   }
-  static constexpr bool reliable(const FitSums<Real>& all, FitColumn term, Real floor) noexcept {
-    return product(all.error(term), floor) < 1;
+  // The variance of the slope where the regressor is 0, not of that at the origin: the depth has to vary by some per cent.
+  constexpr Real at_zero(const FitSums<Real>& all) const noexcept {
+    const Real twice = 2 * origin, more = product(twice, all.error(fit_square)) + 2 * all.at(fit_x, fit_square);
+    return all.error(fit_x) + product(twice, more);
   }
 
   // The variation of x is that of at least two pairs: spread^2 / sum (x - m)^4. One alone is a transient, which the
   // filters do not match.
   constexpr bool several(Real spread) const noexcept {
-    const Real m2 = product(m, m);
-    const Real fourth = sums.at(fit_square, fit_square) - 4 * product(m, sums.at(fit_x, fit_square)) +
-                        6 * product(m2, sums.at(fit_x, fit_x)) - 4 * product(product(m2, m), sums.at(fit_x, fit_one)) +
-                        product(product(m2, m2), n);
+    const Real c2 = product(centre, centre);
+    const Real fourth = sums.at(fit_square, fit_square) - 4 * product(centre, sums.at(fit_x, fit_square)) +
+                        product(6 * c2, sums.at(fit_x, fit_x)) - product(3 * c2, product(c2, n));
     return product(spread, spread) > 2 * fourth;
   }
 
@@ -166,11 +168,15 @@ struct FitTest {
   }
 
   constexpr void test_offset(const FitSums<Real>& solved, bool whole) noexcept {
-    const Real m2 = product(m, m);
-    Real value = solved.at(fit_one, fit_y), error = solved.error(fit_one);
-    if (whole) {
-      value -= product(m2, solved.at(fit_square, fit_y));
-      error += product(m2, product(m2, solved.error(fit_square)) + 2 * solved.at(fit_one, fit_square));
+    // c = (1, -origin, -(m^2 - origin^2)) (coefficients of 1, x, x^2)
+    const Real terms[] = {Real(1), -origin, whole ? -product(m + origin, centre) : Real(0)};
+    constexpr FitColumn columns[] = {fit_one, fit_x, fit_square};
+    Real value = 0, error = 0;
+    for (int i = 0; i < (whole ? 3 : 2); ++i) {
+      value += product(terms[i], solved.at(columns[i], fit_y));
+      for (int j = 0; j < (whole ? 3 : 2); ++j) {
+        error -= product(product(terms[i], terms[j]), solved.at(columns[i], columns[j]));
+      }
     }
     found_.open += tested(misfit_offset, -value, error, found_.offset, least_bent);
   }
@@ -203,7 +209,7 @@ struct NoFit {
 ///
 ///     y = r x + c + d t + l x' + k (x / m - 1)^2,   m the mean of x, x' = (x(k+1) - x(k-1)) / 2
 ///
-/// from sums; y is taken minus the first ratio times x, so that float is enough. A term has a flag if it is `significant`
+/// from sums; x is taken minus the first one, and y minus the first ratio times x, so that float is enough. A term has a flag if it is `significant`
 /// and its size is at least `least`; the standard errors are from the residuals or from the noise of the readings,
 /// whichever is larger. Terms that noise alone could have made vary are left out (errors in variables).
 template <class Real>
@@ -222,7 +228,7 @@ class Fit {
   /// After a hand-over to a ratio that is changed by this share: the samples before it are forgotten. If the depth
   /// changed, too, the cause may be a curve.
   constexpr void restart(Real change) noexcept {
-    const Real n = sums_.at(fit_one, fit_one), mean = n > 0 ? sums_.at(fit_x, fit_one) / n : Real(0);
+    const Real n = sums_.at(fit_one, fit_one), mean = n > 0 ? origin_ + sums_.at(fit_x, fit_one) / n : Real(0);
     const bool deeper = n > 0 && !(magnitude(last_[0].x - mean) < magnitude(mean) / 4);
     curved_ = deeper && magnitude(change) > magnitude(curved_) ? change : curved_;
     sums_ = {};
@@ -247,9 +253,10 @@ class Fit {
   /// The noise of a reading of the hard and of the soft channel, standard deviations; the ratio of the estimator.
   constexpr Fitted<Real> result(Real hard_noise, Real soft_noise, Real ratio) const noexcept {
     Fitted<Real> found;
-    if (sums_.at(fit_one, fit_one) >= fewest && sums_.at(fit_x, fit_one) > 0) {
+    const Real n = sums_.at(fit_one, fit_one);
+    if (n >= fewest && origin_ + sums_.at(fit_x, fit_one) / n > 0) {
       const Real hard = product(hard_noise, hard_noise), soft = product(soft_noise, soft_noise);
-      found = FitTest<Real>{sums_, first_, latest_, hard, soft}.result();
+      found = FitTest<Real>{sums_, first_, origin_, latest_, hard, soft}.result();
     }
     if (magnitude(curved_) > Real(0.01)) {
       found.curve = curved_;
@@ -263,12 +270,14 @@ class Fit {
 
   /// The ratio of all samples alike; its standard error, if they scattered independently.
   constexpr Levelled<Real> mean() const noexcept {
-    const Real n = sums_.at(fit_one, fit_one), xx = sums_.at(fit_x, fit_x);
+    FitSums<Real> all = sums_;
+    all.shift(fit_x, fit_one, origin_);
+    const Real n = all.at(fit_one, fit_one), xx = all.at(fit_x, fit_x);
     if (!(n >= fewest && xx > 0)) {
       return {};
     }
-    const Real slope = sums_.at(fit_x, fit_y) / xx;
-    const Real rest = positive_part(sums_.at(fit_y, fit_y) - product(product(slope, slope), xx));
+    const Real slope = all.at(fit_x, fit_y) / xx;
+    const Real rest = positive_part(all.at(fit_y, fit_y) - product(product(slope, slope), xx));
     return {first_ + slope, square_root(rest / product(n, xx))};
   }
 
@@ -284,19 +293,21 @@ class Fit {
     }
     if (pairs_ == 0) {
       first_ = s.y / s.x;
+      origin_ = s.x;
       begin_ = number_;
     }
     pairs_ += 1;
     const Real time = static_cast<Real>(number_ - begin_) / 256;
+    const Real x = s.x - origin_;
     const Real values[fit_columns] = {
-        s.x, Real(1), time, (after - before) / 2, product(s.x, s.x), s.y - product(first_, s.x)};
+        x, Real(1), time, (after - before) / 2, product(x, x), s.y - product(first_, s.x)};
     sums_.add(values);
     latest_ = time;
   }
 
   FitSums<Real> sums_{};
   Sample last_[2] = {};
-  Real first_ = 0, latest_ = 0, curved_ = 0;
+  Real first_ = 0, origin_ = 0, latest_ = 0, curved_ = 0;
   std::uint32_t number_ = 0, begin_ = 0, pairs_ = 0;
   std::uint8_t known_ = 0;
 };

@@ -22,6 +22,8 @@ enum class Event : std::uint8_t {
 /// alignment.
 template <class Real, class Ticks, class BaselineStage, class ContactStage>
 class Idle {
+  static_assert(std::is_integral_v<Ticks> && sizeof(Ticks) >= 4,
+                "palpate::Tracker: Ticks must be an integer of 32 or 64 bits");
   using Signed = std::make_signed_t<Ticks>;
   static constexpr auto second = static_cast<Signed>(ticks_per_second<Ticks>);
 

@@ -166,30 +166,34 @@ class LevelRatio : public Settings {
     }
   }
 
-  // With the hold, and one side or both.
+  // With the hold, and one side or both. What the depth varies in the hold counts a quarter: a tremor of the hand moves
+  // force and angle together. The scatter has all of it.
   constexpr Line line(bool up, bool down, Real noise) const noexcept {
-    Pairs all = sums_[hold];
-    if (up) {
-      all.join(sums_[rise]);
-    }
-    if (down) {
-      all.join(sums_[fall]);
+    constexpr Real quarter = Real(0.25);
+    Pairs all = sums_[hold], swept = all.gathered(one, quarter);
+    for (const int side : {rise, fall}) {
+      if (side == rise ? up : down) {
+        all.join(sums_[side]);
+        swept.join(sums_[side]);
+      }
     }
     const Real n = all.at(one, one), least = product(Real(5e-4), all.at(x, x));  // else there is no sweep
     all.sweep(one);
-    const Real spread = all.at(x, x), mean = all.at(one, x);
-    if (!(spread > least && all.sweep(x))) {
+    swept.sweep(one);
+    const Real spread = swept.at(x, x), mean = swept.at(one, x);
+    if (!(spread > least && swept.sweep(x))) {
       return {};
     }
     // In the coordinate of the contact, at the mean depth.
     const Real of_x = settings.contact_exponent > 1 ? 4 * noise / (9 * mean) : noise;
-    const Real share = product(n, of_x) / spread, kept = 1 - share;
+    const Real share = product(n - product(1 - quarter, number(hold)), of_x) / spread, kept = 1 - share;
     if (!(share < Real(0.3))) {
       return {};
     }
-    const Real rest = all.at(y, y) > 0 ? all.at(y, y) / (n - 2) : Real(0);
-    const Real slope = first_ + (all.at(x, y) + product(first_, share)) / kept;
-    return {slope, product(rest, all.error(x)) / product(kept, kept), share};
+    const Real more = swept.at(x, y);
+    const Real rest = all.at(y, y) - product(more, 2 * all.at(x, y) - product(more, all.at(x, x)));
+    const Real variance = positive_part(rest) / (n - 2) * swept.error(x);
+    return {first_ + (more + product(first_, share)) / kept, variance / product(kept, kept), share};
   }
 
   Pairs sums_[places] = {};

@@ -40,6 +40,27 @@ class Sweep {
     }
   }
 
+  /// The sums with `by` more in each value of a column; column `one` is 1.
+  constexpr void shift(int column, int one, Real by) noexcept {
+    const Real before = at(column, one);
+    for (int i = 0; i < Columns; ++i) {
+      sums_[place(i, column)] += i == column ? Real(0) : product(by, at(i, one));
+    }
+    sums_[place(column, column)] += product(by, before + at(column, one));
+  }
+
+  /// The sums with a share of each deviation from the mean, by products; column `one` is 1.
+  constexpr Sweep gathered(int one, Real share) const noexcept {
+    Sweep made;
+    for (int i = 0; i < Columns; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const Real of_mean = product(at(i, one), at(j, one)) / at(one, one);
+        made.sums_[place(i, j)] = of_mean + product(share, at(i, j) - of_mean);
+      }
+    }
+    return made;
+  }
+
   constexpr Real at(int i, int j) const noexcept { return sums_[place(i, j)]; }
   constexpr Real error(int i) const noexcept { return -at(i, i); }
 
