@@ -2,10 +2,14 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from palpate._core import Touch
 from palpate.digits import error, plus_minus
 from palpate.uncertainty import Uncertainty
+
+if TYPE_CHECKING:
+    from palpate.calibration import Calibration
 
 
 def advice(touch: Touch) -> list[str]:
@@ -251,11 +255,12 @@ def _signed_per_cent(share: float) -> str:
     return ("+" if share > 0 else "-") + _per_cent(share)
 
 
-def doubts_of_origin(about: Mapping[str, str], scene: str) -> list[str]:
-    """Return what may be wrong with a calibration for this scene, from what its file says about its origin; see `refusal`."""
-    made_by, doubts = about.get("scene", scene), about.get("doubts", "")
+def doubts_of_calibration(calibration: "Calibration", scene: str) -> list[str]:
+    """Return what may be wrong with a calibration for this scene: its fit, and what its file says about its origin."""
+    made_by, doubts = calibration.about.get("scene", scene), calibration.about.get("doubts", "")
     other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
     doubtful = (
         f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
     )
-    return [other] * (made_by != scene) + [doubtful] * bool(doubts)
+    unsound = [] if calibration.sound else [f"calibration: {calibration.verdict}"]
+    return unsound + [other] * (made_by != scene) + [doubtful] * bool(doubts)

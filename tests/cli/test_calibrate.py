@@ -96,6 +96,11 @@ def test_a_calibration_that_is_not_to_be_relied_on(folder: Path, tmp_path: Path)
     moduli.write_text((folder / "ten" / "moduli.csv").read_text().replace("30 A,0.87", "30 A,5.0"))
     result = run("calibrate", *specimens(folder), "--moduli", moduli, "-o", tmp_path / "p.toml")
     assert (result.exit_code, "not reliable" in result.stdout, (tmp_path / "p.toml").exists()) == (5, True, True)
+    later = run("replay", folder / "gel" / "gel.csv", "--calibration", tmp_path / "p.toml")
+    assert (later.exit_code, "calibration: This calibration is not reliable." in later.stderr) == (5, True)
+    moduli.write_text((folder / "ten" / "moduli.csv").read_text().replace("modulus_MPa", "modulus"))
+    assumed = run("calibrate", *specimens(folder), "--moduli", moduli, "-o", tmp_path / "q.toml")
+    assert f"{moduli}: no unit of the moduli is named in its first line, MPa is assumed\n" in assumed.stderr
 
 
 def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp_path: Path) -> None:

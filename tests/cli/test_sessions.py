@@ -86,6 +86,8 @@ def test_a_table_wins_and_says_so_and_recordings_that_disagree_are_refused(plan:
     result = run("calibrate", *paths, "--moduli", table, "-o", tmp_path / "probe.toml")
     assert f"{paths[1]}: 30oo: got 0.2 MPa, used: 0.15 MPa, as {table} says" in result.stderr
     assert "\n    30oo  0.15  " in result.stdout
+    assert f"{paths[1]}: has the touches of {paths[0]}: each of them counts again" in result.stderr
+    assert result.exit_code == 5
 
 
 def test_without_a_plan_the_table_is_needed(plan: Plan, tmp_path: Path) -> None:

@@ -133,6 +133,10 @@ def test_how_a_list_is_read() -> None:
     assert TouchPlan.read_list(text)["lines"] == [None, None, quarter, wrong, {"modulus": None}, quarter, twice]
     assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, {"modulus": 2.0}]
     assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [{"modulus": 0.0041}]
+    assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa")["lines"] == [None, quarter, {"modulus": 1.0}]
+    assert TouchPlan.read_list("specimen,modulus_MPa\na,0.25", "kPa")["lines"] == [None, quarter]
+    of_psi = {"wrong": "got the unit 'psi', allowed: Pa, kPa, MPa or GPa"}
+    assert TouchPlan.read_list("name; psi\na; 36 psi\nb; 0.25")["lines"] == [of_psi, of_psi, quarter]
 
 
 @pytest.mark.parametrize(

@@ -303,6 +303,7 @@ def state_of(case: Case, end: float, running: Press | None) -> Document:
     return {
         **(measured(running.ratio, float(running.trace[-1, 2])) if running else none),
         "state": case.state or ("contact" if running else "no contact"),
+        "on": running and running.specimen,
         "error": "",
         "end_s": end + ORIGIN_S,
         "recording": {"name": "palpate-2026-11-22-2.csv", "rows": round(end * RATE), "seconds": end}

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
@@ -16,25 +16,30 @@ from palpate.tables.units import to_number
 LARGEST = 100_000  # bytes of a table of moduli
 
 
-def read_moduli(path: Path) -> dict[str, float]:
-    """Return the moduli, MPa, by name."""
+def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, float]:
+    """Return the moduli, MPa, by name; `note` gets what was assumed."""
     # A header row, which may name a unit, then rows of name and modulus, separated by comma, semicolon or tab.
     lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
-    factor = 1.0
+    power: int | None = None
     for number, line in enumerate(lines, 1):
         cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
         if number == 1 and not _is_row(cells):
-            factor = _factor(f"{path}, line 1", " ".join(cells[1:2]))
+            try:
+                power = without_unit(" ".join(cells[1:2]))[1]
+            except ValueError as error:
+                raise CalibrationError(f"{path}, line 1: {error}") from error
         elif any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
             if bare(name) in map(bare, moduli):
                 raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
-            moduli[name] = factor * modulus
+            moduli[name] = modulus * 10.0 ** (power or 0)
     if not moduli:
         expected = "a header row, then rows of name and modulus in MPa"
         raise CalibrationError(f"{path}: no specimens found; expected {expected}")
+    if power is None:
+        note(f"{path}: no unit of the moduli is named in its first line, MPa is assumed")
     return moduli
 
 
@@ -44,7 +49,7 @@ def _lines(path: Path) -> list[str]:
     except OSError as error:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise CalibrationError(f"{path}: not a text table: {error}") from error
+        raise CalibrationError(f"{path}: not a text table, allowed: names and moduli, saved as CSV: {error}") from error
 
 
 def _is_row(cells: list[str]) -> bool:
@@ -54,14 +59,28 @@ def _is_row(cells: list[str]) -> bool:
         return False
 
 
-def _factor(place: str, head: str) -> float:
-    """Return the unit that the head of a column names, in MPa; without one it is MPa."""
-    unit = re.search(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", head, re.IGNORECASE)
-    found = unit[1].lower() if unit else "mpa"
-    factors = {"pa": 1e-6, "kpa": 1e-3, "mpa": 1.0, "gpa": 1e3}
-    if found not in factors:
-        raise CalibrationError(f"{place}: got the unit {quoted(found)}, allowed: Pa, kPa, MPa or GPa")
-    return factors[found]
+_UNIT = re.compile(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", re.IGNORECASE)
+_POWERS = {"pa": -6, "kpa": -3, "mpa": 0, "gpa": 3}
+
+
+def without_unit(text: str) -> tuple[str, int | None]:
+    """Return a text without the unit of a modulus that it names, and the power of ten of that in MPa; None: it names none.
+
+    Raises
+    ------
+    ValueError
+        Another unit.
+
+    Examples
+    --------
+    >>> without_unit("143 kPa"), without_unit("modulus")
+    (('143', -3), ('modulus', None))
+    """
+    if not (unit := _UNIT.search(text)):
+        return text, None
+    if (name := unit[1].lower()) not in _POWERS:
+        raise ValueError(f"got the unit {quoted(name)}, allowed: Pa, kPa, MPa or GPa")
+    return _UNIT.sub("", text, 1).strip(), _POWERS[name]
 
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:

@@ -97,7 +97,7 @@ def calibrate(
     known, chosen = _chosen(runs, moduli, ratio, accept)
     runs = [run_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _specimens(runs, known, accept, chosen)
-    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
+    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(runs)
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
     about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
     about |= chosen.about
@@ -113,6 +113,18 @@ def calibrate(
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
     show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens, chosen))
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
+
+
+def _copies(runs: Sequence[Run]) -> list[str]:
+    """Return which recordings have the same touches as one before, and print it."""
+    first, found = dict[str, Path](), list[str]()
+    for run in runs:
+        touches = repr([(touch.samples, touch.ratio, touch.standard_error) for touch in run.found.touches])
+        path = run.recording.path
+        if run.found.touches and first.setdefault(touches, path) is not path:
+            found.append(f"{path}: has the touches of {first[touches]}: each of them counts again")
+            say(found[-1])
+    return found
 
 
 def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) -> str:
@@ -139,7 +151,7 @@ def _chosen(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
             f"whose sidecar names no specimens, as {unnamed}"
         )
-    moduli, differences = known_moduli(runs, read_moduli(table) if table else {})
+    moduli, differences = known_moduli(runs, read_moduli(table, say) if table else {})
     for difference in differences:
         say(f"{difference}, as {table} says")
     named = [{t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out} for run in runs]

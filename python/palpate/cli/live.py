@@ -18,7 +18,7 @@ from palpate.cli.options import board_options, complete_source, lsl_option, reco
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
 from palpate.errors import need
-from palpate.sentences import doubts_of_origin
+from palpate.sentences import doubts_of_calibration
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _calibration(path: Path, scene: str) -> "Calibration":
 
     need("scipy", "science")  # now, not during the measurement
     found = Calibration.load(path)
-    show_notes(path, doubts_of_origin(found.about, scene))
+    show_notes(path, doubts_of_calibration(found, scene))
     return found
 
 

@@ -20,7 +20,7 @@ from palpate.cli.terminal import reading, say
 from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
-from palpate.sentences import doubts_of_origin
+from palpate.sentences import doubts_of_calibration
 from palpate.several import KINDS, objections
 from palpate.touch import baseline_takes, timed, tracked
 from palpate.uncertainty import Scatter, Uncertainty
@@ -81,7 +81,8 @@ def replay(
     file, and --json is a list; a file that fails is an Error: line and an error in the list, and the others go on. Ctrl-C
     prints what is done.
 
-    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, or the recording is not as it was written.
+    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, the recording is not as it was written, or the
+    calibration is not reliable.
 
     \b
     Example:
@@ -195,7 +196,8 @@ def replayed(
     if touches and plan.touches:
         found.add_specimens(entries)
     if calibration:
-        notes += doubts_of_origin(calibration.about, tracking["scene"])
+        notes += doubts_of_calibration(calibration, tracking["scene"])
+        found.reliable &= calibration.sound
         found.add_moduli(calibration, touches)
     found.below += [f"unit: {unit}; of the covariance: 1/({unit})^2" for unit in other.values() if touches]
     found.below += touch_table.advised(document["touches"])

@@ -42,10 +42,11 @@ class ConnectionState(Listener):
         measurement.listeners += [self._signal, self]
 
     def document(self) -> Document:
-        """Return now, line and announce, of the message `state`."""
+        """Return now, line, announce and `on`, what the running touch will be stored with, of the message `state`."""
         shown = self._look()
         self._shown = _key(shown)
-        return shown
+        contact_s, last_s = self._signal.seen.contact_s, self._measurement.last_s
+        return {**shown, "on": self._plan.progress.on(last_s - contact_s) if contact_s else None}
 
     def is_news(self) -> bool:
         """Return whether word or line differ from the last document."""

@@ -13,6 +13,7 @@ from typing import Any
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
+from palpate.calibration.specimen_files import without_unit
 from palpate.errors import PalpateError, quoted
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
@@ -371,11 +372,15 @@ class Progress:
         if number <= len(self.present):
             self.present[number - 1].touch = touch
             return
-        before = (name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s)
-        self.present.append(Done(number, touch, self.name_at(touch.start_s) or next(before, None)))
+        self.present.append(Done(number, touch, self.on(touch.start_s)))
         if self.chosen and not self.chosen[0] > touch.start_s:
             self.chosen = None
         self.settle(touch.start_s)
+
+    def on(self, start_s: float) -> str | None:
+        """Return the specimen of a touch that began then: what was next, whatever was chosen since; None: no specimen."""
+        before = (name for t_s, name in reversed(self._nexts) if not t_s > start_s)
+        return self.name_at(start_s) or next(before, None)
 
     def settle(self, t_s: float) -> None:
         """Judge each touch after a change at a time, s, and note what comes next from then on."""
@@ -498,22 +503,26 @@ def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
 def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:
     """Yield the specimen of each line, what is wrong with it, or None: it is empty, or the names of columns.
 
-    A line is "name" or "name; modulus", also with a tab or a comma between; a modulus without its unit is in `unit`. The
-    decimal point may be a comma. Of each specimen `wanted` touches are wanted.
+    A line is "name" or "name; modulus", also with a tab or a comma between. A modulus has its own unit, else that of the
+    heading, else `unit`. The decimal point may be a comma. Of each specimen `wanted` touches are wanted.
     """
-    names = set[str]()
+    names, power = set[str](), without_unit(unit)[1] or 0
     for line in text.splitlines():
         # Of a line without a tab and a semicolon the first comma is between name and modulus.
         between = next((mark for mark in "\t;" if mark in line), ",")
         name, modulus = (part.strip('" \t;') for part in line.partition(between)[::2])
-        heading = re.search("modul|[mk]pa", modulus, re.IGNORECASE) and not re.search(r"\d", modulus)
-        if not (name or modulus) or (heading and not names):
+        try:
+            bare, own = without_unit(modulus)
+        except ValueError as error:
+            yield str(error)
+            continue
+        named = own is not None or re.search("modul", bare, re.IGNORECASE)
+        if not (name or modulus) or (named and not names and not re.search(r"\d", bare)):
+            power = power if own is None else own
             yield None
             continue
         try:
-            bare, named = re.fullmatch(r"(.*?)\s*([mk]pa)?", modulus, re.IGNORECASE).groups()  # type: ignore[union-attr]
-            kilo = (named or unit).lower() == "kpa"
-            value = float(Decimal(str(to_number(bare))).scaleb(-3 * kilo)) if modulus else None
+            value = float(Decimal(str(to_number(bare))).scaleb(power if own is None else own)) if modulus else None
             specimen = Specimen(name, value, wanted)
         except ValueError:
             yield f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"

@@ -25,7 +25,7 @@ from palpate.files import write as write_file
 from palpate.materials import shore_a_of_modulus
 from palpate.recording import sidecar
 from palpate.report.findings import Findings, Result, Run, findings, run_again, run_of
-from palpate.sentences import doubts_of_origin
+from palpate.sentences import doubts_of_calibration
 from palpate.tables.packed import unpacked_name
 
 _PathLike = str | os.PathLike[str]
@@ -390,9 +390,8 @@ def _doubts(found: Findings) -> list[str]:
     """Return why the report is not to be relied on."""
     doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.recording.doubts]
     if found.calibration:
-        doubts += [] if found.calibration.sound else [f"calibration: {found.calibration.verdict}"]
         for scene in sorted({run.tracking["scene"] for run in found.runs}):
-            doubts += doubts_of_origin(found.calibration.about, scene)
+            doubts += doubts_of_calibration(found.calibration, scene)
     return list(dict.fromkeys(doubts)) if found.touches else [*doubts, "no touch was found"]
 
 

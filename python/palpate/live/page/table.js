@@ -123,9 +123,9 @@ export class Table {
     this.live.hidden = !on;
     if (!on) return;
     const seconds = state.now?.share && hello.seconds ? `, ${(state.now.share * hello.seconds).toFixed(1)} s` : "";
-    const mean = session.specimens.find(({ name }) => name === session.next?.name)?.mean;
+    const mean = session.specimens.find(({ name }) => name === state.on)?.mean;
     const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: mean ? state.ratio / mean - 1 : null };
-    this.live.replaceChildren(...this.cells(one, (session.next ?? truthOf(hello, one))?.name ?? "", `measuring${seconds}`).cells);
+    this.live.replaceChildren(...this.cells(one, state.on ?? "", `measuring${seconds}`).cells);
     this.live.cells[0].textContent = one.number;
   }
 

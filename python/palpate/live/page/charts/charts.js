@@ -2,7 +2,6 @@
 
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";
-import { truthOf } from "../now.js";
 import { Looking } from "./looking.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
@@ -51,12 +50,12 @@ export class Charts {
     }, TOUCH_MS);
   }
 
-  // The specimen of a touch that goes on is the next one of the plan.
+  // The touch that goes on, and what it will be stored with.
   follow() {
-    const { begin, end } = this.rows.extent, { session, state, hello } = this.known;
+    const { begin, end } = this.rows.extent, { state } = this.known;
     Object.assign(this.window, { begin, end });
     const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
-    this.tale.running = running && { ...running, specimen: (session.next ?? truthOf(hello, running))?.name ?? null, uncertainty: state.uncertainty ?? null };
+    this.tale.running = running && { ...running, specimen: state.on ?? null, uncertainty: state.uncertainty ?? null };
   }
 
   // Shows a touch; null: the running or the newest one. The window of a file goes to it.
