@@ -208,6 +208,7 @@ def test_a_touch_is_on_the_specimen_that_was_next_when_it_began() -> None:
         begun_s = bench.last_s + 4
         bench.last_s = begun_s + 5  # the order comes while the touch goes on
         bench.take(order)
+        assert bench.plan.progress.on(begun_s) == expected
         bench.touch(begun_s, until_s=begun_s + 6)
         assert (bench.specimens[-1], bench.next) == (expected, following)
 
