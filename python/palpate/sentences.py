@@ -166,8 +166,8 @@ def _lag(touch: Touch) -> str:
     if not isfinite(lag_ms):
         return "one channel is late; without times it is not known by how much: check that the channels are not swapped"
     return (
-        f"the {late} channel is {error(abs(lag_ms))} ms late: a bump gives way slowly, or the times are wrong: press "
-        "slowly; check that the channels are not swapped, and the times of the source"
+        f"the {late} channel is {error(abs(lag_ms))} ms late: a bump gives way slowly, or the times are wrong, as where one time "
+        "is given for readings that are made in turn (a table can have soft_time=COL): press slowly; check that the channels are not swapped, and the times of the source"
     )
 
 

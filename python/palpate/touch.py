@@ -190,7 +190,23 @@ def tracked(
     ended = tracker.touch_count
     tracker.finish()
     found = Touches(tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches])
-    return Tracked(_noted(found.of(recording), tracker, period_s), tracker.retaken, tracker.touch_count - ended)
+    found = found.of(recording)
+    if not isinstance(recording, Blocks) and not getattr(recording, "understood", ""):
+        found.notes += tuple(_of_arrays(recording))
+    return Tracked(_noted(found, tracker, period_s), tracker.retaken, tracker.touch_count - ended)
+
+
+def _of_arrays(recording: Channels) -> Iterator[str]:
+    """Yield notes on times and values that no table has checked."""
+    from palpate.tables.remarks import clipped
+
+    known = np.isfinite(recording.t_hard_s) & np.isfinite(recording.t_soft_s)
+    if known.any() and not known.all():
+        bad = np.count_nonzero(~known)
+        yield f"{bad} of {len(known)} rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
+    for name, values in {"hard": recording.hard, "soft": recording.soft}.items():
+        if len(values) and values[0] not in (np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)):
+            yield from clipped(name, values)
 
 
 _LEFT, _INSIDE, _AFTER = 1, 2, 3  # parts of a recording beside a window; 0: before the contact
@@ -214,7 +230,12 @@ def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene",
     times, contact = (np.concatenate(columns) for columns in zip(*fed, strict=True))
     times = np.maximum.accumulate(times)
     found = []
-    for begin_s, end_s in windows:
+    for window in windows:
+        try:
+            begin_s, end_s = map(float, window)
+        except (TypeError, ValueError):
+            allowed = "a list of pairs of times, s, as [(4.0, 6.0)]"
+            raise ValueError(f"windows: got {window!r:.40} in it, allowed: {allowed}") from None
         begin, end = int(np.searchsorted(times, begin_s)), int(np.searchsorted(times, end_s, "right"))
         if not (times[0] <= begin_s < times[-1] and begin < end):
             span = f"begin before end, with samples, within {times[0]:.3f} to {times[-1]:.3f} s"

@@ -225,7 +225,8 @@ def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list
     if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(1e3):
         raise CalibrationError(
             "ratios: got values that do not follow the S-shaped curve of eq. (2), allowed: ratios that rise with the "
-            "modulus, on specimens that are soft and stiff enough to show both ends of the curve"
+            "modulus, on specimens that are soft and stiff enough to show both ends of the curve; palpate replay shows the "
+            "ratios of a recording, and whether its channels are exchanged"
         )
     return found
 

@@ -174,7 +174,8 @@ def _specimens(
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
             kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
         else:
-            say(f"{name}: {len(found[name]) or 'no'} touches, none of them usable: the specimen is left out")
+            none = f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
+            say(f"{name}: {none}: the specimen is left out")
     return kept
 
 

@@ -204,8 +204,7 @@ def replayed(
     if again is not None:
         found.add_offline(again)
     if not touches:
-        takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
-        notes.append(f"no touch found: {takes if of_tracker.retaken else _why_not(recording)}")
+        notes.append(f"no touch found: {_why_not(recording, again=of_tracker.retaken > 0)}")
     return found
 
 
@@ -214,11 +213,13 @@ def _plain(value: Any) -> Any:
     return str(value) if value in (math.inf, -math.inf) else value
 
 
-def _why_not(recording: AnyRecording) -> str:
+def _why_not(recording: AnyRecording, *, again: bool) -> str:
+    takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
     spans = [f"{name} {high - low:.3g} {recording.unit}" for name, (low, high) in recording.survey.spans_pF.items()]
     if len(spans) < 2:
         return "a channel has no values"
-    return f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit"
+    found = f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit; "
+    return takes if again else found + takes
 
 
 def _replay_all(files: list[Path], one: partial[Replayed], jobs: int) -> int:

@@ -76,7 +76,7 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     for each, of in zip(table.columns, dialect.kinds, strict=True):
         if of in {NUMBER, TIME} and each.cells.dtype.kind == "O":  # not only of a channel: the row may be a sum
             wrong = [word for word in set(each.cells) if kind(word) == TEXT]
-            each.refuse(np.isin(each.cells, wrong), "is neither a number nor an overload mark")
+            each.refuse(np.isin(each.cells, wrong), "is neither a number nor an overload mark; if a second head begins there, delete the lines before it")
     return table
 
 
