@@ -135,6 +135,8 @@ def test_verdicts() -> None:
     assert not soft_only.sound
     few = np.isin(FOUR, MODULI[[0, 4, 7]])
     assert "A stiffer specimen or more specimens are needed" in Calibration.fit(data[few], FOUR[few]).verdict
+    mixed = Calibration.fit(np.roll(data, 1), FOUR).verdict  # a touch in four is under the next specimen
+    assert "much for a hand (some 3 %): is a touch under the wrong specimen?" in mixed
     single = Calibration.fit(data[::4], MODULI)
     assert "cannot be separated" in single.verdict
     good = Calibration.fit(data, FOUR)

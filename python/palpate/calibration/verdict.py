@@ -8,6 +8,7 @@ import numpy as np
 from palpate import digits
 from palpate.calibration.curve_fit import Array, Fit, Rows, curve, means
 from palpate.errors import need
+from palpate.several import TOUCH_SCATTER
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.2  # half of the 95 % interval of a parameter, relative, above which it counts as not determined
@@ -109,6 +110,8 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
         if fit.specimen_variance:
             more = f"the specimens scatter by a further {_share(fit.specimen_variance)} % around the curve"
         by = f"by {spread}" if fit.touch_variance else "as much as its standard errors say"
+        large = f", much for a hand (some {100 * TOUCH_SCATTER:g} %): is a touch under the wrong specimen?"
+        by += large * (fit.touch_variance > (3 * TOUCH_SCATTER) ** 2)
         scatter = f"From touch to touch the ratio scatters {by} ({fit.touch_freedom} degrees of freedom); {more}."
     opening = "This calibration is not reliable." if against else "The curve fits."
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])

@@ -14,7 +14,7 @@ export class Device {
     this.options = Object.entries(device.options ?? {});
     const facts = device.facts ?? [];
     const wrong = facts.some(({ warn }) => warn), pace = facts.find(({ name }) => name === "Pairs a second");
-    put("deviceword", hello.kind === "file" ? "of the recording" : !wrong && pace ? `all well · ${pace.value.split(" ")[0]} pairs a second` : "");
+    put("deviceword", hello.kind === "file" ? "of the recording" : !wrong && parseFloat(pace?.value) ? `all well · ${pace.value.split(" ")[0]} pairs a second` : "");
     if (wrong !== this.wrong) $("device").open = this.wrong = wrong;
     $("device").hidden = !facts.length && !this.options.length;
     $("openset").hidden = !this.options.length;

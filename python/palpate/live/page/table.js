@@ -33,6 +33,7 @@ export class Table {
     if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
     const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", settings.unit];
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
+    $("touches").classList.toggle("unnamed", !this.known.session.specimens.length && !touches.rows.some(({ specimen }) => specimen));
     this.draw();
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${inUnit(together.modulus.text)}` : "") : "");
     $("together").hidden = !together;
@@ -147,7 +148,7 @@ export function remarkOf(one, { events, touches, found }) {
   if (one.kept === false) return `▲ left out. ${one.why || one.advice.join(". ")}`;
   const marks = events.marks.filter(({ t_s: t, text }) => text && t > one.start_s && t < one.end_s + AFTER_S).map(({ text }) => text);
   const best = one.number === touches.most_reliable ? ["most reliable"] : [];
-  return [...best, ...one.advice, one.revised && !found ? "revised" : "", ...marks].filter(Boolean).join(". ");
+  return [...best, ...one.advice, one.modulus?.extrapolated ? "beyond the calibration" : "", one.revised && !found ? "revised" : "", ...marks].filter(Boolean).join(". ");
 }
 
 function numberOf(element) {
