@@ -1,6 +1,6 @@
 """What the flags of a touch mean, in words for the person who holds the probe; and doubts about a calibration."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 

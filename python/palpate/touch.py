@@ -130,8 +130,6 @@ class Tracked(NamedTuple):
     cut: int  # how many of the last touches ran when the recording ended: 0 or 1
 
 
-_SLOW_S = 0.5  # from pair to pair: a touch of a few seconds has few
-
 _UNTESTED = "the model was not tested: pairs slower than 40 ms, or on no even grid, or a channel falls; a tilt, an offset, a lag are not seen"
 
 
@@ -147,19 +145,16 @@ def baseline_takes(period_s: float) -> str:
     return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
 
 
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
-
-
 def _noted(touches: Touches, tracker: Tracker, period_s: float) -> Touches:
     """Add notes: what the tracker has counted, the model was not tested, the next touch came too soon."""
-    retaken, pressed, slow = tracker.retaken, tracker.pressed_again, period_s > _SLOW_S
+    counts = (tracker.retaken, tracker.pressed_again)
+    retaken, pressed = ("once" if count == 1 else f"{count} times" if count else "" for count in counts)
     untested = sum(_is_untested(touch) for touch in touches)
     soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
     notes = {
-        f"{RETAKEN} ({_times(retaken)})": retaken,
-        f"pressed again before it was lifted ({_times(pressed)}): such a press is no touch": pressed,
-        f"pairs are {period_s:.3g} s apart: such a touch has few; times are in seconds, or integers of nanoseconds": slow,
+        f"{RETAKEN} ({retaken})": retaken,
+        f"pressed again before it was lifted ({pressed}): such a press is no touch": pressed,
+        f"pairs are {period_s:.3g} s apart: a touch has few; times are in s, or integers of ns": period_s > 0.5,
         f"{untested} of {len(touches)} touches: {_UNTESTED}": untested,
         f"{soon} of {len(touches)} touches were followed too soon by the next one: {baseline_takes(period_s)}; a drift stays in them": soon,
     }
@@ -200,10 +195,9 @@ def _of_arrays(recording: Channels) -> Iterator[str]:
     """Yield notes on times and values that no table has checked."""
     from palpate.tables.remarks import clipped
 
-    known = np.isfinite(recording.t_hard_s) & np.isfinite(recording.t_soft_s)
-    if known.any() and not known.all():
-        bad = np.count_nonzero(~known)
-        yield f"{bad} of {len(known)} rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
+    bad, rows = np.count_nonzero(~np.isfinite(recording.t_hard_s + recording.t_soft_s)), len(recording.hard)
+    if 0 < bad < rows:
+        yield f"{bad} of {rows} rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
     for name, values in {"hard": recording.hard, "soft": recording.soft}.items():
         if len(values) and values[0] not in (np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)):
             yield from clipped(name, values)

@@ -167,6 +167,39 @@ def test_a_press_that_lasts_is_one_touch_and_a_jump_ends_after_half_a_minute() -
     assert [(round(one.start_s), round(one.ratio, 1)) for one in palpate.touches(table)] == [(3, 1.5), (100, 3.0)]
 
 
+@pytest.mark.parametrize("channel", [0, 1])
+@pytest.mark.parametrize("off", [1.0, 5.0, -5.0])
+def test_a_reading_far_out_early_in_a_press_does_not_end_the_touch(channel: int, off: float) -> None:
+    for row in range(58, 80):
+        t_hard, t_soft, *values = press(400)
+        values[channel][row] += off
+        [touch] = palpate.touches(palpate.Recording(t_hard, t_soft, values[0], values[1]))
+        assert touch.samples >= 240, row
+        assert abs(touch.ratio - 2.5) < min(4 * touch.standard_error, 0.01), row
+
+
+def test_a_press_before_the_lift_is_counted() -> None:
+    """Ten presses, and between them a third of the force."""
+    t_hard, t_soft, hard, soft = press(400)
+    force = np.where((np.arange(700) > 70) & (np.arange(700) < 390) & (np.arange(700) // 20 % 2 == 1), 1 / 3, 1)
+    recording = palpate.Recording(t_hard, t_soft, 9 + (hard - 9) * force, 8 + (soft - 8) * force)
+    found = palpate.touches(recording)
+    assert (len(found), found.notes) == (1, ("pressed again before it was lifted (9 times): such a press is no touch",))
+
+
+def test_notes_of_arrays() -> None:
+    t_hard, t_soft, hard, soft = press(400)
+    assert palpate.touches(palpate.Recording(t_hard, t_soft, hard, soft)).notes == ()
+    clipped = palpate.touches(palpate.Recording(t_hard, t_soft, np.minimum(hard, 9.5), soft))
+    assert "readings have exactly the largest value, 9.5: is the channel clipped there?" in clipped.notes[0]
+    in_ms = palpate.touches(palpate.Recording(1000 * t_hard, 1000 * t_soft, hard, soft))
+    assert "pairs are 26 s apart" in in_ms.notes[-1]
+    t_hard[7] = np.nan
+    [touch], [note] = (found := palpate.touches(palpate.Recording(t_hard, t_soft, hard, soft))), found.notes
+    assert note == "1 of 700 rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
+    assert np.isnan(touch.start_s)
+
+
 def test_a_touch_of_one_sample_has_a_begin() -> None:
     one, two = (palpate.touches(FOUR, samples=samples, seconds=None) for samples in (1, 2))
     assert [touch.start_s for touch in one] == [touch.start_s for touch in two]

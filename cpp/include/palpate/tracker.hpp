@@ -75,9 +75,8 @@ using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Est
                           Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
                           Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
 template <class Estimator>
-using GoesBack =
-    decltype(of<Estimator>().restore(typename Estimator::Estimate(of<const Estimator>().estimate())),
-             of<const Estimator>().mean_regressor());
+using GoesBack = decltype(of<Estimator>().restore(typename Estimator::Estimate(of<const Estimator>().estimate())),
+                          of<const Estimator>().mean_regressor());
 }  // namespace detail
 
 /// Whether an estimator has a standard error: the members of Handover of which one is made.

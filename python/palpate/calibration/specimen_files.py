@@ -26,10 +26,7 @@ def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, fl
     for number, line in enumerate(lines, 1):
         cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
         if number == 1 and not _is_row(cells):
-            try:
-                power = without_unit(" ".join(cells[1:2]))[1]
-            except ValueError as error:
-                raise CalibrationError(f"{path}, line 1: {error}") from error
+            power = without_unit(" ".join(cells[1:2]), f"{path}, line 1: ")[1]
         elif any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
             if bare(name) in map(bare, moduli):
@@ -63,13 +60,13 @@ _UNIT = re.compile(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", re
 _POWERS = {"pa": -6, "kpa": -3, "mpa": 0, "gpa": 3}
 
 
-def without_unit(text: str) -> tuple[str, int | None]:
+def without_unit(text: str, place: str = "") -> tuple[str, int | None]:
     """Return a text without the unit of a modulus that it names, and the power of ten of that in MPa; None: it names none.
 
     Raises
     ------
-    ValueError
-        Another unit.
+    CalibrationError
+        Another unit, with the place where it stands before the sentence.
 
     Examples
     --------
@@ -79,7 +76,7 @@ def without_unit(text: str) -> tuple[str, int | None]:
     if not (unit := _UNIT.search(text)):
         return text, None
     if (name := unit[1].lower()) not in _POWERS:
-        raise ValueError(f"got the unit {quoted(name)}, allowed: Pa, kPa, MPa or GPa")
+        raise CalibrationError(f"{place}got the unit {quoted(name)}, allowed: Pa, kPa, MPa or GPa")
     return _UNIT.sub("", text, 1).strip(), _POWERS[name]
 
 

@@ -74,7 +74,8 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
             f"whether the soft ratio is {_soft(fit)}."
         )
     rigid = float(fit.parameters[0])
-    reach = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975)) * float(fit.covariance[0, 0]) ** 0.5
+    t = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975))
+    reach = t * float(fit.covariance[0, 0]) ** 0.5
     if reach > LOOSE * rigid:
         reached = f"the stiffest specimen reaches {100 * max(row.fitted for row in rows) / rigid:.0f} % of it"
         interval = f"({rigid - reach:.2g} to {rigid + reach:.2g}, 95 %)"

@@ -14,7 +14,7 @@ from typing import Any
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.specimen_files import without_unit
-from palpate.errors import PalpateError, quoted
+from palpate.errors import CalibrationError, PalpateError, quoted
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
 from palpate.recording import session as stored
@@ -513,19 +513,17 @@ def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specim
         name, modulus = (part.strip('" \t;') for part in line.partition(between)[::2])
         try:
             bare, own = without_unit(modulus)
-        except ValueError as error:
-            yield str(error)
-            continue
-        named = own is not None or re.search("modul", bare, re.IGNORECASE)
-        if not (name or modulus) or (named and not names and not re.search(r"\d", bare)):
-            power = power if own is None else own
-            yield None
-            continue
-        try:
-            value = float(Decimal(str(to_number(bare))).scaleb(power if own is None else own)) if modulus else None
+            here = power if own is None else own
+            named = own is not None or re.search("modul", bare, re.IGNORECASE)
+            if not (name or modulus) or (named and not names and not re.search(r"\d", bare)):
+                power = here
+                yield None
+                continue
+            value = float(Decimal(str(to_number(bare))).scaleb(here)) if modulus else None
             specimen = Specimen(name, value, wanted)
-        except ValueError:
-            yield f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"
+        except (CalibrationError, ValueError) as error:  # another unit; else no number, or no name
+            wrong = f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"
+            yield str(error) if isinstance(error, CalibrationError) else wrong
             continue
         yield f"got {quoted(name)} again, allowed: each name once" if name in names else specimen
         names.add(name)

@@ -191,7 +191,8 @@ def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[
     sizes = [size * PICOFARADS[unit] for size, unit in zip(sizes, units, strict=True)]
     if min(sizes) > 0 and max(sizes) / min(sizes) > _FAR:
         got = " and ".join(f"{size:.3g} pF in {each.label}" for size, each in zip(sizes, both, strict=True))
-        raise ask("unit", f"about {got}", "channels of similar size: write the unit into the head of each column, as C2 (pF); if both have one, give it (--unit)")
+        alike = "channels of similar size: write the unit into each head, as C2 (pF); if it is one of both, give it (--unit)"
+        raise ask("unit", f"about {got}", alike)
     return units, [f"no unit in the header of {each.label}: {why}" for each in both if not each.stated_unit]
 
 

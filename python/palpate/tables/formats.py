@@ -25,6 +25,7 @@ _MOST_NAMES = 4  # rows of names
 _DELIMITERS = "\t;|,"
 _COMMENT = re.compile(r'["\s]*(?:[#%!]|//)')
 _DOUBTFUL = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")  # decimal comma, or a separator of thousands
+_SECOND = "if a second head begins there, delete the lines before it"
 _USUAL = "Segments and clock-segments differ"  # pyxdf logs it of every stream whose times are not smoothed
 
 
@@ -76,7 +77,7 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     for each, of in zip(table.columns, dialect.kinds, strict=True):
         if of in {NUMBER, TIME} and each.cells.dtype.kind == "O":  # not only of a channel: the row may be a sum
             wrong = [word for word in set(each.cells) if kind(word) == TEXT]
-            each.refuse(np.isin(each.cells, wrong), "is neither a number nor an overload mark; if a second head begins there, delete the lines before it")
+            each.refuse(np.isin(each.cells, wrong), f"is neither a number nor an overload mark; {_SECOND}")
     return table
 
 
