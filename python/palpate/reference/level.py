@@ -26,7 +26,7 @@ def fitted_line(x: Array, y: Array, held: NDArray[np.bool_], noise: float) -> tu
     middle, of_hold = x - x.mean(), x[held].mean() - x.mean()
     swept = np.where(held, of_hold + OF_HOLD * (middle - of_hold), middle)
     square, counted = float(swept @ middle), float(np.where(held, OF_HOLD, 1.0).sum())
-    if square <= LEAST_SWEEP * (x @ x) or not (share := counted * noise / square) < MOST_NOISE:
+    if square <= LEAST_SWEEP * (x @ x) or not (share := float(counted * noise / square)) < MOST_NOISE:
         return 0.0, np.nan, np.nan
     slope = float(swept @ y / square)
     rest = y - y.mean() - slope * middle
