@@ -87,7 +87,7 @@ template <class T>
 void define_copies(py::class_<T>& type) {
   const auto equal = [](const T& left, const T& right) { return left == right; };
   const auto copy = [](const py::object& self) { return py::module_::import("copy").attr("copy")(self); };
-  const auto pickled = [](const py::object& self) {
+  const auto pickled = [](const py::object& self) -> py::tuple {
     return self.cast<const T&>().pickled() + py::make_tuple(py::getattr(self, "__dict__", py::dict()));
   };
   const auto restored = [](const py::tuple& state) {
