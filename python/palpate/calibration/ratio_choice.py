@@ -175,8 +175,8 @@ def _simplest(found: Sequence[_Candidate]) -> _Candidate:
 
 def _few(one: _Candidate, found: Sequence[_Candidate]) -> str:
     """Return a remark if less than nine tenths of the touches have it."""
-    most = max(each.touches for each in found)
-    return f" ({one.touches} of {most} touches have it)" if one.touches < (1 - _MOST_LOST) * most else ""
+    most, lost = max(each.touches for each in found), "the others a flag against it"
+    return f" ({one.touches} of {most} touches have it, {lost})" if one.touches < (1 - _MOST_LOST) * most else ""
 
 
 def _percent(one: _Candidate) -> str:
