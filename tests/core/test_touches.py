@@ -182,7 +182,7 @@ def test_a_press_before_the_lift_is_counted() -> None:
     """Ten presses, and between them a third of the force; two rows are no press."""
     t_hard, t_soft, hard, soft = press(400)
     force = np.where((np.arange(700) > 70) & (np.arange(700) < 390) & (np.arange(700) // 20 % 2 == 1), 1 / 3, 1)
-    force[130:132] = 1
+    force[110:112] = 1
     recording = palpate.Recording(t_hard, t_soft, 9 + (hard - 9) * force, 8 + (soft - 8) * force)
     found = palpate.touches(recording)
     assert (len(found), found.notes) == (1, ("pressed again before it was lifted (9 times): such a press is no touch",))
