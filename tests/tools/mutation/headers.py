@@ -70,7 +70,9 @@ def rewrite(include: Path) -> list[tuple[Path, int, str]]:
 
 
 def _sites(header: Path, include: Path) -> list[Site]:
-    unit = cindex.Index.create().parse(str(header), args=["-x", "c++", "-std=c++17", f"-I{include}"])
+    # The package libclang has no stddef.h of its own: the compiler's.
+    own = subprocess.run(["g++", "-print-file-name=include"], check=True, capture_output=True, text=True).stdout.strip()
+    unit = cindex.Index.create().parse(str(header), args=["-x", "c++", "-std=c++17", f"-I{include}", "-isystem", own])
     text = header.read_bytes()
     top = (c for c in unit.cursor.get_children() if c.location.file and Path(c.location.file.name) == header)
     found = {(site.start, site.end): site for child in top for site in _walk(child, text)}
