@@ -503,7 +503,7 @@ def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
 def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:
     """Yield the specimen of each line, what is wrong with it, or None: it is empty, or the names of columns.
 
-    A line is "name" or "name; modulus", also with a tab or a comma between. A modulus has its own unit, else that of the
+    A line is "name" or "name; modulus", also with a tab or a comma between. A modulus has its own unit, else the one of the
     heading, else `unit`. The decimal point may be a comma. Of each specimen `wanted` touches are wanted.
     """
     names, power = set[str](), without_unit(unit)[1] or 0
