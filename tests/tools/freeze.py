@@ -11,16 +11,20 @@ import re
 import sys
 import tempfile
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
 import palpate
+from bs4 import BeautifulSoup
 from command_lines import commands, run
 from foreign_files import CASES, ending
 from live_server import Live
 from palpate.live.feed import HEADER, Kind
+from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.scenarios import run as run_scenario
 from project import FOUR, ROOT
 from websockets.asyncio.client import connect
 
@@ -82,6 +86,7 @@ def said(*arguments: str) -> str:
 
 def _steady(text: str, folder: Path) -> str:
     """Replace the folder, times, versions; round numbers to 8 digits, for other versions of numpy and other processors."""
+    text = re.sub(r"20\d\d-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\+00:00| UTC)?|\b[0-9a-f]{64}\b", "*", text)
     text = re.sub(EPHEMERAL, r'"\1": "*"', text.replace(f"{folder}/", "").replace(str(folder), "."))
     return re.sub(r"\d+\.\d{9,}(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", text)
 
@@ -128,6 +133,88 @@ def foreign(folder: Path) -> str:
         (folder / str(number)).mkdir()
         parts.append(f"{name}: {ending(make, folder / str(number))}\n")
     return "".join(parts)
+
+
+def _text_of(page: str) -> str:
+    """Return the text of a page, a line for each part, and how many marks its drawings have."""
+    soup = BeautifulSoup(page, "html.parser")
+    marks = Counter(tag.name for tag in soup.find_all(["circle", "path", "line", "rect", "text"]))
+    return "\n".join([*soup.stripped_strings, str(sorted(marks.items())), ""])
+
+
+def advised(_: Path) -> str:
+    """Return the flags and the advice of the touches of each scenario, and how they are shown."""
+    parts = []
+    for name in SCENARIOS:
+        touches = palpate.touches(run_scenario(name, seed=1))
+        parts += [f"== {name}", repr(touches), _text_of(touches._repr_html_())]
+        for touch in touches:
+            parts += [str(each) for each in palpate.advice(touch)]
+            parts.append(json.dumps(touch.as_dict(), default=str))
+    return "\n".join(parts)
+
+
+def calibrated(folder: Path) -> str:
+    """Return what calibrate, replay with a calibration, plot and report print and write."""
+    said("simulate", "-o", str(folder / "ten"))
+    said("simulate", "-o", str(folder / "gel"), "--object", "gel=1.1", "--seed", "7")
+    said("record", "sim:four-specimens?seed=2", "-o", str(folder / "four.csv"))
+    moduli = str(folder / "ten" / "moduli.csv")
+    specimens = [str(path) for path in sorted((folder / "ten").glob("*.csv")) if str(path) != moduli]
+    probe, gel = folder / "probe.toml", folder / "gel" / "gel.csv"
+    shared = ["--moduli", moduli, "--force", "-o"]
+    parts = [
+        said("calibrate", *specimens, *shared, str(probe), "--report", str(folder / "calibration.html")),
+        said("calibrate", *specimens, *shared, str(folder / "json.toml"), "--json"),
+        said("calibrate", *specimens, *shared, str(folder / "level.toml"), "--ratio", "level"),
+        said("calibrate", *specimens[:3], *shared, str(folder / "few.toml"), "--by", "mean"),
+        said("calibrate", *specimens, *shared, str(folder / "soft.toml"), "--free-soft-ratio", "--accept", "offset"),
+    ]
+    parts += [path.read_text() for path in sorted(folder.glob("*.toml"))]
+    for calibration in ("probe", "level", "few"):
+        options = ["--calibration", str(folder / f"{calibration}.toml")]
+        for path in (gel, folder / "four.csv"):
+            parts += [said("replay", str(path), *options), said("replay", str(path), *options, "--json")]
+        made = str(folder / f"{calibration}.html")
+        parts.append(said("report", str(gel), *options, "-o", made, "--operator", "A. Bee", "--shore"))
+        parts.append(_text_of(Path(made).read_text(encoding="utf-8")))
+    parts.append(said("report", str(folder / "four.csv"), "-o", str(folder / "plain.html"), "--unit", "kPa"))
+    parts += [_text_of((folder / name).read_text(encoding="utf-8")) for name in ("plain.html", "calibration.html")]
+    return "\n".join(parts)
+
+
+def converted(folder: Path) -> str:
+    """Return what convert, import and plot print of recordings and tables, and the size and checksum of what they write."""
+    parts = []
+    for number, path in enumerate(recordings(folder)):
+        out = folder / f"{number}-out.csv"
+        parts += [said("import", str(path)), said("convert", str(path), "-o", str(out))]
+        if out.exists():
+            parts += [f"crc32 {zlib.crc32(out.read_bytes())}", out.with_suffix(".json").read_text()]
+    for number, make in enumerate(CASES.values()):
+        (folder / f"case{number}").mkdir()
+        words = [str(word) for word in make(folder / f"case{number}")]
+        if words[0] != "-":
+            parts += [said("import", *words), said("check", *words)]
+    parts.append(said("plot", str(FOUR), "-o", str(folder / "drawn.png")))
+    return "\n".join(parts)
+
+
+def accepted(folder: Path) -> str:
+    """Return what the commands for a board print of a simulated one."""
+    with chdir(folder):
+        report = str(folder / "kit.json")
+        return "".join(
+            [
+                said("kit", "accept", "sim:?wiring=exca", "--no-prompt", "-o", report),
+                said("kit", "report", report),
+                Path(report).read_text(encoding="utf-8"),
+                *(said("kit", "scan", f"sim:{wiring}") for wiring in ("", "?wiring=exca", "?wiring=excb-shorted")),
+                said("kit", "dump", "sim:"),
+                said("kit", "noise", "sim:", "--capf", "0"),
+                said("devices"),
+            ]
+        )
 
 
 def names(_: Path) -> str:
@@ -212,7 +299,8 @@ def page(_: Path) -> str:
 
 
 FROZEN: dict[str, Callable[[Path], str]] = {
-    made.__name__: made for made in (replayed, written, repaired, foreign, names, helps, page)
+    made.__name__: made
+    for made in (replayed, written, repaired, foreign, advised, calibrated, converted, accepted, names, helps, page)
 }
 
 
