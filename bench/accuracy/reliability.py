@@ -27,7 +27,7 @@ import pandas as pd
 from palpate.calibration.characterise import Chosen, Specimen, calibrate, choose, rises, weighted
 from palpate.display.plots import PAGE_IN, sheet
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.several import TOUCH_SCATTER, usable
+from palpate.repeatability import TOUCH_SCATTER, usable
 from palpate.simulation import Substrate
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE

@@ -23,7 +23,7 @@ import numpy as np
 import palpate
 from palpate import Calibration
 from palpate.calibration.characterise import Specimen, calibrate
-from palpate.calibration.ratio_choice import Choice, Track, choose
+from palpate.calibration.selection import Choice, Track, choose
 from palpate.elasticity import Elasticity
 
 from bench.accuracy.other_probe import Recorded, Way, touch

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from palpate import digits, touches
+from palpate import number_format, touches
 from palpate.calibration import Calibration
 from palpate.calibration.characterise import Specimen, calibrate, choose
 from palpate.calibration.plot import draw, moduli_axis
@@ -118,6 +118,6 @@ def _parameters(fitted: Calibration) -> list[str]:
     lines = []
     for name, ends in fitted.parameter_intervals().items():
         if ends[1] > ends[0]:
-            value, low, high = digits.between(getattr(fitted.probe, name), *ends)
+            value, low, high = number_format.between(getattr(fitted.probe, name), *ends)
             lines.append(f"{name.replace('_', ' ')} {value} ({low} to {high})")
     return lines

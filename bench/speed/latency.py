@@ -4,7 +4,7 @@
     python -m bench.speed.latency --table                             print the table of docs/speed.md
 
 The first table is live: the simulated board in real time, read by the real driver, through ring and tracker. The times
-of its bus are assumptions (palpate.ad7746.twin.kit), not measured on a board. Its column "idle" is by a virtual clock. It
+of its bus are assumptions (palpate.ad7746.simulator.kit), not measured on a board. Its column "idle" is by a virtual clock. It
 and the second table, computed from simulated touches, are the same on every machine.
 """
 

@@ -18,11 +18,11 @@ from typing import Any
 
 from palpate import Tracker
 from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE, linearity_pF
+from palpate.importers.units import PICOFARADS
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
-from palpate.sources.lines import COLUMNS as NAMES
-from palpate.sources.lines import MARKS, NANOSECONDS, UNUSED, WHOLE
-from palpate.tables.units import PICOFARADS
+from palpate.sources.line_protocol import COLUMNS as NAMES
+from palpate.sources.line_protocol import MARKS, NANOSECONDS, UNUSED, WHOLE
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -222,7 +222,7 @@ function adviceOn(touch) {
   return [...flags.map((flag) => `${flag}: ${ADVICE[flag]}`), ...(swapped ? [SWAPPED] : [])];
 }
 
-// Why a touch does not count, as palpate.several says; "": it does.
+// Why a touch does not count, as palpate.repeatability says; "": it does.
 function whyOf({ flags, samples, standard_error: error, revised, age_s: age }) {
   const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);

@@ -36,13 +36,13 @@ TYPE_CHECKING = False  # True for a type checker; importing typing would take lo
 if TYPE_CHECKING:
     from typing import Any
 
-    from palpate.afterwards import OfflineTouch, offline
+    from palpate.batch import touches
     from palpate.calibration import Calibration, Modulus
-    from palpate.fleet import touches
+    from palpate.flags import advice
+    from palpate.offline_touches import OfflineTouch, offline
     from palpate.recording import Recording, check, read, recorded
+    from palpate.repeatability import agreement, most_reliable
     from palpate.samples import Sample, Status
-    from palpate.sentences import advice
-    from palpate.several import agreement, most_reliable
     from palpate.sources import Gap, Source, open
     from palpate.stream import Stream
     from palpate.uncertainty import Uncertainty
@@ -94,13 +94,13 @@ __all__ = [
 ]
 
 _LAZY = {
-    "afterwards": ("OfflineTouch", "offline"),
+    "offline_touches": ("OfflineTouch", "offline"),
     "calibration": ("Calibration", "Modulus"),
-    "fleet": ("touches",),
+    "batch": ("touches",),
     "recording": ("Recording", "check", "read", "recorded"),
     "samples": ("Sample", "Status"),
-    "sentences": ("advice",),
-    "several": ("agreement", "most_reliable"),
+    "flags": ("advice",),
+    "repeatability": ("agreement", "most_reliable"),
     "sources": ("Gap", "Source", "open"),
     "stream": ("Stream",),
     "uncertainty": ("Uncertainty",),

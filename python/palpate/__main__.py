@@ -3,7 +3,7 @@
 import sys
 from io import TextIOWrapper
 
-_INTERRUPTED = 130  # as in palpate.cli.group, which may not be imported yet
+_INTERRUPTED = 130  # as in palpate.cli.main, which may not be imported yet
 
 
 def main() -> None:

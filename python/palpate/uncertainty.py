@@ -10,9 +10,9 @@ from math import hypot, inf, isfinite, log, nan, sqrt
 from statistics import pvariance
 from typing import NamedTuple
 
-from palpate import digits
+from palpate import number_format
 from palpate._core import Touch
-from palpate.several import TOUCH_SCATTER, Agreement, RatioOf, hold
+from palpate.repeatability import TOUCH_SCATTER, Agreement, RatioOf, hold
 
 Known = tuple[float, float]
 """A ratio and its standard error."""
@@ -187,10 +187,10 @@ class Uncertainty:
 
     def __str__(self) -> str:
         """Return the ratio, its uncertainty, and where the scatter comes from; a few digits if it is not known."""
-        if not digits.known(self.uncertainty):
-            return digits.number(self.ratio)
-        return f"{digits.plus_minus(self.ratio, self.uncertainty)} ({self.source})"
+        if not number_format.known(self.uncertainty):
+            return number_format.number(self.ratio)
+        return f"{number_format.plus_minus(self.ratio, self.uncertainty)} ({self.source})"
 
     def as_dict(self) -> dict[str, float | str | None]:
         """Return `uncertainty` (None: not known) and `uncertainty_from`, for JSON."""
-        return {**digits.plain({"uncertainty": self.uncertainty}), "uncertainty_from": self.source}
+        return {**number_format.plain({"uncertainty": self.uncertainty}), "uncertainty_from": self.source}

@@ -23,7 +23,7 @@ from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import find
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
 from palpate.ad7746.evalkit.find import VENDOR, boards, devices
-from palpate.ad7746.twin.kit import Fault
+from palpate.ad7746.simulator.kit import Fault
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit

@@ -8,7 +8,7 @@ from kit_bench import CENTRED, Bus, pins
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.i2c import I2cBus
-from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 
 

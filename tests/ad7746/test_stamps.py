@@ -19,8 +19,8 @@ from kit_bench import CENTRED, Bench, ProcessCarrier
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.converter import Pace, Seen
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
-from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault
-from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.simulator.kit import BUS_KHZ, FAULTS, Fault
+from palpate.ad7746.simulator.usb import TwinBackend
 from palpate.errors import ProtocolError, SourceError
 from palpate.samples import Sample, Status
 

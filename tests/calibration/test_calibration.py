@@ -15,7 +15,7 @@ from effort import NIGHTLY, examples
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from palpate import Calibration, CalibrationError, digits
+from palpate import Calibration, CalibrationError, number_format
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
 Array = NDArray[np.float64]
@@ -110,8 +110,8 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     above, far = calibration.modulus(rigid * 1.01), calibration.modulus(rigid * 2)
     assert isnan(above.value)
     assert 0 < above.low < above.high == inf
-    assert above.reason == f"the ratio is not below {digits.number(rigid)}, the ratio of a rigid object"
-    assert str(above) == f"stiffer than {digits.number(above.low)} MPa"
+    assert above.reason == f"the ratio is not below {number_format.number(rigid)}, the ratio of a rigid object"
+    assert str(above) == f"stiffer than {number_format.number(above.low)} MPa"
     assert all(map(isnan, far))
     assert far.reason.endswith("the difference is larger than the uncertainty")
     assert str(far) == "no modulus"

@@ -15,7 +15,7 @@ import pytest
 from command_lines import document, run
 from palpate import Calibration
 from palpate.calibration.characterise import Specimen, calibrate, error_share
-from palpate.calibration.ratio_choice import Track, choose, fitted_exponent
+from palpate.calibration.selection import Track, choose, fitted_exponent
 from palpate.calibration.specimen_files import write_session
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
@@ -23,7 +23,7 @@ from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen
 from palpate.recording import session as stored
 from palpate.recording import sidecar
-from palpate.several import level, objections
+from palpate.repeatability import level, objections
 from palpate.simulation import hand
 
 from bench.accuracy.session import WAY, fitted, measure, session

@@ -9,7 +9,7 @@ import pytest
 from command_lines import document, run
 from foreign_files import measurement
 from palpate import Status, check
-from palpate.recording.own_file import Recorded
+from palpate.recording.csv_reader import Recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import Block

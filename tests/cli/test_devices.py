@@ -14,9 +14,9 @@ from palpate import DeviceNotFound
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit import board, find, udev
 from palpate.ad7746.evalkit.udev import UDEV_RULE
-from palpate.ad7746.twin.chip import ChipTwin
-from palpate.ad7746.twin.kit import KitTwin
-from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.kit import KitTwin
+from palpate.ad7746.simulator.usb import TwinBackend
 from palpate.cli import devices as cli_devices
 from palpate.sources import devices
 

@@ -48,7 +48,7 @@ def imported(*words: str) -> set[str]:
     [
         (["--help"], "numpy usb serial smbus2 asyncio jinja2 pandas palpate.sources palpate.stream"),
         (["record", "--help"], "numpy usb serial smbus2 pylsl asyncio jinja2 pandas palpate.sources palpate.stream"),
-        (["replay", str(FOUR)], "importlib.metadata email tempfile pandas palpate.afterwards palpate.sources"),
+        (["replay", str(FOUR)], "importlib.metadata email tempfile pandas palpate.offline_touches palpate.sources"),
     ],
 )
 def test_only_what_is_needed_is_imported(words: list[str], heavy: str) -> None:
@@ -62,7 +62,7 @@ def test_the_version_and_what_it_goes_with() -> None:
 
 
 def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
-    done = process("replay", before=raising("KeyboardInterrupt", "palpate.cli.group"))
+    done = process("replay", before=raising("KeyboardInterrupt", "palpate.cli.main"))
     assert (done.returncode, done.stderr) == (130, "interrupted\n")
 
 

@@ -9,10 +9,10 @@ import pytest
 from click.testing import Result
 from command_lines import document
 from command_lines import run as palpate
-from palpate.ad7746.twin.kit import Fault
-from palpate.kit import steps
-from palpate.kit.bench import Bench
-from palpate.kit.step import load
+from palpate.acceptance import steps
+from palpate.acceptance.board_under_test import Bench
+from palpate.acceptance.step import load
+from palpate.ad7746.simulator.kit import Fault
 from palpate.sources.sim import SimSource
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import palpate
 import pytest
 from command_lines import document, run
-from palpate import Uncertainty, digits
+from palpate import Uncertainty, number_format
 from palpate.simulation import scenarios
 from project import FOUR, copied
 
@@ -61,8 +61,8 @@ def test_offline_shows_its_method_and_the_live_result_beside(tmp_path: Path) -> 
     assert last == "touch 1, 2, 3, 4: offline: matched pair of 5 + 6 points, baseline before and after"
     for line, touch in zip(lines, found, strict=True):
         live = touch.live
-        assert line.split()[3] == digits.number(touch.ratio, touch.standard_error)
-        assert line.split()[5] == digits.number(live.ratio, live.standard_error)
+        assert line.split()[3] == number_format.number(touch.ratio, touch.standard_error)
+        assert line.split()[5] == number_format.number(live.ratio, live.standard_error)
     whole = document("replay", FOUR, "--offline")
     assert [record.pop("offline") for record in whole["touches"]] == [touch.as_dict() for touch in found]
     assert whole == document("replay", FOUR)

@@ -185,7 +185,7 @@ def test_a_touch_in_the_first_baseline_is_found_or_said() -> None:
     """It begins while the first baseline is measured; the next touch is right."""
     for before in np.arange(0.1, 1.05, 0.1):
         run = touch(Way(before=float(before), hold=2.0, after=3.0), 1) + touch(Way(before=0.3, hold=3.0), 2)
-        made = palpate.touch.tracked(run)
+        made = palpate.tracking.tracked(run)
         assert made.touches[-1].ratio == pytest.approx(2.8, rel=1e-4)
         assert len(made.touches) == 2 or made.retaken, before
 

@@ -11,7 +11,7 @@ import pytest
 from palpate import Calibration, Uncertainty
 from palpate.ad7746.datasheet import LINEARITY_PF, SATURATED_PF, linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.several import objections
+from palpate.repeatability import objections
 from palpate.simulation import scenarios
 from palpate.simulation.hand import session
 from palpate.uncertainty import Scatter

@@ -76,12 +76,12 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
     assert page.text("foundcount") == "5 of 20 found · 4 count\nSave 5 as CSV"
     mean, spread = statistics.mean(used), statistics.stdev(used)
     said = page.text("statistics")
-    assert f"Mean\n{palpate.digits.plus_minus(mean, spread / 2)}\n" in said
+    assert f"Mean\n{palpate.number_format.plus_minus(mean, spread / 2)}\n" in said
     assert f"{100 * spread / mean:.2f} %" in said
     times = [one["start_s"] for one in rows[4:9] if one["kept"]]
     fit, covariance = np.polyfit(times, used, 1, cov=True)
     slope, error = (abs(float(value)) * 360_000 / mean for value in (fit[0], covariance[0, 0] ** 0.5))
-    assert palpate.digits.plus_minus(slope, error) in said
+    assert palpate.number_format.plus_minus(slope, error) in said
 
 
 def test_a_zoom_is_about_the_middle_and_the_values_at_the_pointer_go_along(page: Browser, file: Canned) -> None:

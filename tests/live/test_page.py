@@ -13,7 +13,7 @@ from effort import random_of
 from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
-from palpate import digits
+from palpate import number_format
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.app import page_files
 from selenium.webdriver.common.keys import Keys
@@ -134,6 +134,6 @@ def test_the_page_rounds_as_python_does(page: Browser) -> None:
         pairs.append((value, abs(value) * 10 ** draw.uniform(-8, 3) if draw.random() < 0.8 else None))
     script = f"{source}; return JSON.parse(arguments[0]).map(([v, u]) => [number(v, u), plusMinus(v, u).join(' ')])"
     for (value, uncertainty), (number, both) in zip(pairs, page.run(script, json.dumps(pairs)), strict=True):
-        assert number == digits.number(value, uncertainty or math.nan)
+        assert number == number_format.number(value, uncertainty or math.nan)
         if uncertainty:
-            assert both == digits.plus_minus(value, uncertainty)
+            assert both == number_format.plus_minus(value, uncertainty)

@@ -17,8 +17,8 @@ from command_lines import run
 from lsl_sender import PERIOD_S, Sender
 from palpate import DeviceNotFound, Gap, MissingExtra, ProtocolError, Sample, Source
 from palpate.sources import lsl as lsl_source
+from palpate.sources.conformance import check_source
 from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library
-from palpate.testing import check_source
 from recording_bench import passing_gaps
 
 FARADS = ("pF", "pF")

@@ -19,9 +19,9 @@ import pytest
 from command_lines import document, run
 from lsl_sender import Listener, Sender, take_all
 from palpate import Gap, Stream
-from palpate.lsl import Outlets
 from palpate.samples import block_of, feed
 from palpate.stream import Batch
+from palpate.stream.lsl_outlets import Outlets
 from recording_bench import Scripted, four, soon
 
 MANY = 5000

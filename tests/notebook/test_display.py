@@ -101,7 +101,7 @@ def test_a_bar_is_two_uncertainties_to_each_side() -> None:
     html = SHOWN["touches"]._repr_html_()
     known = [palpate.Uncertainty.of(touch) for touch in SHOWN["touches"]]
     ends = [one.ratio + side * one.uncertainty for one in known for side in (-2, 2)]
-    assert f"± 2 uncertainties, {' to '.join(map(palpate.digits.number, markup.span(ends)))}" in html
+    assert f"± 2 uncertainties, {' to '.join(map(palpate.number_format.number, markup.span(ends)))}" in html
     bars = [markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))]
     assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [["4.0", "136.0"], ["4.0", "41.7"], []]
 

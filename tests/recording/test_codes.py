@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import ProtocolError, RecordingError, Sample, Stream
 from palpate.recording import sidecar
-from palpate.recording.own_file import Recorded
+from palpate.recording.csv_reader import Recorded
 from palpate.sources import Codes
 from palpate.sources.base import described
 from recording_bench import Scripted, record, sample

@@ -10,8 +10,8 @@ import pytest
 from command_lines import run
 from palpate.errors import RecordingError
 from palpate.recording import check, read, recorded, sidecar
-from palpate.recording.columns import convert
-from palpate.recording.own_file import Recorded
+from palpate.recording.convert import convert
+from palpate.recording.csv_reader import Recorded
 from palpate.samples import Status
 from palpate.simulation import scenarios
 from project import FOUR

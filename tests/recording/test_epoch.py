@@ -8,9 +8,9 @@ import palpate
 import pytest
 from numpy.typing import NDArray
 from palpate.ad7746.bus import RealClock
-from palpate.ad7746.twin.chip import ChipTwin
-from palpate.ad7746.twin.kit import KitTwin
-from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.kit import KitTwin
+from palpate.ad7746.simulator.usb import TwinBackend
 from palpate.recording import sidecar
 from palpate.samples import epoch_at
 from project import FOUR

@@ -9,7 +9,7 @@ import pytest
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.session import PERIOD_S, Entry, Note, Plan, Specimen, plan_of
-from palpate.touch import Touches
+from palpate.tracking import Touches
 from project import FOUR
 
 WHOLE = Plan(

@@ -15,7 +15,7 @@ from command_lines import document, run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.materials import shore_a_of_modulus
-from palpate.report.writing import _render
+from palpate.report.report_html import _render
 from palpate.samples import Status
 from project import FOUR, copied, made_once
 from report_session import HOSTILE, change, recorded, specimens, with_session
@@ -72,7 +72,9 @@ def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
     assert row[:3] == ["gel", value.removesuffix(" MPa"), interval.rstrip(")")]
     assert row[8:] == ["4", NONE]
     assert f"gel: {value} (95 %: {interval}" in ten.text[""]
-    assert row[5] == palpate.digits.number(replayed["agreement"]["ratio"], replayed["agreement"]["standard_error"])
+    assert row[5] == palpate.number_format.number(
+        replayed["agreement"]["ratio"], replayed["agreement"]["standard_error"]
+    )
 
 
 def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:

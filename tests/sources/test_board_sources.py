@@ -8,7 +8,7 @@ import pytest
 from kit_bench import CENTRED, Bench
 from palpate import SourceTimeout, Status, Stream
 from palpate.ad7746 import datasheet
-from palpate.ad7746.twin.kit import Fault
+from palpate.ad7746.simulator.kit import Fault
 from palpate.recording.foreign import recorded
 from palpate.recording.sidecar import load
 

@@ -1,4 +1,4 @@
-"""`palpate.testing.check_source`: our own sources pass it, and each of many wrong sources is found by name."""
+"""`palpate.sources.conformance.check_source`: our own sources pass it, and each of many wrong sources is found by name."""
 
 import itertools
 import math
@@ -14,9 +14,9 @@ from kit_bench import CENTRED, Bus
 from kit_bench import pins as ramps
 from palpate import Sample, Source, Status, open
 from palpate.ad7746.bus import VirtualClock
-from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.sources import Codes
-from palpate.testing import check_source
+from palpate.sources.conformance import check_source
 from project import FOUR
 
 PATIENCE = 10.0

@@ -4,16 +4,16 @@ from inspect import signature
 from typing import Any
 
 import pytest
+from palpate.acceptance import steps
 from palpate.ad7746 import converter, datasheet, driver, wiring
 from palpate.ad7746.evalkit import board, find
-from palpate.kit import steps
-from palpate.sources import iio, lines, lsl, serial
+from palpate.sources import iio, line_protocol, lsl, serial
 from project import ROOT
 
 LIMITS: list[tuple[str, str, Any, Any]] = [
-    ("serial", "from 0.01 to 100 pF", (lines.SMALLEST_PF, lines.LARGEST_PF), (0.01, 100)),
-    ("serial", "a number from 1e30 on", lines.OVERLOAD, 1e30),
-    ("serial", "has at most 1000 bytes", lines.LONGEST, 1000),
+    ("serial", "from 0.01 to 100 pF", (line_protocol.SMALLEST_PF, line_protocol.LARGEST_PF), (0.01, 100)),
+    ("serial", "a number from 1e30 on", line_protocol.OVERLOAD, 1e30),
+    ("serial", "has at most 1000 bytes", line_protocol.LONGEST, 1000),
     ("serial", "If lines come for 10 s, and not one is read", serial.PATIENCE_S, 10),
     ("serial", "If no line is read in the first 5 s", serial.SETTLE_S, 5),
     ("serial", "3 times as fast as the computer's over the first 10 s", (serial.PACE, serial.PACE_S), (3, 10)),

@@ -10,7 +10,7 @@ from command_lines import run
 from effort import NIGHTLY
 from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
-from palpate.ad7746.twin.chip import WIRINGS
+from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.wiring import Look, Wiring
 from palpate.samples import Sample, Status
 from palpate.simulation.board import known

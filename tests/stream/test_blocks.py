@@ -16,7 +16,7 @@ from palpate.recording.sidecar import load
 from palpate.samples import Block, block_of, samples_of
 from palpate.sources.base import Gap
 from palpate.stream import stream as stream_module
-from palpate.stream.memory import SampleQueue
+from palpate.stream.buffers import SampleQueue
 from recording_bench import Blocks, Scripted, four, sample
 
 

@@ -13,7 +13,7 @@ from palpate.recording.foreign import recorded
 from palpate.recording.sidecar import BEGUN
 from palpate.simulation import scenarios
 from palpate.sources.base import Gap
-from palpate.stream.memory import BEGIN, MAY_DIFFER, WITHIN
+from palpate.stream.buffers import BEGIN, MAY_DIFFER, WITHIN
 from recording_bench import Scripted, document, sample
 
 PERIOD_NS = 26_000_000

@@ -16,9 +16,9 @@ from effort import SEED, Tally, draws
 from palpate import Sample, Touch
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import FACTORY, ChipTwin
-from palpate.ad7746.twin.kit import Fault, KitTwin
-from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.simulator.chip import FACTORY, ChipTwin
+from palpate.ad7746.simulator.kit import Fault, KitTwin
+from palpate.ad7746.simulator.usb import TwinBackend
 from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
 from recording_bench import measured

@@ -15,7 +15,7 @@ from palpate.samples import RETAKEN, samples_of
 from palpate.simulation import scenarios
 from palpate.sources.files import FileSource
 from palpate.stream.estimate import Estimate
-from palpate.touch import tracked
+from palpate.tracking import tracked
 from recording_bench import Scripted, four, measured
 
 

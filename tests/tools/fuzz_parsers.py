@@ -33,19 +33,19 @@ with imports:
     import click
     import palpate
     from palpate import CalibrationError, PalpateError, ProtocolError, RecordingError, SourceError
+    from palpate.acceptance import step as kit_step
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.board import RAM_BYTES, read_hex
-    from palpate.ad7746.twin.usb import TwinBackend
+    from palpate.ad7746.simulator.usb import TwinBackend
     from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import COMMANDS, config
-    from palpate.kit import step as kit_step
     from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, format_rows, parse_rows, unreadable
     from palpate.recording.verification import check
     from palpate.samples import Status, block_of
-    from palpate.sources.lines import Grammar
+    from palpate.sources.line_protocol import Grammar
     from palpate.sources.options import split
     from recording_bench import passing_gaps
     from serial_lines import Chunks
@@ -167,7 +167,7 @@ def uri(data: bytes) -> None:
         split(text)
     refused = (ValueError, SourceError, RecordingError)
     no_port = patch("serial.Serial", side_effect=OSError("no port"))
-    no_plugins = patch("palpate.sources.uri.entry_points", return_value=[])  # reads the metadata of each package
+    no_plugins = patch("palpate.sources.registry.entry_points", return_value=[])  # reads the metadata of each package
     with no_port, no_plugins, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # warning of Python for a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):

@@ -18,9 +18,9 @@ from palpate.ad7746.bus import Clock, VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import ChipTwin
-from palpate.ad7746.twin.kit import BUS_KHZ, Fault, KitTwin
-from palpate.ad7746.twin.usb import Port, TwinBackend
+from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.kit import BUS_KHZ, Fault, KitTwin
+from palpate.ad7746.simulator.usb import Port, TwinBackend
 from palpate.samples import Sample, Status
 
 SLOPE_PF_PER_S = 0.02

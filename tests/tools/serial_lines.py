@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from palpate import ProtocolError, Sample
-from palpate.sources.lines import OF_LINES, Grammar, Refused
+from palpate.sources.line_protocol import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
 from palpate.sources.serial import SerialSource
 from recording_bench import passing_gaps

@@ -23,7 +23,7 @@ from typing import Any
 
 from palpate.ad7746.bus import Clock, RealClock
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, fresh, system_backend
-from palpate.ad7746.twin.kit import KitTwin, Reply
+from palpate.ad7746.simulator.kit import KitTwin, Reply
 
 _IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
 _URB = struct.Struct("<BBxxiIxxxxQiiiiiIQ")  # struct usbdevfs_urb

@@ -13,10 +13,10 @@ import pytest
 from command_lines import document
 from effort import draws, random_of
 from freeze import recordings
-from palpate import sentences
+from palpate import flags
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
-from palpate.several import objections
+from palpate.repeatability import objections
 from palpate.simulation import scenarios
 from project import FOUR
 
@@ -112,4 +112,4 @@ def test_what_is_no_whole_recording_is_refused(node: Any) -> None:
 
 
 def test_each_flag_has_a_sentence(node: Any) -> None:
-    assert list(node("advice")) == list(sentences.FLAGS)
+    assert list(node("advice")) == list(flags.FLAGS)

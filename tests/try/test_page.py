@@ -9,7 +9,7 @@ import page_looks
 import palpate
 import pytest
 from live_browser import Browser
-from palpate import digits
+from palpate import number_format
 from project import FOUR, need
 
 FILES = {path.name: path.read_bytes() for path in (FOUR, FOUR.with_suffix(".json"))}
@@ -112,7 +112,7 @@ def test_it_is_small_and_the_same_sources_give_the_same_bytes(file: Path) -> Non
 def test_the_simulated_touches_are_drawn(page: Browser) -> None:
     assert page.text("says").startswith("● This is a simulation.")
     rows = page.run("return palpate.known.touches.rows")
-    assert page.text("number") == digits.number(rows[-1]["ratio"], rows[-1]["uncertainty"])
+    assert page.text("number") == number_format.number(rows[-1]["ratio"], rows[-1]["uncertainty"])
     page.drawn()
     assert page.run("return palpate.charts.overview.points") > 50
     assert page.run("return palpate.charts.detail.points") > 200
@@ -124,7 +124,9 @@ def test_a_recording_is_shown_with_the_numbers_of_palpate(page: Browser) -> None
     touches = palpate.touches(FOUR)
     assert ratios(page) == [touch.ratio for touch in touches]
     assert "A recording: complete, clean end, 1411 rows, 0 missing." in page.text("says")
-    assert page.text("number") == digits.number(touches[-1].ratio, palpate.Uncertainty.of(touches[-1]).uncertainty)
+    assert page.text("number") == number_format.number(
+        touches[-1].ratio, palpate.Uncertainty.of(touches[-1]).uncertainty
+    )
     assert page.run("return palpate.store.used") == 1411
     drop(page, {"run.csv": FILES[FOUR.name][:-9], "run.json": FILES["four-specimens.json"]})
     assert "run.csv is not as it was" in refusal(page)

@@ -10,7 +10,7 @@ import pytest
 from effort import draws, random_of
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.simulation import scenarios
-from palpate.sources.lines import Grammar, Refused, sample_of
+from palpate.sources.line_protocol import Grammar, Refused, sample_of
 
 BLOCK = scenarios.run("stiff-steady").block()
 NAMES = ("hard_pF", "soft_pF", "C1", "soft_fF", "hard", "soft", "C2", "hard_raw", "soft_raw", "t_ms", "t_us", "millis", "t_hard_us",

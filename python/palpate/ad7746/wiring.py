@@ -1,6 +1,6 @@
 """What is connected to each input, and mistakes of the wiring in words: which pin to look at, what to do.
 
-Swapped inputs are not among them: both are connected. Only a press shows them (`palpate.sentences`).
+Swapped inputs are not among them: both are connected. Only a press shows them (`palpate.flags`).
 """
 
 import math

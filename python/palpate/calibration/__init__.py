@@ -1,5 +1,5 @@
 """Calibration: from touches on specimens of known modulus to the modulus of another object, with an interval."""
 
-from palpate.calibration.calibration import Calibration, Modulus
+from palpate.calibration.model import Calibration, Modulus
 
 __all__ = ["Calibration", "Modulus"]

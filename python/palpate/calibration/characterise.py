@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 
 from palpate._core import Touch
-from palpate.calibration.calibration import Calibration
-from palpate.calibration.curve_fit import Array
+from palpate.calibration.fit import Array
+from palpate.calibration.model import Calibration
 from palpate.errors import CalibrationError, unlike
-from palpate.several import RatioOf, hold, level, most_reliable, usable
+from palpate.repeatability import RatioOf, hold, level, most_reliable, usable
 
 # Data of a fit: all touches; their mean, plain, or weighted by the standard errors; or the most reliable touch.
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
@@ -51,7 +51,7 @@ class Specimen:
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
-        As in `palpate.several.agreement`: `hold`, the default, or `level`.
+        As in `palpate.repeatability.agreement`: `hold`, the default, or `level`.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), rati
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
-        As in `palpate.several.agreement`.
+        As in `palpate.repeatability.agreement`.
 
     Returns
     -------

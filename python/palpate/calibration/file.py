@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.calibration.curve_fit import Fit
+from palpate.calibration.fit import Fit
 from palpate.errors import CalibrationError, need, quoted, shortened
 from palpate.files import parse_toml, read_toml, write
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from math import isfinite, nan, sqrt
 from typing import Any
 
-from palpate import digits
-from palpate.calibration.calibration import Calibration
+from palpate import number_format
 from palpate.calibration.characterise import Specimen, rises
-from palpate.several import objections
+from palpate.calibration.model import Calibration
+from palpate.repeatability import objections
 
 # Columns of the table: the ratio of the touch with the smallest P (the paper's choice), and so on.
 RATIOS = {
@@ -46,7 +46,7 @@ def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
     rows = [["specimen", "MPa", "touches", *RATIOS, "spread"]]
     for record in records:
         ratios = ["-" if record[name] is None else _text(record, name) for name in RATIOS]
-        spread = "-" if record["spread"] is None else f"{digits.error(100 * record['spread'])} %"
+        spread = "-" if record["spread"] is None else f"{number_format.error(100 * record['spread'])} %"
         rows.append([record["specimen"], f"{record['modulus_MPa']:g}", str(record["touches"]), *ratios, spread])
     columns = [[record[name] for record in records] for name in RATIOS]
     verdicts = ["-" if None in column else "yes" if rises(column) else "no" for column in columns]
@@ -56,7 +56,7 @@ def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
 def _text(record: dict[str, Any], name: str) -> str:
     """Return a ratio to two digits of what it scatters by: a touch as the touches, a mean less."""
     scatter = (record["spread"] or nan) * abs(record[name])
-    return digits.number(record[name], scatter / sqrt(record["usable"]) if name == "mean" else scatter)
+    return number_format.number(record[name], scatter / sqrt(record["usable"]) if name == "mean" else scatter)
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:
@@ -66,7 +66,7 @@ def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:
     for name, (low, high) in calibration.parameter_intervals().items():
         value = getattr(calibration.probe, name)
         if high > low:
-            text, *ends = digits.between(value, low, high)
+            text, *ends = number_format.between(value, low, high)
             rows.append((name, f"{text}{units[name]}", f"{' to '.join(ends)}{units[name]}"))
         else:
             rows.append((name, f"{value:g}{units[name]}", "not fitted"))

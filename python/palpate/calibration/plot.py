@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.calibration.calibration import Calibration, Modulus, band
+from palpate.calibration.model import Calibration, Modulus, band
 from palpate.display import markup, text
 from palpate.display.markup import ACCENT, Markup
 from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, written

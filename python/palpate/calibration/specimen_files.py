@@ -8,10 +8,10 @@ from pathlib import Path
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import CalibrationError, quoted
 from palpate.files import read_bytes, write
+from palpate.importers.units import to_number
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
-from palpate.tables.units import to_number
 
 LARGEST = 100_000  # bytes of a table of moduli
 

@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from palpate import digits
-from palpate.calibration.curve_fit import Array, Fit, Rows, curve, means
+from palpate import number_format
+from palpate.calibration.fit import Array, Fit, Rows, curve, means
 from palpate.errors import need
-from palpate.several import TOUCH_SCATTER
+from palpate.repeatability import TOUCH_SCATTER
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.2  # half of the 95 % interval of a parameter, relative, above which it counts as not determined
@@ -89,12 +89,12 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
 
 def _share(variance: float) -> str:
     """Return the root of a relative variance, in per cent."""
-    return digits.error(100 * variance**0.5)
+    return number_format.error(100 * variance**0.5)
 
 
 def percent(row: Residual) -> str:
     """Return the relative distance of a specimen from the curve, in per cent, with its sign."""
-    text = digits.number(100 * row.relative, 100 * row.standard_error / row.fitted)
+    text = number_format.number(100 * row.relative, 100 * row.standard_error / row.fitted)
     return text if text.startswith("-") else f"+{text}"
 
 
@@ -120,7 +120,7 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
 
 def _soft(fit: Fit) -> str:
     ratio, error = float(fit.parameters[2]), float(fit.covariance[2, 2]) ** 0.5
-    return digits.number(ratio, error) if error else f"{ratio:g}"  # given, not fitted
+    return number_format.number(ratio, error) if error else f"{ratio:g}"  # given, not fitted
 
 
 def _misfit_probability(fit: Fit) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from palpate import __version__, get_cmake_dir, get_include
-from palpate.cli.group import Commands, debug_option
+from palpate.cli.main import Commands, debug_option
 from palpate.cli.paths import InputFile
 
 COMMANDS = {

@@ -13,19 +13,19 @@ from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
 from palpate.calibration.plot import save as save_plot
-from palpate.calibration.ratio_choice import EXPONENTS, Choice, Track, choose
+from palpate.calibration.selection import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
-from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
+from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import named_numbers, recording_options
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, force_option, require_free, require_free_in
 from palpate.cli.terminal import aligned, progress, say
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, listed, nearest, need, shortened
 from palpate.files import write
+from palpate.flags import FLAGS
+from palpate.repeatability import FEWEST, KINDS, objections
 from palpate.report import calibration_page
 from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of
-from palpate.sentences import FLAGS
-from palpate.several import FEWEST, KINDS, objections
 from palpate.simulation.hand import Hand, session
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"

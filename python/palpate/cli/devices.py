@@ -17,7 +17,7 @@ import click
 
 from palpate import MissingExtra, PalpateError, __version__
 from palpate.ad7746.evalkit import udev
-from palpate.cli.group import Exit, as_json, code_of, json_option, said_of, show, show_notes
+from palpate.cli.main import Exit, as_json, code_of, json_option, said_of, show, show_notes
 from palpate.cli.terminal import aligned
 
 INSTALL_UDEV = "palpate doctor --install-udev"
@@ -213,7 +213,7 @@ def packages() -> Iterator[Finding]:
     """Check that the sources of other packages can be loaded, and that their searches for devices work."""
     from palpate.sources import GROUP
     from palpate.sources.devices import look_for, of_packages
-    from palpate.sources.uri import loaded, package_of
+    from palpate.sources.registry import loaded, package_of
 
     for point in metadata.entry_points(group=GROUP):
         try:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from palpate.cli.group import Exit, json_option, one_line, show, show_notes, usage_errors
+from palpate.cli.main import Exit, json_option, one_line, show, show_notes, usage_errors
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
 from palpate.errors import need
-from palpate.sentences import doubts_of_calibration
-from palpate.several import TOUCH_SCATTER
+from palpate.flags import doubts_of_calibration
+from palpate.repeatability import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.calibration import Calibration

@@ -42,7 +42,7 @@ def _scene_names(_context: click.Context, _parameter: click.Parameter, begun: st
 
 
 def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
-    from palpate.tables.table import parsed_map
+    from palpate.importers.table import parsed_map
 
     try:
         return None if text is None else parsed_map(text)

@@ -58,7 +58,7 @@ class Recordings(click.Path):
 
 def _recordings(pattern: str) -> list[Path]:
     """Return the files that may be recordings, sorted: no sidecars, nothing hidden, no files of a repair."""
-    from palpate.tables.formats import readable
+    from palpate.importers.formats import readable
 
     paths = sorted(map(Path, glob(pattern, recursive=True)))  # noqa: PTH207 (Path.glob finds hidden files, too)
     return [path for path in paths if readable(path) and path.name != _NO_RECORDING and path.is_file()]

@@ -11,11 +11,11 @@ import click
 from palpate import PalpateError, Touch, Uncertainty
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
-from palpate.cli.group import failure
+from palpate.cli.main import failure
 from palpate.cli.terminal import say
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch
-from palpate.stream.listener import Listener
+from palpate.stream.listeners import Listener
 
 _STATE_S = 0.2  # from one line of the state to the next
 _REVISED_S = 5.0  # longest wait for the revised result of the last touch

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate import PalpateError
-from palpate.cli.group import Exit, as_json, json_option, show, usage_errors
+from palpate.cli.main import Exit, as_json, json_option, show, usage_errors
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
 
 if TYPE_CHECKING:
     from palpate.cli.printer import Printer
-    from palpate.lsl import Outlets
     from palpate.stream import Stream
+    from palpate.stream.lsl_outlets import Outlets
 
 _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 
@@ -64,8 +64,8 @@ def record(
     """  # noqa: D301
     from palpate import sources
     from palpate.cli.printer import Printer
-    from palpate.lsl import Outlets
     from palpate.stream import Stream
+    from palpate.stream.lsl_outlets import Outlets
 
     require_free(with_sidecar(file), force=None)
     with usage_errors():

@@ -7,19 +7,19 @@ from typing import Any
 import click
 
 from palpate import RecordingError, Uncertainty, touches
-from palpate.cli.group import Exit, as_json, failure, json_option, one_line, show, show_notes, usage_errors
+from palpate.cli.main import Exit, as_json, failure, json_option, one_line, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, reading_options, replaying_options, simulated, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.terminal import aligned, echo, reading, say
 from palpate.errors import listed, shortened
-from palpate.recording import columns
+from palpate.flags import advice_at_end
+from palpate.importers.formats import read_table
+from palpate.importers.table import Asked, Table
+from palpate.recording.convert import convert as convert_recording
+from palpate.recording.csv_reader import is_own
 from palpate.recording.foreign import AnyRecording, of_table, recorded
-from palpate.recording.own_file import is_own
 from palpate.recording.verification import Verification, verified
-from palpate.sentences import advice_at_end
-from palpate.tables.formats import read_table
-from palpate.tables.table import Asked, Table
-from palpate.touch import tracked
+from palpate.tracking import tracked
 
 _SHOWN = 4  # rows of a preview
 _TOUCHES = 8  # in one line
@@ -160,7 +160,7 @@ def convert(file: Path, output: Path, asked: dict[str, Any], force: bool) -> Non
     require_free(with_sidecar(output), filter(None, [file, asked.get("soft")]), force=force)
     with usage_errors():
         recording = recorded(file, **asked)
-        rows = columns.convert(recording, output, force=force)
+        rows = convert_recording(recording, output, force=force)
     notes, counts = _convert_notes(recording), {"rows": rows, "lost": recording.survey.refused}
     sys.exit(_print_written(file, output, recording, counts, notes))
 

@@ -12,17 +12,17 @@ import click
 
 import palpate
 from palpate.ad7746.datasheet import linearity_pF
+from palpate.batch import in_order
 from palpate.cli import touch_table
-from palpate.cli.group import Exit, failure, json_option, show, show_notes, usage_errors
+from palpate.cli.main import Exit, failure, json_option, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, replaying_options, simulated, tracking_of
 from palpate.cli.paths import InputFile, Named, Recordings
 from palpate.cli.terminal import reading, say
-from palpate.fleet import in_order
+from palpate.flags import doubts_of_calibration
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
-from palpate.sentences import doubts_of_calibration
-from palpate.several import KINDS, objections
-from palpate.touch import baseline_takes, timed, tracked
+from palpate.repeatability import KINDS, objections
+from palpate.tracking import baseline_takes, timed, tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used

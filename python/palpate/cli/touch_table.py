@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from palpate import Touch, digits
+from palpate import Touch, number_format
 from palpate.cli.terminal import row_below
 from palpate.uncertainty import Uncertainty
 
@@ -38,7 +38,7 @@ def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *mor
 
 
 def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
-    return digits.number(touch.ratio, touch.standard_error), digits.error(touch.standard_error)
+    return number_format.number(touch.ratio, touch.standard_error), number_format.error(touch.standard_error)
 
 
 def table(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
@@ -77,7 +77,7 @@ def records(touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *,
 
     The last `cut` touches ran when the recording ended.
     """
-    from palpate.sentences import advice_at_end
+    from palpate.flags import advice_at_end
 
     told = zip(touches, advice_at_end(touches, cut=cut), uncertainties, strict=True)
     return [{**touch.as_dict(), "advice": said, **known.as_dict()} for touch, said, known in told]

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate import digits
+from palpate import number_format
 from palpate.display import markup, text
 from palpate.display.markup import WARNING, Markup, changes, element
 from palpate.errors import MissingExtra
-from palpate.sentences import advice
+from palpate.flags import advice
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
         for number, (one, about, bar) in enumerate(zip(listed, known, bars, strict=True), 1)
     ]  # fmt: skip
     advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
-    ends = " to ".join(map(digits.number, scale))
+    ends = " to ".join(map(number_format.number, scale))
     names = ["touch", "begin", "samples", "ratio", f"± 2 uncertainties, {ends}", "flags"]
     more = f"... and {len(shown) - _MOST:,} more" if len(shown) > _MOST else ""
     below = (_columns(names, rows), more, *_sentences([*advised, *said]))
@@ -94,8 +94,8 @@ def _told(readings: markup.Array) -> str:
     if np.isnan(level_pF):
         return "no readings"
     low, high = float(np.nanmin(change)), float(np.nanmax(change))
-    low_pF, high_pF = (digits.number(value, (high - low) / 10) for value in (low, high))
-    return f"{digits.number(level_pF)} pF at the begin, change {low_pF} to {high_pF} pF"
+    low_pF, high_pF = (number_format.number(value, (high - low) / 10) for value in (low, high))
+    return f"{number_format.number(level_pF)} pF at the begin, change {low_pF} to {high_pF} pF"
 
 
 def calibration(shown: "Calibration", picture: Callable[["Calibration"], Markup]) -> Markup:
@@ -121,7 +121,7 @@ def estimator(shown: Any) -> Markup:
     facts: dict[str, object] = {"state": text.measured(shown)}
     if "threshold" in shown.settings:
         alarm = ", alarm" if shown.alarm else ""
-        facts["statistic"] = f"{digits.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
+        facts["statistic"] = f"{number_format.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
     return _card(type(shown).__name__, facts, _settings(shown.settings, text.defaults(shown)))
 
 

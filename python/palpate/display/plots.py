@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate import digits
+from palpate import number_format
 from palpate.display import text
 from palpate.display.markup import changes
 from palpate.errors import need
@@ -79,7 +79,7 @@ def recording(shown: "Recording", ax: Any = None) -> Any:
         t_hard, t_soft = (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
         for name, t, readings, colour in (("hard", t_hard, shown.hard, HARD), ("soft", t_soft, shown.soft, SOFT)):
             change, level_pF = changes(readings)
-            drawn.plot(t, change, color=colour, label=f"{name}, from {digits.number(level_pF)} {shown.unit}")
+            drawn.plot(t, change, color=colour, label=f"{name}, from {number_format.number(level_pF)} {shown.unit}")
         for row in shown.gap_rows:
             drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
         for at_s, name in shown.marks if timed else ():

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from palpate import digits
+from palpate import number_format
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def ratio(value: float, error: float) -> str:
     >>> ratio(1.600483, 4.7e-5), ratio(1.600483, float("nan"))
     ('1.600483 ± 0.000047', '1.60')
     """
-    return digits.plus_minus(value, error) if digits.known(error) else digits.number(value)
+    return number_format.plus_minus(value, error) if number_format.known(error) else number_format.number(value)
 
 
 def seconds(time_s: float) -> str:

@@ -11,18 +11,18 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
-from palpate.calibration.calibration import band
 from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.fit_tables import parameter_rows
-from palpate.calibration.ratio_choice import Choice, Track, choose
+from palpate.calibration.model import band
+from palpate.calibration.selection import Choice, Track, choose
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
-from palpate.recording.own_file import Recorded
+from palpate.recording.csv_reader import Recorded
 from palpate.report import calibration_page
-from palpate.touch import tracked
+from palpate.tracking import tracked
 
 FEWEST = 3  # specimens of different moduli that eq. (2) needs
 _POINTS = 81

@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.errors import quoted
+from palpate.flags import advice
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.compare import compared
 from palpate.live.connection_state import ConnectionState
@@ -18,8 +19,7 @@ from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
-from palpate.sentences import advice
-from palpate.several import TOUCH_SCATTER
+from palpate.repeatability import TOUCH_SCATTER
 
 LONGEST = 32768  # bytes of a message
 LONGEST_TEXT = 4000  # characters of a text: a list of specimens; a note and a name have less

@@ -6,13 +6,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from palpate.flags import advice
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
 from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, slow, view_of
 from palpate.live.touch_rows import TouchTable
-from palpate.sentences import advice
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
 

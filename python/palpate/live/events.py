@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from palpate.flags import advice
 from palpate.live.feed import Document, Flag
 from palpate.live.levels import ROWS
 from palpate.live.measurement import AnyMeasurement
-from palpate.sentences import advice
 from palpate.sources.base import Gap
 from palpate.stream import Batch, Listener, Stream
 

@@ -22,20 +22,20 @@ from palpate.errors import PalpateError, RecordingError
 from palpate.live.feed import Document, RefusedCommand, ends_of, rows_of
 from palpate.live.files import RunFiles
 from palpate.live.levels import Levels
-from palpate.lsl import Outlets
 from palpate.recording import sidecar
-from palpate.recording.columns import RATE
+from palpate.recording.convert import RATE
+from palpate.recording.counts import Survey
+from palpate.recording.csv_reader import Damage, Recorded
 from palpate.recording.foreign import AnyRecording
-from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.recorder import Recorder
-from palpate.recording.survey import Survey
 from palpate.recording.verification import judged
 from palpate.samples import Sample, samples_of, usable
 from palpate.sources import Gap, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
-from palpate.stream.listener import Listeners
-from palpate.touch import tracked, tracker_of
+from palpate.stream.listeners import Listeners
+from palpate.stream.lsl_outlets import Outlets
+from palpate.tracking import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second

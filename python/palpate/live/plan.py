@@ -15,16 +15,16 @@ from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.specimen_files import without_unit
 from palpate.errors import CalibrationError, PalpateError, quoted
+from palpate.flags import advice, reasons
+from palpate.importers.units import to_number
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
 from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
-from palpate.sentences import advice, reasons
-from palpate.several import KINDS, RatioOf, hold, objections
+from palpate.repeatability import KINDS, RatioOf, hold, objections
 from palpate.stream import Listener, Stream
-from palpate.tables.units import to_number
 from palpate.uncertainty import Scatter
 
 DISCARDED = "discarded"

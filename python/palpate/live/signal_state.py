@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import digits
+from palpate import number_format
 from palpate.ad7746.datasheet import NOISE_PF
 from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.samples import Status
@@ -136,7 +136,7 @@ class SignalFollower(Listener):
         times, change = spread / usual, np.median(known, axis=0) - self._level
         if times.max() > _MOVES and times.min() > _BOTH_MOVE:
             most = int(times.argmax())
-            size, noise = digits.number(1e3 * float(spread[most])), digits.number(float(times[most]))
+            size, noise = number_format.number(1e3 * float(spread[most])), number_format.number(float(times[most]))
             return f"the {CHANNELS[most]} channel moves by {size} fF, {noise} times its noise"
         if self._range == self._range_now() and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all():
             return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF above the baseline before"

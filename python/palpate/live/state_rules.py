@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any, NamedTuple
 
-from palpate import digits
+from palpate import number_format
 from palpate.live.feed import Document
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
@@ -256,7 +256,9 @@ def slow(facts: Facts) -> StatusLine | None:
     cost = "What it costs is known after a touch."
     if facts.result and (known := facts.result.known) and math.isfinite(known.uncertainty):
         share = min(pace.per_s / pace.nominal_per_s, 1.0) if few else 1.0
-        before, now = (digits.error(one.uncertainty) for one in (replace(known, noise=known.noise * share**0.5), known))
+        before, now = (
+            number_format.error(one.uncertainty) for one in (replace(known, noise=known.noise * share**0.5), known)
+        )
         cost = f"It costs nothing here: ± {now} stays ± {now}." if now == before else f"± {before} becomes ± {now}."
     return StatusLine("slow", "note", "Slow computer.", " ".join([*told, cost]), "The computer is slow.")
 

@@ -4,16 +4,16 @@ import math
 from collections.abc import Sequence
 from itertools import count
 
-from palpate import digits
+from palpate import number_format
 from palpate._core import Touch
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.calibration import Calibration
+from palpate.flags import advice
 from palpate.live.feed import Document
 from palpate.live.measurement import PRESSED, AnyMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.recording import sidecar
-from palpate.sentences import advice
-from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
+from palpate.repeatability import TOUCH_SCATTER, Agreement, agreement, most_reliable
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
 
@@ -124,7 +124,7 @@ class TouchTable:
         if number not in self._rows or self._rows[number][0] != of:
             modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
             ratio, error = self._plan.progress.ratio_of(touch)
-            used = digits.plain({"ratio": ratio, "standard_error": error})
+            used = number_format.plain({"ratio": ratio, "standard_error": error})
             more = {"end_s": self._measurement.ends.get(number), "modulus": modulus, "advice": advice(touch)}
             own_error = self._of(touch, Scatter(0.0)).uncertainty
             row = {"number": number, **touch.as_dict(), **used, **more, "own_error": own_error, **known}

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from palpate.dataframe import Frame
 from palpate.errors import RecordingError
-from palpate.frames import Frame
-from palpate.recording.columns import own_recording
-from palpate.recording.own_file import Recorded, is_own
+from palpate.importers.table import DECIMALS, Asked, Table
+from palpate.importers.units import unit_read
+from palpate.recording.convert import own_recording
+from palpate.recording.counts import Survey
+from palpate.recording.csv_reader import Recorded, is_own
 from palpate.recording.recording import Recording
-from palpate.recording.survey import Survey
 from palpate.samples import UNTIMED_NS, Block, blank
-from palpate.tables.table import DECIMALS, Asked, Table
-from palpate.tables.units import unit_read
 
 _GAP = "as a column of the table says"
 _ROWS = 1 << 16  # of a block
@@ -102,9 +102,9 @@ AnyRecording = Recorded | Foreign
 
 def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     """Return a table of another program, or a data frame of palpate's own, as a recording; errors as of `read`."""
-    from palpate.recording.own_frame import own_frame
-    from palpate.tables.channels import channels
-    from palpate.tables.formats import read_table
+    from palpate.importers.channels import channels
+    from palpate.importers.formats import read_table
+    from palpate.recording.arrow import own_frame
 
     if not len(table):
         raise RecordingError(path, "has no rows")
@@ -149,7 +149,7 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     wanted, file = Asked(**asked), Path(path)
     if wanted == Asked() and is_own(file):
         return Recorded(file)
-    from palpate.tables.formats import read_table  # a recording of palpate does not need it
+    from palpate.importers.formats import read_table  # a recording of palpate does not need it
 
     table = read_table(file, wanted)
     converted = own_recording(table) if wanted == Asked() else None
@@ -210,7 +210,7 @@ def read(
     wanted = Asked(columns, unit, time_unit, rate, decimal, soft, part)
     if isinstance(source, str | os.PathLike):
         return recorded(source, **vars(wanted)).recording
-    from palpate.tables.formats import frame
+    from palpate.importers.formats import frame
 
     table = frame(source)
     return of_table(table.path, table, wanted).recording

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from palpate.errors import RecordingError
+from palpate.importers.compression import STANDARD_INPUT, file_errors, unpacked_name
 from palpate.recording import sidecar
 from palpate.recording.writer import is_locked
-from palpate.tables.packed import STANDARD_INPUT, file_errors, unpacked_name
 
 SOURCE_FAILED = "the source ended with an error"
 """First words of the remark on a recording that ended so."""

@@ -17,12 +17,12 @@ import numpy as np
 
 from palpate._core import SampleRing
 from palpate.errors import RecordingError
+from palpate.importers.compression import file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import marked
 from palpate.recording.writer import SidecarFile, Writer
 from palpate.samples import DTYPE, Block, Sample, block_of, epoch_at, samples_of
-from palpate.tables.packed import file_errors
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second

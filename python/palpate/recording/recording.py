@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.dataframe import Framed
 from palpate.errors import display
-from palpate.frames import Framed
 from palpate.recording.session import Plan
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
-    from palpate.touch import Touches
+    from palpate.tracking import Touches
 
 
 _ARRAYS = ("t_hard_s", "t_soft_s", "hard", "soft")
@@ -162,13 +162,13 @@ class Recording(Framed):
 
     def touches(self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]) -> "Touches":
         """Return the touches, as `palpate.touches`."""
-        from palpate.touch import tracked
+        from palpate.tracking import tracked
 
         return tracked(self, scene=scene, **settings).touches
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
-        from palpate.recording.own_frame import to_arrow
+        from palpate.recording.arrow import to_arrow
 
         return to_arrow(self)
 

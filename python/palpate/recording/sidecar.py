@@ -16,10 +16,10 @@ from typing import Any
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, require_file_name, write
+from palpate.importers.compression import file_errors, unpacked_name
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample
-from palpate.tables.packed import file_errors, unpacked_name
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""

@@ -17,12 +17,12 @@ from typing import Any
 
 from palpate.errors import RecordingError
 from palpate.files import open_regular, to_disk, write
+from palpate.importers.compression import STANDARD_INPUT
 from palpate.recording import sidecar
+from palpate.recording.counts import Survey
+from palpate.recording.csv_reader import Damage, Recorded
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.integrity import SOURCE_FAILED, judge
-from palpate.recording.own_file import Damage, Recorded
-from palpate.recording.survey import Survey
-from palpate.tables.packed import STANDARD_INPUT
 
 
 @dataclass(frozen=True)

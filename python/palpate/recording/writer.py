@@ -17,10 +17,10 @@ from typing import IO, Any, NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.files import open_regular, read_bytes, replacing, to_disk
+from palpate.importers.compression import EXISTS, STANDARD_INPUT, file_errors
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
-from palpate.tables.packed import EXISTS, STANDARD_INPUT, file_errors
 
 _WAIT_S, _AGAIN_S = 1.0, 0.005  # a reader that asks has the lock for some microseconds
 

@@ -11,17 +11,17 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.ad7746.datasheet import linearity_pF
-from palpate.calibration.calibration import Calibration, Modulus, Part
+from palpate.calibration.model import Calibration, Modulus, Part
 from palpate.calibration.specimen_files import bare, specimen_in
 from palpate.errors import CalibrationError
+from palpate.flags import advice_at_end, reasons
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
+from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
 from palpate.report.repeatability import Repeatability, repeatability
 from palpate.samples import Block
-from palpate.sentences import advice_at_end, reasons
-from palpate.several import Agreement, RatioOf, agreement, hold, level, objections
-from palpate.touch import Tracked, tracked
+from palpate.tracking import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate import digits
+from palpate import number_format
 from palpate.errors import need
 
 _BOTH = 1.96 * sqrt(2)  # 95 % of the differences of two touches, in standard errors of measurement
@@ -54,7 +54,7 @@ class Repeatability:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values as plain numbers; None for what is unknown."""
-        return digits.plain({**asdict(self), "error": self.error, "detectable": self.detectable()})
+        return number_format.plain({**asdict(self), "error": self.error, "detectable": self.detectable()})
 
 
 def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:

@@ -9,8 +9,8 @@ import numpy as np
 from palpate.ad7746.bus import Clock
 from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import LIMIT_NS
-from palpate.ad7746.twin.chip import WIRINGS, ChipTwin, Pins, Wiring
-from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
+from palpate.ad7746.simulator.chip import WIRINGS, ChipTwin, Pins, Wiring
+from palpate.ad7746.simulator.kit import BUS_KHZ, KitTwin
 from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.hand import SESSIONS
 from palpate.simulation.press import stream

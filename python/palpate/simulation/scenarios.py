@@ -100,7 +100,7 @@ def _specimens(times: int, oblique: float) -> Scenario:
 
 
 DEMO = replace(_specimens(2, 0.03), gauges=(Gauge(), Gauge()))
-"""What `palpate live` shows without a board: the hand scatters by `palpate.several.TOUCH_SCATTER`, and nothing has a flag."""
+"""What `palpate live` shows without a board: the hand scatters by `palpate.repeatability.TOUCH_SCATTER`, and nothing has a flag."""
 
 
 def _sliding() -> Scenario:

@@ -3,6 +3,6 @@
 from palpate.recording.rows import Codes
 from palpate.sources.base import Gap, Source
 from palpate.sources.devices import Found
-from palpate.sources.uri import GROUP, open, schemes
+from palpate.sources.registry import GROUP, open, schemes
 
 __all__ = ["GROUP", "Codes", "Found", "Gap", "Source", "open", "schemes"]

@@ -62,7 +62,7 @@ class Source(Protocol):
     After a gap the earlier baseline is no longer valid: a stream passes it on. A loop of your own does so by `gaps_before`;
     one that does not ends with RuntimeError, as its touches would be wrong.
 
-    `palpate.testing.check_source` tests whether a source keeps what is promised here.
+    `palpate.sources.conformance.check_source` tests whether a source keeps what is promised here.
 
     Attributes
     ----------

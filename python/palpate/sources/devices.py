@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from palpate.errors import MissingExtra, SourceError, need, shortened
-from palpate.sources.uri import entry_points, loaded, package_of
+from palpate.sources.registry import entry_points, loaded, package_of
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

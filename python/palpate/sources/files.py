@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import RecordingError
-from palpate.recording.columns import RATE
+from palpate.importers.table import Asked, parsed_map
+from palpate.importers.units import checked_unit
+from palpate.recording.convert import RATE
 from palpate.recording.foreign import recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import Check, anything, checked, number
-from palpate.tables.table import Asked, parsed_map
-from palpate.tables.units import checked_unit
 
 _NOTHING = np.empty(0, DTYPE)
 # Message of a source that was stopped before the end of its file, where the checksum is compared.

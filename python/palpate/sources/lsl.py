@@ -12,11 +12,11 @@ from typing import Any, Self
 
 from palpate import errors
 from palpate.errors import DeviceNotFound, ProtocolError, listed, need, quoted, shortened
+from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.lines import COLUMNS, LineColumn
+from palpate.sources.line_protocol import COLUMNS, LineColumn
 from palpate.sources.options import Check, checked, choice, number, text
-from palpate.tables.units import PICOFARADS, checked_unit, unit_read
 
 # Labels of the channels of palpate's own stream of samples. gaps: number of gaps of the source so far.
 SAMPLES = ("hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps")

@@ -13,7 +13,7 @@ from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need, shortened
 from palpate.samples import Sample, Status, fine_ns
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
+from palpate.sources.line_protocol import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
 from palpate.sources.options import Check, checked, number, yes_no
 
 WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter of 32 bits begins again.

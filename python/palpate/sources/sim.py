@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import WIRINGS
-from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
-from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.simulator.chip import WIRINGS
+from palpate.ad7746.simulator.kit import BUS_KHZ, FAULTS, Fault, KitTwin
+from palpate.ad7746.simulator.usb import TwinBackend
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import quoted, unlike
 from palpate.samples import Sample

@@ -14,7 +14,7 @@ In asynchronous code let a thread wait for each batch:
 """
 
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
-from palpate.stream.listener import Listener
+from palpate.stream.listeners import Listener
 from palpate.stream.stream import Stream
 
 __all__ = ["Batch", "Estimate", "Listener", "Stream", "StreamCounters"]

@@ -15,7 +15,7 @@ from palpate.recording.sidecar import marked
 from palpate.samples import Block, Sample, block_of, samples_of
 from palpate.sources import Source
 from palpate.sources.base import Gap, blocks_of, first_wrong
-from palpate.stream.memory import Memory, SampleQueue
+from palpate.stream.buffers import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000

@@ -18,10 +18,10 @@ from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, requ
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described
+from palpate.stream.buffers import NO_BASELINE, Beginning, Memory, SampleQueue
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
-from palpate.stream.feeding import Feeding
-from palpate.stream.listener import Listener, Listeners
-from palpate.stream.memory import NO_BASELINE, Beginning, Memory, SampleQueue
+from palpate.stream.listeners import Listener, Listeners
+from palpate.stream.pipeline import Feeding
 from palpate.stream.reader import Reader
 
 if TYPE_CHECKING:

@@ -112,7 +112,7 @@ class EvalKit:
     Examples
     --------
     >>> from palpate.ad7746.bus import VirtualClock
-    >>> from palpate.ad7746.twin.usb import TwinBackend
+    >>> from palpate.ad7746.simulator.usb import TwinBackend
     >>> from palpate.simulation.board import kit_of
     >>> from palpate.simulation.scenarios import SCENARIOS
     >>> clock = VirtualClock()

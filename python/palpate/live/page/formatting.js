@@ -3,7 +3,7 @@
 const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, SMALLEST = 1e-4, DOUBLE = 15;
 
 // Rounds a value to two digits of its uncertainty; to 3 digits if that is not known, with a power of ten
-// below 1e-4. The rule of palpate/digits.py.
+// below 1e-4. The rule of palpate/number_format.py.
 export function number(value, uncertainty) {
   if (value === null || value === undefined) return "–";
   const sure = uncertainty > 0 && Number.isFinite(uncertainty);

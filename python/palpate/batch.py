@@ -1,0 +1,181 @@
+"""Touches of one recording, or of many."""
+
+import os
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
+
+from palpate._core import Tracker
+from palpate.dataframe import Frame, is_frame
+from palpate.errors import SomeFailed
+from palpate.recording.foreign import read, recorded
+from palpate.recording.recording import Recording
+from palpate.tracking import Blocks, Channels, Touches, Windows, tracked
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
+
+    class _Options(_AnySettings, total=False):  # the keywords of `touches`
+        scene: _Scene
+        unit: str | None
+        reading: Mapping[str, Any] | None
+        windows: Windows | None
+        jobs: int
+
+
+One = Channels | Blocks | Frame | str | os.PathLike[str]
+"""A recording, the path of one, or a data frame."""
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+@overload  # a str is a path, although it is iterable, too
+def touches(recording: One, **options: Unpack["_Options"]) -> Touches: ...  # type: ignore[overload-overlap]
+@overload
+def touches(recording: Iterable[One], **options: Unpack["_Options"]) -> list[Touches]: ...
+def touches(
+    recording: One | Iterable[One],
+    *,
+    scene: "_Scene" = "handheld",
+    unit: str | None = None,
+    reading: Mapping[str, Any] | None = None,
+    windows: Windows | None = None,
+    jobs: int = 1,
+    **settings: Unpack["_AnySettings"],
+) -> Touches | list[Touches]:
+    """Return the touches of a recording, or of each of several, with their estimated ratios.
+
+    Parameters
+    ----------
+    recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame; or an iterable of them
+        Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
+        reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
+        read in blocks, and tared at the same samples as in the measurement; a path is read so. With an attribute
+        `host_stamps` that is True, the setting `host_stamps` is True by default. With `gap_marks`, as those of
+        `palpate.recorded`, or `gap_rows`, as those of `palpate.read`, a touch after a gap has the flag "gap" as in the
+        measurement.
+    scene : str
+        As in `Tracker`.
+    unit : str, optional
+        As in `palpate.read`; of paths and data frames.
+    reading : mapping, optional
+        More keywords of `palpate.read` for them, for example {"columns": {"hard": 2, "soft": 3}}.
+    windows : sequence of (float, float), optional
+        Begin and end, s, of touches that are cut out by hand, of one recording; each lies within one press. The result has
+        a touch for each window, in their order: of its samples, up to the lift of the probe, and of any length. Its
+        baseline is from the readings without contact before it.
+    jobs : int
+        Threads for several recordings, 1 or more. The results are the same bit for bit. The estimator runs in all of
+        them at once, and so does waiting for a slow disk; the text of files is read by one at a time. Of an iterator no
+        more than 2 * jobs recordings are taken ahead.
+    **settings
+        As in `Tracker`. Without times a touch has 250 `samples` by default, where the scene has a length in seconds.
+
+    Returns
+    -------
+    Touches, or list of Touches
+        The touches in order of time, with the results known at the end of the recording; empty if no change was above
+        the noise. Its `notes` and `doubts` are those of the recording; doubts of a file are a UserWarning, too. Of several recordings a list for each, in the order of the recordings.
+
+    Raises
+    ------
+    ValueError
+        An unknown scene, a setting out of range, or `seconds` for a recording without times; a window without a touch, or
+        whose baseline was measured in contact.
+    TypeError
+        An unknown setting; or not a recording.
+    RecordingError
+        A file cannot be read.
+    SomeFailed
+        Of several recordings some failed, for any such reason. It is raised when all are done, with the results of the
+        the other ones in its `results`.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> [touch] = palpate.touches(scenarios.run("stiff-steady"))
+    >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
+    True
+    >>> paths = ["tests/data/four-specimens.csv"] * 3
+    >>> [len(found) for found in palpate.touches(paths, jobs=2)]
+    [4, 4, 4]
+    >>> [touch] = palpate.touches(paths[0], windows=[(3.0, 7.5)])
+    >>> round(touch.start_s, 1), touch.samples
+    (3.0, 170)
+    """
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
+        raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
+    asked = {**(reading or {}), **({} if unit is None else {"unit": unit})}
+    one = partial(_of_one, asked, scene=scene, windows=windows, **settings)
+    if not _is_several(recording):
+        return one(recording)
+    if windows is not None:
+        raise ValueError("windows: got them with several recordings, allowed: with one")
+    given: dict[str, Any] = {**settings}
+    Tracker(scene, **given)  # a wrong setting is no error of each recording
+    results = list(in_order(one, recording, jobs))
+    if any(isinstance(result, Exception) for result in results):
+        raise SomeFailed.of(results)
+    return [result for result in results if not isinstance(result, Exception)]
+
+
+def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
+    if is_frame(recording) and not isinstance(recording, Recording):
+        recording = read(recording, **asked)
+    elif "unit" in asked and not isinstance(recording, str | os.PathLike):
+        raise ValueError(f"unit: got {asked['unit']!r} with a recording in memory, allowed: with a path or a table")
+    if not isinstance(recording, str | os.PathLike):
+        return tracked(recording, **how).touches
+    try:
+        found = tracked(recorded(recording, **asked), **how).touches
+    except Exception as error:
+        error.add_note(f"file: {os.fspath(recording)}")
+        raise
+    if found.doubts:
+        warnings.warn(f"{os.fspath(recording)}: results may be wrong: {'; '.join(found.doubts)}", stacklevel=3)
+    return found
+
+
+def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:
+    """Return whether this is no recording, path or table, but may contain some; a table has a shape, or Arrow's stream."""
+    whole = ("full_scale_pF", "shape", "__arrow_c_stream__")
+    return isinstance(given, Iterable) and not (
+        isinstance(given, str | bytes | Mapping) or any(hasattr(given, name) for name in whole)
+    )
+
+
+def in_order(
+    work: Callable[[_Item], _Result], items: Iterable[_Item], jobs: int
+) -> Generator[_Result | Exception, None, None]:
+    """Yield the result of a function for each item in order, or what it raised, from threads; jobs=1: from this one.
+
+    Examples
+    --------
+    >>> [str(result) for result in in_order(float, ["1", "x", "2"], jobs=2)]
+    ['1.0', "could not convert string to float: 'x'", '2.0']
+    """
+
+    def attempt(item: _Item) -> _Result | Exception:
+        try:
+            return work(item)
+        except Exception as error:  # noqa: BLE001 (it takes the place of the result)
+            return error
+
+    if jobs == 1:
+        yield from map(attempt, items)
+        return
+    waiting: deque[Future[_Result | Exception]] = deque()
+    with ThreadPoolExecutor(jobs, "palpate") as pool:
+        try:
+            for item in items:
+                waiting.append(pool.submit(attempt, item))
+                if len(waiting) == 2 * jobs:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:  # after Ctrl-C: what runs is ended, what waits is not begun
+            pool.shutdown(cancel_futures=True)

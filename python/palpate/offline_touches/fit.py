@@ -1,0 +1,402 @@
+"""The ratio of a touch from its readings: windows without mismatch, instrumental variables, spikes and a lag removed; and its level ratio."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.offline_touches.idle import IdleLevel, Readings
+
+Array = NDArray[np.float64]
+Levels = tuple[IdleLevel, IdleLevel]
+
+HARD, SOFT = 5, 6
+"""Readings of each channel in a window."""
+BAND_Hz = (0.2, 13.0)
+"""Sway and tremor of a hand."""
+_LINES_Hz, _SLOW = 3.0, 0.3  # as for the live filters: weight 1 from 3 Hz on, 0.3 below
+_NOISE = 1e-6  # weight of the power gain of white noise, against a mean square mismatch
+_AT_ONCE = 4096  # windows solved together: some 10 MB
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of the readings of one channel and their filters: which readings, and weights, the sum of each row is 1."""
+
+    readings: Readings
+    at: NDArray[np.intp]
+    weight: Array
+
+    @property
+    def value(self) -> Array:
+        """The filtered value in each window."""
+        return np.asarray((self.weight * self.readings.value[self.at]).sum(axis=1))
+
+    def spread(self, values: Array) -> Array:
+        """Return for each reading the sum of its weight times the value of its windows."""
+        weighted = (self.weight * values[:, None]).ravel()
+        return np.asarray(np.bincount(self.at.ravel(), weighted, len(self.readings.t)), np.float64)
+
+
+def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, Array]:
+    """Return a window around each hard reading that has enough neighbours, and |A - B|, rms over the band, in each."""
+    # With A = sum a_i exp(j w t_i) of the hard readings at t_i, and B of the soft ones likewise, the weights are the
+    # minimum of the mean of |A - B|^2 over the band, plus 1e-6 (sum a_i^2 + sum b_i^2), with sum a_i = sum b_i = 1. The
+    # mean of cos w (t_i - t_j) over the band has a closed form; so no even grid is needed.
+    t_hard_s, t_soft_s = all_hard.t, all_soft.t
+    before, half = HARD // 2, SOFT // 2
+    centre = np.arange(before, len(t_hard_s) - before)
+    after = np.searchsorted(t_soft_s, t_hard_s[centre])
+    whole = (after >= half) & (after <= len(t_soft_s) - half)
+    hard_at = centre[whole, None] + np.arange(-before, before + 1)
+    soft_at = after[whole, None] + np.arange(-half, half)
+    times = np.concatenate([t_hard_s[hard_at], t_soft_s[soft_at]], axis=1)
+    parts = [_designed(times[i : i + _AT_ONCE]) for i in range(0, max(len(times), 1), _AT_ONCE)]
+    weights, mismatch = (np.concatenate(part) for part in zip(*parts, strict=True))
+    hard, soft = Windows(all_hard, hard_at, weights[:, :HARD]), Windows(all_soft, soft_at, weights[:, HARD:])
+    return hard, soft, mismatch
+
+
+def _designed(times: Array) -> tuple[Array, Array]:
+    """Return weights, shape (n, 11), and mismatch, shape (n,)."""
+    number, size = len(times), HARD + SOFT
+    sign = np.where(np.arange(size) < HARD, 1.0, -1.0)
+    square = sign[:, None] * sign * _mean_cosine(times[:, :, None] - times[:, None, :])
+    system = np.zeros((number, size + 2, size + 2))
+    system[:, :size, :size] = square + _NOISE * np.eye(size)
+    system[:, :HARD, size] = system[:, size, :HARD] = 1
+    system[:, HARD:size, size + 1] = system[:, size + 1, HARD:size] = 1
+    wanted = np.zeros((number, size + 2, 1))
+    wanted[:, size:] = 1
+    weights: Array = np.asarray(np.linalg.solve(system, wanted)[:, :size, 0], np.float64)
+    left = np.einsum("ni,nij,nj->n", weights, square, weights)
+    return weights, np.asarray(np.sqrt(np.maximum(left, 0)))
+
+
+def _mean_cosine(lag_s: Array) -> Array:
+    """Return the weighted mean of cos(2 pi f lag) over the band: the integral of cos is f sinc(2 f lag)."""
+    low, high = BAND_Hz
+
+    def to(f: float) -> Array:
+        return np.asarray(f * np.sinc(2 * f * lag_s))
+
+    slow, lines = to(_LINES_Hz) - to(low), to(high) - to(_LINES_Hz)
+    return (_SLOW * slow + lines) / (_SLOW * (_LINES_Hz - low) + high - _LINES_Hz)
+
+
+FEWEST = 8
+"""Pairs for a result."""
+_ROUNDS = 11  # of leaving out readings, and of removing a lag
+_OUTLIER = 6.0
+_MAD = 1.4826  # standard deviation / median of the absolute values
+_REACH = 8  # soft readings of the instrument on either side
+_MISMATCH = 3e-3  # of a window that is kept, if most are better
+_PROVEN = 8.0  # standard errors of a lag that is removed
+_BATCHES = 16
+_FLANK = 3  # windows
+_LEAST = 0.001  # change from the flanks to the height, share
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Changes of both channels, pF, and what the windows make of them."""
+
+    # row: Row of the hard reading in the middle.
+    # y, x, z: Hard, soft, and the instrument: the mean of the soft readings around the readings of x, which are left out.
+    # good: Windows without a gap.
+
+    hard: Windows
+    soft: Windows
+    row: NDArray[np.intp]
+    y: Array
+    x: Array
+    z: Array
+    good: NDArray[np.bool_]
+
+    @property
+    def high(self) -> NDArray[np.bool_]:
+        """Which good windows are above half of the touch."""
+        return np.asarray(self.good & (np.abs(self.x) > np.abs(self.x[self.good]).max(initial=0) / 2))
+
+    def rest(self, ratio: float) -> Array:
+        """Return y - ratio * x."""
+        return self.y - ratio * self.x
+
+
+def aligned(hard: Readings, soft: Readings) -> Aligned | None:
+    """Return the windows of changes; None: there are too few."""
+    in_hard, in_soft, mismatch = windows(hard, soft)
+    if len(mismatch) < FEWEST:
+        return None
+    good = mismatch <= max(_MISMATCH, 3 * float(np.median(mismatch)))
+    row = hard.row[in_hard.at[:, HARD // 2]]
+    return Aligned(in_hard, in_soft, row, in_hard.value, in_soft.value, _instrument(in_soft), good)
+
+
+def _instrument(made: Windows) -> Array:
+    sums = np.append(0, np.cumsum(made.readings.value))
+    first, end = made.at[:, 0], made.at[:, -1] + 1
+    low, high = np.maximum(first - _REACH, 0), np.minimum(end + _REACH, len(sums) - 1)
+    count = np.maximum(high - low - SOFT, 1)
+    return np.asarray((sums[high] - sums[low] - (sums[end] - sums[first])) / count)
+
+
+def fitted(hard: Readings, soft: Readings, levels: Levels) -> dict[str, Any] | None:
+    """Return the ratio of changes of both channels; None: there are too few."""
+    # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where
+    # it is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
+    # explains most is left out.
+    lag, left_out, whole = 0.0, 0, None
+    for last in [False] * _ROUNDS + [True]:
+        pairs = aligned(hard, soft)
+        if pairs is None or not pairs.high.any():
+            break
+        ratio = float(np.median(pairs.y[pairs.high] / pairs.x[pairs.high]))
+        more = _lag(pairs, ratio)
+        bad = np.abs(pairs.rest(ratio)) > _OUTLIER * _scale(pairs, ratio, levels)
+        if last or (more == 0 and not bad.any()):
+            return _solved(pairs, pairs.good & ~bad, whole or pairs, levels, left_out, lag)
+        if more:
+            soft, lag = replace(soft, t=soft.t - more), lag + more
+            continue
+        whole = whole or pairs
+        keep_hard, keep_soft = _without_spikes(pairs, ratio, np.flatnonzero(bad))
+        left_out += int(np.count_nonzero(~keep_hard) + np.count_nonzero(~keep_soft))
+        hard, soft = hard[keep_hard], soft[keep_soft]
+    return None
+
+
+def _lag(pairs: Aligned, ratio: float) -> float:
+    """Return how late the soft channel is, s; 0 if that is not significant."""
+    rest = pairs.rest(ratio)
+    near = pairs.good & (np.abs(rest) <= _OUTLIER * _MAD * float(np.median(np.abs(rest[pairs.good]))))
+    if np.count_nonzero(near) < FEWEST:
+        return 0.0
+    slope = np.gradient(pairs.x, pairs.hard.readings.t[pairs.hard.at[:, HARD // 2]])[near]
+    squares = float(slope @ slope)
+    if squares == 0 or ratio == 0:
+        return 0.0
+    late = float(slope @ rest[near]) / squares
+    error = float(np.linalg.norm(slope * (rest[near] - late * slope))) / squares
+    return late / ratio if abs(late) > _PROVEN * error else 0.0
+
+
+def _scale(pairs: Aligned, ratio: float, levels: Levels) -> float:
+    """Return the scatter of the windows, at least by the noise of their readings."""
+    seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
+    hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
+    noise2 = np.median(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
+    return max(seen, math.sqrt(float(noise2)))
+
+
+def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Any, Any]:
+    """Return masks of the readings to keep: without the one that explains most of each run of bad windows."""
+    sides = (pairs.hard, pairs.soft)
+    keep = [np.ones(len(made.readings.t), bool) for made in sides]
+    explained = [_explained(made, pairs.rest(ratio)) for made in sides]
+    for run in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1):
+        best = [of[made.at[run]].max() for of, made in zip(explained, sides, strict=True)]
+        worst = int(best[1] > best[0])
+        inside = np.unique(sides[worst].at[run])
+        keep[worst][inside[np.argmax(explained[worst][inside])]] = False
+    return keep[0], keep[1]
+
+
+def _explained(made: Windows, rest: Array) -> Array:
+    """Return the part of the sum of squares that an error of each reading explains."""
+    squares = replace(made, weight=made.weight**2).spread(np.ones(len(rest)))
+    return np.asarray(made.spread(rest) ** 2 / np.where(squares > 0, squares, 1))
+
+
+def _solved(
+    pairs: Aligned, used: NDArray[np.bool_], whole: Aligned, levels: Levels, left_out: int, lag: float
+) -> dict[str, Any] | None:
+    """Return the result from some windows; `whole`: the pairs before readings were left out."""
+    if np.count_nonzero(used) < FEWEST:
+        return None
+    z = np.where(used, pairs.z, 0)
+    size = float(z @ pairs.x)
+    ratio = float(z @ pairs.y) / size
+    # ratio = truth + sum of each reading's error times its weight: exact, since the windows are linear.
+    hard = pairs.hard.spread(z) / size
+    soft = -pairs.soft.spread(z) * ratio / size
+    of_readings = levels[0].noise ** 2 * float(hard @ hard) + levels[1].noise ** 2 * float(soft @ soft)
+    scores = (z * pairs.rest(ratio))[used] / size
+    number = max(min(_BATCHES, len(scores) // 4), 2)
+    parts = np.array([part.sum() for part in np.array_split(scores, number)])
+    seen = float(parts @ parts) * number / (number - 1)
+    of_levels = _of_levels(((hard, pairs.hard.readings.t, levels[0]), (soft, pairs.soft.readings.t, levels[1])))
+    times = pairs.hard.readings.t[pairs.hard.at[used]]
+    return {
+        "ratio": ratio,
+        "standard_error": math.sqrt(max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2),
+        "covariance": 1 / size,
+        "samples": len(scores),
+        "left_out": left_out,
+        "lag_s": lag,
+        "start_s": float(times.min()),
+        "stop_s": float(times.max()),
+    }
+
+
+def _open(pairs: Aligned, ratio: float, levels: Levels) -> float:
+    """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0."""
+    # An offset or a curve causes it. At half of the height, the change by an offset is the error of the result; a curve
+    # has half of its change as error.
+    height = np.abs(pairs.x) / float(np.median(np.abs(pairs.x[pairs.high])))
+    flank = pairs.good & (height > 0.2) & (height < 0.8)
+    if np.count_nonzero(flank) < _FLANK:
+        return 0.0
+    change = float(np.median(pairs.y[flank] / pairs.x[flank])) - ratio
+    noise = 1.25 * _scale(pairs, ratio, levels) / float(np.median(np.abs(pairs.x[flank])))
+    error = noise / math.sqrt(float(np.count_nonzero(flank)))
+    return 2 * change if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio) else 0.0
+
+
+def _of_levels(channels: Any) -> float:
+    """Return the variance of the ratio by the baselines, and what a drift that was not even leaves open: 1 / 16."""
+    # As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
+    # quarter for an exponential.
+    variance, shift, noise2 = 0.0, 0.0, 0.0
+    for weight, t, level in channels:
+        late = float(weight @ level.share(t))
+        early = float(weight.sum()) - late
+        variance += early**2 * level.variance[0] + late**2 * level.variance[-1]
+        shift += late * (level.value[-1] - level.value[0])
+        noise2 += late**2 * (level.variance[0] + level.variance[-1])
+    return float(variance + (shift**2 / 16 if shift**2 > 9 * noise2 else 0.0))
+
+
+_KNOWN = 4  # pairs of a part whose ratio can be compared
+_AGREE = 5.0  # standard errors between two parts
+
+
+def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
+    """Return the row with which the part since the last change begins; None: that part is too short to be known."""
+    # An alarm is a change only if the ratios on both sides of it differ: noise of a burst alarms, too. From the last
+    # part back, parts are joined as long as they agree; one that is too short to be compared joins with the one before
+    # it.
+    high = pairs.high
+    ratios, rows = pairs.y[high] / pairs.x[high], pairs.row[high]
+    parts = np.split(ratios, np.searchsorted(rows, alarms + 1))
+    starts = [int(pairs.hard.readings.row[0]), *(int(alarm) + 1 for alarm in alarms)]
+    known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
+    if not known:
+        return None
+    last = known.pop()
+    joined = parts[last]
+    tail = np.concatenate(parts[last + 1 :]) if last + 1 < len(parts) else joined[:0]
+    if len(tail) and abs(np.median(tail) - np.median(joined)) > _OUTLIER * _spread(joined):
+        return None
+    begin = last
+    while known and _agree(parts[known[-1]], joined):
+        begin = known.pop()
+        joined = np.concatenate([parts[begin], joined])
+    return starts[begin]
+
+
+def _spread(ratios: Array) -> float:
+    return _MAD * float(np.median(np.abs(ratios - np.median(ratios))))
+
+
+def _agree(one: Array, other: Array) -> bool:
+    """Return whether two medians agree; their errors are 1.25 spread / sqrt(n), and 1.5 times for neighbours alike."""
+    errors = [1.9 * _spread(ratios) / np.sqrt(len(ratios)) for ratios in (one, other)]
+    return bool(abs(np.median(one) - np.median(other)) <= _AGREE * np.hypot(*errors))
+
+
+# The level ratio, for any exponent of the contact: a line with an intercept over rise, hold and fall. A probe held off by
+# an angle presses one bump deeper than the other by g: hard = r K (z + g/2)^p, soft = K (z - g/2)^p at depth z. So
+# hard^(1/p) = r^(1/p) soft^(1/p) + c, whatever g is. As in palpate/stage/level_ratio.hpp.
+_SETTLED_S, _GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
+_HELD, _EDGE = 0.75, 1 / 8  # shares of the height: the hold, and the ends of rise and fall
+_FEWEST = 3  # pairs of the hold, and of the rise or the fall
+_SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
+_LARGEST = 0.1  # relative error of a level ratio
+_MOST_NOISE = 0.3  # share of the variation of the soft channel
+_OF_HOLD = 0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The pairs of a touch from contact to the end of its fall: hard, soft, pF, and which are of rise, hold and fall."""
+
+    # noise: variance of soft, which makes a slope too small, pF^2
+
+    hard: Array
+    soft: Array
+    noise: Array
+    rise: NDArray[np.bool_]
+    hold: NDArray[np.bool_]
+    fall: NDArray[np.bool_]
+
+    def result(self, ratio: float, exponent: float) -> tuple[float, float]:
+        """Return the level ratio and its standard error, beside the ratio of the hold; nan: there is none."""
+        falls, rises = self.fall.sum() >= _FEWEST, self.rise.sum() >= _FEWEST
+        if self.hold.sum() < _FEWEST or not (rises or falls):
+            return math.nan, math.nan
+        used = self.rise | self.hold | (self.fall & falls)
+        size = np.abs(self._line(used, exponent)[3])
+        used[used] = size <= max(_SPIKE * float(np.median(size)), size.max() * 1e-9)  # without spikes
+        slope, variance, noise, _ = self._line(used, exponent)
+        apart = 0.0
+        if falls and rises:
+            apart = self._line(used & ~self.fall, exponent)[0] - self._line(used & ~self.rise, exponent)[0]
+        if not slope > 0:
+            return math.nan, math.nan
+        # 9 and 3 times the variance by the residuals, which are not independent; of what the intercept changes 5 and 2 %.
+        level = slope**exponent
+        shift = (0.02 if falls else 0.05) * (level - ratio) / level
+        own = (3 if falls else 9) * variance + apart**2 / 4
+        error = math.sqrt(exponent**2 * (own / slope**2 + noise**2 / 16) + shift**2)
+        return (level, level * error) if error < _LARGEST else (math.nan, math.nan)
+
+    def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, float, Array]:
+        """Return the slope by least squares, its variance from the residuals, the share of noise in x, and the residuals.
+
+        What the depth varies in the hold counts `_OF_HOLD`. The noise is taken out of the sum of squares; if it is most of that,
+        the slope is 0.
+        """
+        x, y = (values[which] ** (1 / exponent) for values in (self.soft, self.hard))
+        held = self.hold[which]
+        noise = self.noise[which] * (x ** (1 - exponent) / exponent) ** 2
+        x, y = x - x.mean(), y - y.mean()
+        swept = np.where(held, x[held].mean() + _OF_HOLD * (x - x[held].mean()), x)
+        square = float(swept @ x) or math.inf
+        share, slope = float(noise @ np.where(held, _OF_HOLD, 1.0)) / square, float(swept @ y) / square
+        rest = y - slope * x
+        variance = float(rest @ rest) / max(len(rest) - 2, 1) / square / (1 - share) ** 2
+        return (slope / (1 - share) if share < _MOST_NOISE else 0.0), variance, share, rest
+
+
+def sweep(pairs: Aligned | None, noise: float, begin_s: float, end: int) -> Sweep | None:
+    """Return the sweep of the pairs of a touch from a time on, s, whose last sample is in row `end`; None: there is none."""
+    # noise: of a soft reading, pF. A lag is not removed: a tilt looks like one.
+    if pairs is None:
+        return None
+    good = pairs.good & (pairs.x > 0) & (pairs.y > 0)
+    hard, soft, row = pairs.y[good], pairs.x[good], pairs.row[good]
+    t = pairs.hard.readings.t[pairs.hard.at[good, HARD // 2]]
+    count, height = _settled(soft, t)
+    if not count:
+        return None
+    number = np.arange(len(soft))
+    pressed, rising = soft > _HELD * height, number < count
+    inside = t >= begin_s
+    higher = soft > _EDGE * height
+    hold, fall = inside & ~rising & pressed & (row <= end), inside & ~rising & ~pressed & higher
+    variance = noise**2 * (pairs.soft.weight[good] ** 2).sum(axis=1)
+    return Sweep(hard, soft, variance, inside & rising & higher, hold, fall)
+
+
+def _settled(soft: Array, t: Array) -> tuple[int, float]:
+    """Return the number of pairs until the press has settled, and its height, pF; 0: it has not."""
+    highest, grown_s = 0.0, 0.0
+    for number, (value, at_s) in enumerate(zip(soft, t, strict=True), 1):
+        if value > _GROWS * highest:
+            highest, grown_s = float(value), float(at_s)
+        elif at_s - grown_s > _SETTLED_S:
+            return number, highest
+    return 0, 0.0

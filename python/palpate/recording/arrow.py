@@ -1,0 +1,104 @@
+"""A recording as a data frame, and back with the same bits: all that its touches depend on is in the columns.
+
+So it survives a polars frame, which has no metadata, and a part of the rows.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.errors import need, quoted
+from palpate.importers.channels import times
+from palpate.importers.table import Table
+from palpate.importers.table_checks import pace, rate_of, remarks
+from palpate.recording.recording import Recording
+from palpate.recording.rows import LARGEST_STATUS
+from palpate.samples import blank, usable
+
+_ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
+_UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF", "period_s": "s"}
+_TIMES = (("t_hard_s", "t_soft_s"), ("t_hard_ns", "t_soft_ns"))
+ROWS_ONLY = (
+    "rows of a recording of palpate without its sidecar: they are not verified; its range, gaps and tares are not known"
+)
+"""Note of a frame of palpate's own Parquet file that another program read."""
+
+
+def to_arrow(recording: Recording) -> Any:
+    """Return a recording as a pyarrow.Table.
+
+    Its columns are t_hard_s, t_soft_s (if it has times), hard_pF, soft_pF; and, where they say something: utc; gap, True in a row from which
+    on the earlier baseline is not valid; full_scale_pF, host_stamps and period_s, the same in all rows.
+    """
+    arrow = need("pyarrow", "tables")
+    rows = len(recording.hard)
+    timed = bool(np.isfinite([recording.t_hard_s, recording.t_soft_s]).all())
+    arrays = _ARRAYS if timed else {"hard": "hard_pF", "soft": "soft_pF"}
+    columns: dict[str, Any] = {name: arrow.array(getattr(recording, field)) for field, name in arrays.items()}
+    if recording.zero_utc_ns is not None and timed:
+        columns["utc"] = arrow.array(recording.utc_ns.view("M8[ns]"), arrow.timestamp("ns", "UTC"))
+    if recording.gap_rows:
+        columns["gap"] = arrow.array(np.isin(np.arange(rows), recording.gap_rows))
+    for name, usual in {"full_scale_pF": SATURATED_PF, "host_stamps": False, "period_s": 0.0}.items():
+        if (value := getattr(recording, name)) != usual:
+            columns[name] = arrow.array(np.full(rows, value))
+    units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
+    fields = [arrow.field(name, columns[name].type, metadata=unit) for name, unit in zip(columns, units, strict=True)]
+    return arrow.table(list(columns.values()), schema=arrow.schema(fields))
+
+
+def own_frame(table: Table) -> Recording | None:
+    """Return the recording of a frame that palpate made, or of its rows as text; None: another one. Errors as of `read`."""
+    names = {column.name for column in table.columns}
+    stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
+    if not names >= {"hard_pF", "soft_pF"} or (stamps is None and "full_scale_pF" not in names):
+        return None
+    hard, soft = (table.column(name).numbers() for name in ("hard_pF", "soft_pF"))
+    full_scale = np.inf if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0 else SATURATED_PF
+    if "full_scale_pF" in names:
+        cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
+        full_scale = float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))
+    if "status" in names:
+        block = blank(len(table))
+        block["hard"], block["soft"], block["status"] = hard, soft, _status(table)
+        hard, soft = usable(block, full_scale)
+    t_hard = t_soft = np.full(len(table), np.nan)
+    if stamps:
+        t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
+    date_ns = times(table.column("utc")).zero_ns if "utc" in names else None
+    gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
+    notes = [*remarks(t_hard, t_soft, hard, soft), *table.notes, *([ROWS_ONLY] if "status" in names else [])]
+    return Recording(
+        *(t_hard, t_soft, hard, soft),
+        notes=tuple(dict.fromkeys(notes)),
+        full_scale_pF=full_scale,
+        host_stamps="host_stamps" in names and bool(_only(_flags(table, "host_stamps"))),
+        period_s=float(_only(table.column("period_s").numbers())) if "period_s" in names else 0.0,
+        gap_rows=tuple(row for row in gaps if row),
+        zero_utc_ns=None if date_ns is None else date_ns - round(float(t_hard[0]) * 1e9),
+        understood=f"a recording of palpate as a data frame; {pace(rate_of(t_hard))}; {len(table)} rows",
+    )
+
+
+def _flags(table: Table, name: str) -> NDArray[np.bool_]:
+    """Return the values of a column of True and False, or of texts of them."""
+    texts = [str(cell).strip().casefold() for cell in table.column(name).cells]
+    if wrong := set(texts) - {"true", "false"}:
+        raise ValueError(f"{name}: got {quoted(min(wrong))}, allowed: True or False in each row")
+    return np.array([text == "true" for text in texts])
+
+
+def _only(values: NDArray[Any]) -> Any:
+    if (values != values[0]).any():
+        got = f"parts of different recordings in one frame ({values[0]} and others)"
+        raise ValueError(f"recording: got {got}, allowed: one")
+    return values[0]
+
+
+def _status(table: Table) -> NDArray[np.float64]:
+    column = table.column("status")
+    wrong = ~np.isin(values := column.numbers(), np.arange(LARGEST_STATUS + 1))
+    column.refuse(wrong, f"is no status, allowed: whole numbers, 0 to {LARGEST_STATUS}")
+    return values

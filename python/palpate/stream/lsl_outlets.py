@@ -1,0 +1,187 @@
+"""A measurement on Lab Streaming Layer: outlets of samples, estimates and marks."""
+
+import json
+import socket
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import __version__, number_format
+from palpate._core import Touch
+from palpate.sources.base import described, gaps_until
+from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
+from palpate.stream import Batch, Stream
+
+__all__ = ["Outlets"]
+
+# Labels of the channels of the stream of estimates.
+ESTIMATES = ("ratio", "standard_error", "contact", "touch", "alarm")
+_UNITS = {"hard_pF": "pF", "soft_pF": "pF", "soft_offset_s": "s"}
+_TYPES = {"hard_pF": "Capacitance", "soft_pF": "Capacitance", "soft_offset_s": "Time", "ratio": "Ratio",
+          "standard_error": "Ratio"}  # fmt: skip
+_LAST_S = 0.5  # liblsl drops at once what it has not sent yet when an outlet is closed.
+
+
+class Outlets:
+    """Three streams of a measurement: NAME (samples), NAME-estimates, NAME-marks.
+
+    The time stamp of a sample is its hard conversion, on the clock of LSL. Receivers stay
+    connected while one measurement follows another one. If the outlets cannot be made, the stream is closed.
+
+    Parameters
+    ----------
+    stream : Stream
+        Not begun, or begun.
+    name : str
+        The name of the streams: another one for each measurement that runs at the same time on one computer.
+
+    Raises
+    ------
+    ValueError
+        The source is not in real time, so that its times have no place on the clock of LSL.
+    MissingExtra
+        pylsl is not installed.
+
+    Examples
+    --------
+    >>> from palpate import Stream
+    >>> with Stream("sim:stiff-steady?speed=1") as stream, Outlets(stream, "doctest") as outlets:
+    ...     outlets.send(next(stream.batches()))
+    >>> Outlets(Stream("sim:stiff-steady"))
+    Traceback (most recent call last):
+    ValueError: lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), \
+allowed: one in real time
+    """
+
+    def __init__(self, stream: Stream, name: str = "palpate") -> None:
+        with ExitStack() as on_failure:
+            on_failure.callback(stream.close)
+            self._pylsl = library()
+            self.follow(stream)
+            device = described(stream.source)
+            streams = [(name, "Capacitance", SAMPLES), (f"{name}-estimates", "Estimate", ESTIMATES)]
+            streams += [(f"{name}-marks", "Markers", ("mark",))]
+            self._outlets = [self._pylsl.StreamOutlet(_info(self._pylsl, *each, device)) for each in streams]
+            on_failure.pop_all()
+
+    def __enter__(self) -> Self:
+        """Return the outlets."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close them."""
+        self.close()
+
+    def follow(self, stream: Stream) -> None:
+        """Send another measurement from now on, of the same source; errors as of a new one."""
+        source = stream.source
+        if not (source.live and getattr(source, "real_time", True)):
+            raise ValueError(
+                "lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), "
+                "allowed: one in real time"
+            )
+        self._stream, self._zero_ns = stream, 0
+        self._gaps = 0
+        self._last_s: float | None = None
+        self._early: list[str] = []
+
+    def send(self, batch: Batch) -> None:
+        """Send the samples and the estimates of a batch, and a mark for each gap, touch and revised touch."""
+        stamps = self._send_samples(batch) if len(batch.samples) else np.empty(0)
+        if self._last_s is None:
+            return
+        while self._early:  # another thread may add one meanwhile
+            self._push(self._early.pop(0), float(stamps[0]) if len(stamps) else self._last_s)
+        for at, text in sorted(self._touches(batch)):
+            self._push(text, float(stamps[at]) if len(stamps) else self._last_s)
+
+    def mark(self, kind: str, text: str = "") -> None:
+        """Send a mark at the last sample that was sent, or at the first one.
+
+        Parameters
+        ----------
+        kind : str
+            One word: "note", "mark", "tare".
+        text : str
+        """
+        said = f"{kind} {text}".rstrip()
+        if self._last_s is None:
+            self._early.append(said)
+        else:
+            self._push(said, self._last_s)
+
+    def close(self) -> None:
+        """Close the streams, after what is on its way has been sent."""
+        if any(outlet.have_consumers() for outlet in self._outlets):
+            for _ in range(10):  # a process that stands still loses one part, not all of the time
+                time.sleep(_LAST_S / 10)
+        self._outlets = []
+
+    def _send_samples(self, batch: Batch) -> NDArray[np.float64]:
+        """Return the time stamps."""
+        samples = batch.samples
+        if self._last_s is None:
+            epoch = self._stream.epoch
+            assert epoch is not None  # of a source in real time, after its first sample
+            self._zero_ns = epoch.monotonic_ns + ahead_ns(self._pylsl)
+        stamps: NDArray[np.float64] = (samples["t_hard_ns"] + self._zero_ns) / 1e9
+        gaps = np.full(len(samples), self._gaps)
+        for gap in gaps_until(self._stream.source, self._gaps, int(samples["seq"][-1])):
+            self._gaps += 1
+            at = int(np.searchsorted(samples["seq"], gap.seq))
+            gaps[at:] += 1
+            self._push(f"gap {gap.text}", float(stamps[at]))
+        offset_s = (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9
+        values = [samples["hard"], samples["soft"], offset_s, samples["seq"], samples["status"], gaps]
+        self._outlets[0].push_chunk(np.column_stack(values).astype(float), stamps)
+        rows = batch.rows
+        measured = [np.where(rows["touch"] > 0, rows[name], np.nan) for name in ESTIMATES[:2]]
+        estimates = [*measured, *(rows[name] for name in ESTIMATES[2:])]
+        self._outlets[1].push_chunk(np.column_stack(estimates).astype(float), stamps)
+        self._last_s = float(stamps[-1])
+        return stamps
+
+    def _touches(self, batch: Batch) -> Iterator[tuple[int, str]]:
+        """Yield the place in the batch, and the text, of each touch that ended or was revised in it."""
+        rows, zero_s = batch.rows, self._zero_ns / 1e9
+        for number, touch in enumerate(batch.touches, batch.first):
+            own = np.flatnonzero(rows["touch"] == number)
+            first = (touch.first_ratio, touch.first_standard_error)  # also if it was revised
+            yield int(own[-1]) if len(own) else 0, _touch_text("touch", number, touch, *first, zero_s)
+        places = np.flatnonzero(rows["revised"]).tolist()
+        places += [len(rows) - 1] * (len(batch.revised) - len(places))  # at the end of the stream there may be no row
+        for at, (number, touch) in zip(places, batch.revised, strict=True):
+            yield at, _touch_text("revised", number, touch, touch.ratio, touch.standard_error, zero_s)
+
+    def _push(self, text: str, stamp_s: float) -> None:
+        self._outlets[2].push_sample([text], stamp_s)
+
+
+def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mapping[str, Any]) -> Any:
+    """Return a stream without a rate: each sample has its own stamp, and a lost one is not smoothed over."""
+    form = pylsl.cf_string if kind == "Markers" else pylsl.cf_double64
+    # The same when palpate is started again, so that receivers continue.
+    identity = f"{MANUFACTURER} {name} {socket.gethostname()}"
+    info = pylsl.StreamInfo(name, kind, len(labels), pylsl.IRREGULAR_RATE, form, identity)
+    about = info.desc()
+    about.append_child_value("manufacturer", MANUFACTURER)
+    info.set_channel_labels(list(labels))
+    info.set_channel_units([_UNITS.get(label, "none") for label in labels])
+    info.set_channel_types([_TYPES.get(label, "Misc") for label in labels])
+    acquisition = about.append_child("acquisition")
+    instrument = device.get("name") or device.get("converter") or ""
+    told = {"version": __version__, "instrument": instrument, "stamps": device.get("stamps", "converter")}
+    told |= {key: device[key] for key in ("period_s", "full_scale_pF") if key in device}
+    for key, value in told.items():
+        acquisition.append_child_value(key, str(value))
+    return info
+
+
+def _touch_text(kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float) -> str:
+    """Return the mark of a touch: its kind, and a JSON object with all digits."""
+    known = number_format.plain({"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s})
+    return f"{kind} {json.dumps({'number': number, **known, 'samples': touch.samples, 'flags': list(touch.flags)})}"

@@ -1,0 +1,167 @@
+"""The consumer's side of a stream: sends samples to the tracker, counts them, and tells the listeners."""
+
+from collections.abc import Iterator
+from threading import RLock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate._core import Touch, Tracker
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, Status, columns_for, feed, refused, samples_of, saturated
+from palpate.sources.base import Gap
+from palpate.stream.buffers import SampleQueue
+from palpate.stream.estimate import Batch
+from palpate.stream.listeners import Listeners
+
+# Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples.
+IDLE_S, PRESSED_S = 2.0, 10.0
+_CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
+_PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
+
+
+class Feeding:
+    """Sends the samples that wait to a tracker, and the results to the listeners."""
+
+    def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listeners) -> None:
+        # Held while samples go to the tracker: one thread may iterate while another one closes.
+        self.lock: RLock = RLock()
+        settings = tracker.settings
+        self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
+        self.delivered = self.refused = self.saturated = 0  # as in `StreamCounters`
+        self.last: Sample | None = None
+        self._queue, self._tracker, self._listeners = queue, tracker, listeners
+        self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
+        self._retaken = self._reported = tracker.retaken
+        self._ended: list[Touch] = []
+        self._revised: list[tuple[int, Touch]] = []
+        self._finished = False
+
+    @property
+    def retaken(self) -> int:
+        """How often the baseline was found to be wrong, and measured again."""
+        return self._tracker.retaken - self._retaken
+
+    def take(self, most: int = 1024) -> Batch | None:
+        """Feed at most `most` queued samples to the tracker; None if the queue is empty."""
+        with self.lock:
+            block = self._queue.take(most)
+            if not len(block):
+                return None
+            batch, gaps, messages = self._send(block)
+        for gap in gaps:  # when all is done: a listener may raise
+            self._listeners.tell("gap", gap)
+        for message in messages:
+            self._listeners.message(message)
+        self._listeners.batch(batch)
+        return batch
+
+    def drain(self) -> None:
+        """Send all samples that wait, and end a touch that is still running."""
+        while self.take():
+            pass
+        self.finish()
+
+    def finish(self) -> Batch | None:
+        """End a touch that is still running; return the last batch, None if nothing ended."""
+        with self.lock:
+            if self._finished:
+                return None
+            self._finished = True
+            self._tracker.finish()
+            if self._tracker.touch_count == self._touches:
+                return None
+            nothing = np.empty(0, DTYPE)
+            last = self._batch(nothing, feed(self._tracker, nothing))
+        self._listeners.batch(last)
+        return last
+
+    def _send(self, block: Block) -> tuple[Batch, list[Gap], list[str]]:
+        """Return the estimates of samples, the gaps between them, and messages."""
+        self.delivered += len(block)
+        rows, gaps = self._feed(block)
+        self.last = samples_of(block[-1:])[0]
+        self.refused += int(np.count_nonzero(refused(block)))
+        if block["status"].any():
+            self.saturated += int(np.count_nonzero(saturated(block)))
+        messages = [f"{gap.text}: the baseline is measured again: touch nothing" for gap in gaps]
+        messages += [RETAKEN] * (self._tracker.retaken - self._reported)
+        self._reported = self._tracker.retaken
+        return self._batch(block, rows), gaps, messages + self.range.follow(block, rows)
+
+    def _feed(self, block: Block) -> tuple[NDArray[Any], list[Gap]]:
+        """Send samples to the tracker, each gap directly before its sample, as a replay does; return its rows, and the gaps."""
+        parts: list[NDArray[Any]] = []
+        passed: list[Gap] = []
+        gaps, begin = self._queue.gaps, 0
+        while gaps and gaps[0].seq <= block["seq"][-1]:
+            gap = gaps.popleft()
+            at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
+            parts += self._parts(block[begin:at])
+            self._tracker.gap()
+            begin = at
+            passed.append(gap)
+        parts += self._parts(block[begin:])
+        return np.concatenate(parts, out=np.empty(len(block), parts[0].dtype)), passed
+
+    def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
+        """Send samples, few at a time; note each touch as it is at its end, before it is revised."""
+        t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
+        for begin in range(0, len(block), _PART):
+            end = begin + _PART
+            yield self._tracker.process(t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end])
+            self._note_touches()
+
+    def _note_touches(self) -> None:
+        touches, numbers = self._tracker.touches_since(self._touches), self._tracker.revisions_since(self._revisions)
+        self._touches += len(touches)
+        self._revisions += len(numbers)
+        self._ended += touches
+        self._revised += [(n, self._tracker.touches_since(n - 1)[0]) for n in numbers]
+
+    def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
+        """Return a batch with the touches that ended, and those that were revised, since the last one."""
+        self._note_touches()
+        ended, self._ended = self._ended, []
+        revised, self._revised = self._revised, []
+        return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)
+
+
+class RangeWatch:
+    """Follows which channels are outside the range of the converter, and for how long."""
+
+    def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
+        self.channels: tuple[str, ...] = ()  # of "hard" and "soft": outside the range, and not because of a touch
+        self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
+        self._since_ns: dict[str, int] = {}
+
+    def follow(self, block: Block, rows: NDArray[Any]) -> list[str]:
+        """Take the next samples, at least one, with their rows of `Tracker.process`; return messages."""
+        outside = {
+            name: (block["status"] & int(flag) != 0) | (np.abs(block[name]) >= self._full_scale_pF)
+            for name, flag in _CHANNELS
+        }
+        if not self._since_ns and not any(are_outside.any() for are_outside in outside.values()):
+            return []
+        # A channel that left its range begins a touch without any samples.
+        pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
+        messages: list[str] = []
+        for row, t_ns in enumerate(block["t_hard_ns"].tolist()):
+            for name, are_outside in outside.items():
+                if are_outside[row]:
+                    self._since_ns.setdefault(name, t_ns)
+                elif np.isfinite(block[name][row]):  # a lost reading changes nothing
+                    self._since_ns.pop(name, None)
+            longest_s = PRESSED_S if pressed[row] else IDLE_S
+            now = tuple(name for name in outside if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9)
+            if set(now) - set(self.channels):
+                messages.append(_out_of_range(now, longest_s))
+            self.channels = now
+        return messages
+
+
+def _out_of_range(channels: tuple[str, ...], longest_s: float) -> str:
+    return (
+        f"{' and '.join(channels)}: outside the range of the converter for {longest_s:g} s, and nothing is measured: "
+        "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
+    )

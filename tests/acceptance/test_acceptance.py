@@ -1,0 +1,258 @@
+"""Acceptance over simulated boards: a right one passes, each mistake is named, a fault leaves steps and no exception; its report."""
+
+import json
+import math
+from collections.abc import Callable, Collection
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from effort import NIGHTLY, Tally, draws, random_of
+from kit_bench import IDLE_PF, Bus
+from palpate.acceptance.board_under_test import Bench, open_bench
+from palpate.acceptance.step import NOT_DONE, WRONG, AcceptanceReport, ReportError, Step, load, made, now
+from palpate.acceptance.steps import NAMES, Acceptance
+from palpate.ad7746 import datasheet
+from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.simulator.chip import WIRINGS, ChipTwin
+from palpate.ad7746.simulator.kit import FAULTS, Fault, KitTwin
+from palpate.ad7746.simulator.usb import TwinBackend
+
+DEPTH_PF = (0.9, 0.3)
+_PRESS_S = 2.0
+
+
+class Board:
+    """A simulated board with a probe, other than the data sheet's by the tolerances, drawn by the seed."""
+
+    def __init__(self, wiring: str = "guide", seed: int = 0) -> None:
+        random = Random(f"{wiring} {seed}")
+        self.clock = VirtualClock()
+        self.press_s = math.inf
+        self.added_pF = 0.0
+        self.idle_pF = [pF * random.uniform(0.5, 1.5) for pF in IDLE_PF]
+        steps_pF = (0.164 * random.uniform(0.8, 1.2), 0.164 * random.uniform(0.8, 1.2))
+        chip = ChipTwin(self._pF, seed=seed, dac_step_pF=steps_pF, wiring=WIRINGS[wiring])
+        chip.pace = random.uniform(0.95, 1.05)
+        self.kit = KitTwin(chip, self.clock, bus_kHz=random.uniform(60, 400))
+        self.backend = TwinBackend(self.clock)
+        self.port = self.backend.plug(self.kit)
+
+    def _pF(self, bump: int, begin_s: float, end_s: float) -> float:
+        share = ((begin_s + end_s) / 2 - self.press_s) / _PRESS_S
+        pressed = math.sin(math.pi * share) if 0 < share < 1 else 0.0
+        return self.idle_pF[bump - 1] + DEPTH_PF[bump - 1] * pressed + (self.added_pF if bump == 1 else 0.0)
+
+    def open(self, options: str = "") -> Bench:
+        """Open it, by `usb:` with these options."""
+        return open_bench(f"usb:{options}", {"backend": self.backend, "clock": self.clock})
+
+    def accept(
+        self, options: str = "", *, by_hand: bool = False, replaced: bool = False, only: Collection[str] = NAMES
+    ) -> list[Step]:
+        """Do steps; `by_hand`: those that are asked for, too; `replaced`: by another board, when it is pulled."""
+        bench = self.open(options)
+        try:
+            person = Person(self, replaced=replaced) if by_hand else None
+            return list(Acceptance(bench, person, skip=set(NAMES) - set(only)))
+        finally:
+            bench.source.close()
+
+
+class Person:
+    """Does what is asked for: pulls the plug, presses, connects a capacitor of 2.2 pF."""
+
+    def __init__(self, board: Board, *, replaced: bool = False) -> None:
+        self._replaced = replaced
+        self._board = board
+        self._tasks: dict[str, Callable[[], None]] = {
+            "USB plug": self._pull,
+            "press": lambda: setattr(board, "press_s", board.clock.now_ns() / 1e9 + 4),
+            "capacitor": lambda: setattr(board, "added_pF", 2.2),
+        }
+
+    def _pull(self) -> None:
+        chip = self._board.kit.chip
+        power_on = chip.power_on
+
+        def another(now: int) -> None:
+            power_on(now)
+            chip.registers[datasheet.CAP_GAIN :] = b"\1\2\3\4"
+
+        if self._replaced:
+            setattr(chip, "power_on", another)  # noqa: B010  a method
+        self._board.kit.faults.append(Fault("unplug", 2.0, skip=200))
+
+    def ready(self, text: str) -> bool:
+        """Do it."""
+        [act] = [task for word, task in self._tasks.items() if word in text]
+        act()
+        return True
+
+    def value(self, text: str) -> float | None:
+        """Return the value of the capacitor; the person who replaces the board reads it wrongly, too."""
+        return 2.6 if self._replaced else 2.2
+
+
+def not_done(steps: list[Step]) -> list[str]:
+    """Return the names of the steps that were not done."""
+    return [step.name for step in steps if step.verdict == NOT_DONE]
+
+
+def said(steps: list[Step]) -> str:
+    """Return all that the wrong steps say, with their names."""
+    return "\n".join(line for step in steps if step.verdict == WRONG for line in step.lines())
+
+
+SEEDS = range(100 if NIGHTLY else 5)
+FEWER = range(100 if NIGHTLY else 1)
+
+# Wiring, options of the source, and words of the message about it. tests/sources/test_wiring.py has every mistake.
+MISTAKES = [
+    ("hard-exca", "", ["hard bump: CIN1+", "use excitation=A,B "]),
+    ("demo", "", ["soft bump: CIN2+", "length sensor, connected until R1 and R2 are removed"]),
+    ("hard-minus", "?differential=yes", ["inputs and excitations", "exchange its wires at CIN1+ and CIN1-"]),
+    ("swapped", "", ["the inputs are swapped, the hard bump is on CIN2", "hard_input=2"]),
+    ("exca", "?excitation=A", []),
+]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_right_board_passes(seed: int, tally: Tally) -> None:
+    steps = Board(seed=seed).accept(by_hand=True)
+    tally.count("boards accepted")
+    assert said(steps) == ""
+    assert not_done(steps) == []
+
+
+@pytest.mark.parametrize("seed", FEWER)
+@pytest.mark.parametrize(("wiring", "options", "words"), MISTAKES, ids=[f"{w}{o}" for w, o, _ in MISTAKES])
+def test_mistakes_of_the_wiring(wiring: str, options: str, words: list[str], seed: int, tally: Tally) -> None:
+    only = ("registers", "inputs", "press") if seed else NAMES  # the rest takes most of the time
+    steps = Board(wiring, seed).accept(options, by_hand=True, only=only)
+    tally.count("boards with a mistake")
+    assert bool(said(steps)) == bool(words)
+    for word in words:
+        assert word in said(steps), said(steps)
+
+
+def test_another_board_at_the_same_port_and_a_wrong_capacitor_are_noticed() -> None:
+    words = said(Board().accept(by_hand=True, replaced=True))
+    assert "another board was plugged in" in words
+    assert "check the value and the contacts at CIN1+ and EXCB" in words
+
+
+@pytest.mark.parametrize(
+    ("kind", "amount", "name", "words"),
+    [
+        ("chip absent", 1, "registers", ["not acknowledged", "link LK2"]),
+        ("RDY# stuck high", 1, "voltages", ["RDY#", "stuck high"]),
+        ("RDY# stuck low", 1, "voltages", ["RDY#", "stuck low"]),
+        ("lost conversion", 1e9, "voltages", ["did not end"]),
+        ("unplug", math.inf, "registers", ["unplugged"]),
+        ("lock", 1, "registers", []),
+    ],
+)
+def test_a_board_that_fails_is_named(kind: str, amount: float, name: str, words: list[str]) -> None:
+    board = Board()
+    bench = board.open()
+    board.kit.faults.append(Fault(kind, amount))
+    steps = list(Acceptance(bench))
+    assert f"!!  {name}: " in said(steps)
+    for word in words:
+        assert word in said(steps)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda kit: setattr(kit.chip, "pace", 1.15), ["conversion times", "+15"]),
+        (lambda kit: setattr(kit.chip, "supply_V", 2.2), ["supply of the chip: 2.20 V"]),
+        (lambda kit: setattr(kit.chip, "temperature_C", 80.0), ["temperature of the chip: 80.0 C"]),
+        (lambda kit: setattr(kit.chip, "_noisy", False), ["almost constant", "not a measurement"]),
+        (lambda kit: setattr(kit.chip, "_dac_step_pF", (0.22, 0.22)), ["CAPDAC step at CIN1: 0.22"]),
+        (lambda kit: setattr(kit.chip, "disturb", _mains()), ["noise at CIN1, CAPF 0", "shield"]),
+    ],
+)
+def test_a_board_outside_its_data_sheet_is_named(change: object, words: list[str]) -> None:
+    board = Board()
+    assert callable(change)
+    change(board.kit)
+    steps = board.accept()
+    for word in words:
+        assert word in said(steps), said(steps)
+
+
+def _mains() -> Callable[[], float]:
+    random = Random(1)
+    return lambda: random.gauss(0.0, 300e-6)
+
+
+@pytest.mark.parametrize("number", range(draws(25, 1000, at_least=5)))
+def test_a_fault_in_the_middle_leaves_steps(number: int, tally: Tally) -> None:
+    random = random_of(f"kit faults {number}")
+    board = Board(seed=number)
+    bench = board.open()
+    board.kit.faults.append(_fault(random))
+    steps = list(Acceptance(bench))
+    tally.count("acceptances with a fault")
+    assert len(steps) >= len(NAMES)
+    assert [step.name for step in steps][-3:] == ["pull and replug", "press", "known capacitor"] or not_done(steps)
+    assert all(step.measured.isprintable() for step in steps)
+
+
+def _fault(random: Random) -> Fault:
+    kind = random.choice(FAULTS)
+    amount = {"unplug": random.choice([math.inf, 0.5]), "short": 1, "late": 0.25}.get(kind, random.choice([1, 1e9]))
+    return Fault(kind, amount, skip=random.randrange(3000), times=random.choice([1, 2, 5, math.inf]))
+
+
+def test_a_chip_on_an_i2c_bus() -> None:
+    clock = VirtualClock()
+    bus = Bus(ChipTwin(lambda bump, begin_s, end_s: 5.0), clock)
+    bench = open_bench("i2c:/dev/i2c-1", {"open_bus": bus, "clock": clock})
+    clock.sleep(0.001)
+    steps = list(Acceptance(bench))
+    assert said(steps) == ""
+    assert "400 kHz" in " ".join(step.measured for step in steps)
+    bench.source.close()
+
+
+@pytest.fixture(scope="module")
+def report() -> AcceptanceReport:
+    board = Board("soft-exca")
+    bench = board.open()
+    steps = list(Acceptance(bench))
+    return made(now(), "usb:?capf=0&firmware=/home/ann/Icv_usb.hex", bench.source.describe(), bench.dump, steps)
+
+
+def test_what_was_written_is_read_back_without_the_users_path(report: AcceptanceReport, tmp_path: Path) -> None:
+    path = tmp_path / "report.json"
+    path.write_text(report.text())
+    again = load(path)
+    assert (again.text(), again.steps) == (report.text(), report.steps)
+    assert len(bytes.fromhex(again.registers)) == 19
+    assert "ann" not in report.text()
+    assert report.source == "usb:?capf=0&firmware=..."
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda all_: all_ | {"schema": "palpate-kit-report-9"}, "no schema palpate-kit-report-1 in it"),
+        (lambda all_: all_ | {"more": 1}, "'more'"),
+        (lambda all_: all_ | {"steps": [{}]}, "not a report"),
+        (lambda all_: all_ | {"steps": [all_["steps"][0] | {"verdict": "fine"}]}, "not a report"),
+        (lambda all_: all_ | {"steps": [all_["steps"][0] | {"measured": "a\nb"}]}, "printable"),
+        (lambda all_: all_ | {"stopped": "\x1b[2J"}, "printable"),
+        (lambda all_: [], ""),
+        (lambda all_: 10**5 * "[", ""),
+    ],
+)
+def test_another_part_is_refused(report: AcceptanceReport, change: Any, said: str, tmp_path: Path) -> None:
+    changed, path = change(json.loads(report.text())), tmp_path / "report.json"
+    path.write_text(changed if isinstance(changed, str) else json.dumps(changed))
+    with pytest.raises(ReportError, match="run palpate kit accept again") as raised:
+        load(path)
+    assert said in str(raised.value)

@@ -1,0 +1,101 @@
+"""Several touches: which ones count, whether they agree, and the most reliable one."""
+
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import palpate
+import pytest
+from palpate import repeatability
+from palpate.calibration import Calibration
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.repeatability import agreement, objections, usable
+from palpate.simulation import scenarios
+from scipy import special
+
+
+def touched(ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any) -> palpate.Touch:
+    """Return what the rules read of a touch."""
+    known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error}
+    known |= {"age_s": 0.0, "contact_exponent": 1.0, **others}
+    return cast(palpate.Touch, SimpleNamespace(ratio=ratio, flags=flags, **known))
+
+
+@pytest.mark.parametrize(
+    ("flags", "against", "others"),
+    [
+        ((), (), {}),
+        ((), (), {"standard_error": math.nan}),  # a scene without standard errors
+        (("short",), (), {}),
+        (("short",), ("short",), {"standard_error": math.nan}),
+        (("short",), (), {"samples": 16}),
+        (("short",), ("short",), {"samples": 15}),
+        (("short", "saturated"), ("saturated",), {}),
+        (("short", "unsettled"), ("short", "unsettled"), {"standard_error": math.nan}),
+        (("drift",), ("drift",), {}),
+        (("drift", "curve"), ("curve",), {"revised": True}),
+        (("refused", "lag"), ("refused", "lag"), {}),
+    ],
+)
+def test_flags_that_exclude(flags: tuple[str, ...], against: tuple[str, ...], others: dict[str, Any]) -> None:
+    touch = touched(4.0, flags=flags, **others)
+    assert objections(touch) == against
+    assert objections(touch, accept=flags) == ()
+
+
+def test_usable_touches() -> None:
+    good, short, bent = touched(4.0), touched(4.1, 0.2, ("short",)), touched(5.0, 0.1, ("curve",))
+    assert usable([good, short, bent]) == [good, short]
+    assert usable([bent], ["curve"]) == [bent]
+    with pytest.raises(ValueError, match=r"touches: got no usable touch \(curve\), allowed: at least one"):
+        usable([bent])
+    with pytest.raises(ValueError, match="no touches"):
+        usable([])
+
+
+def test_how_often_touches_of_one_object_are_said_to_differ() -> None:
+    # 2,000 pairs and fours of one object: the share is DOUBT, within 4 standard deviations sqrt(p (1 - p) / n) = 0.9 %.
+    random = np.random.default_rng(15)
+    freedom = 10
+    for count in (2, 4):
+        differ = {math.inf: 0, freedom: 0}
+        for _ in range(2000):
+            ratios = 4 * (1 + 0.03 * random.standard_normal(count))
+            measured = [touched(float(ratio)) for ratio in ratios]
+            estimated = 0.03 * math.sqrt(random.chisquare(freedom) / freedom)
+            differ[math.inf] += not agreement(measured).agree
+            differ[freedom] += not agreement(measured, scatter=estimated, freedom=freedom).agree
+        for number in differ.values():
+            assert number / 2000 == pytest.approx(repeatability.DOUBT, abs=0.009)
+
+
+@pytest.mark.parametrize("degrees", [1, 2, 3, 4, 9, 10, 199, 1000])
+def test_chi_squared(degrees: int) -> None:
+    for squares in (0.0, 1e-9, 0.5, 3.0, 20.0, 100.0, 1500.0, 1e4):
+        expected = float(special.chdtrc(degrees, squares))
+        assert repeatability._chi_squared_above(squares, degrees) == pytest.approx(expected, rel=1e-9, abs=1e-13)
+
+
+@pytest.mark.parametrize("by", ["agreement", "standard_error", "covariance"])
+def test_the_most_reliable_is_refused_where_touches_differ(by: str) -> None:
+    specimens = palpate.touches(scenarios.run("four-specimens", 1))
+    with pytest.raises(ValueError, match=r"touches: the 4 touches differ: .* allowed: touches on one object"):
+        palpate.most_reliable(specimens, by=by)
+    assert palpate.most_reliable(specimens, by=by, scatter=None) in specimens
+    assert palpate.most_reliable(specimens, by=by, scatter=1.0) in specimens
+
+
+def test_a_calibration_brings_its_own_scatter() -> None:
+    moduli = np.repeat(list(SORBOTHANE_MPA.values()), 4)
+    ratios = np.array([Elasticity().ratio(E) for E in moduli])
+    found = Calibration.fit(ratios * (1 + 0.10 * np.random.default_rng(2).standard_normal(40)), moduli)
+    assert found.touch_spread == pytest.approx(0.10, rel=0.3)  # 30 degrees of freedom: 13 %
+    pair = [touched(4.0), touched(4.6)]
+    assert not agreement(pair).agree
+    assert found.agreement(pair).agree
+
+
+def test_the_spread_is_relative_and_of_two_touches_at_least() -> None:
+    assert agreement([touched(2.9), touched(3.1)]).spread == pytest.approx(np.std([2.9, 3.1], ddof=1) / 3.0)
+    assert agreement([touched(3.0)]).spread == 0.0
