@@ -30,7 +30,11 @@ def headers_hash(folder: Path = HEADERS) -> str:
 
 def about() -> dict[str, str]:
     """Return machine, versions, commit (with a plus if there are uncommitted changes) and hash of the headers."""
-    cpu = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) if sys.platform == "linux" else None
+    cpu = (
+        re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+        if sys.platform == "linux"
+        else None
+    )
     git = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+"]
     commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
     return {
@@ -45,7 +49,9 @@ def about() -> dict[str, str]:
 def main(results: Path = RESULTS) -> int:
     """Print the verdicts."""
     old = [
-        path for path in sorted(results.glob("*.json")) if json.loads(path.read_text()).get("headers") != headers_hash()
+        path
+        for path in sorted(results.glob("*.json"))
+        if json.loads(path.read_text()).get("headers") != headers_hash()
     ]
     for path in sorted(results.glob("*.json")):
         print(

@@ -45,10 +45,15 @@ autodoc_typehints = "none"  # the docstrings say more
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_param = False
-napoleon_custom_sections = [("Attributes", "params_style")]  # "low, high : float" is one entry of two names
+napoleon_custom_sections = [
+    ("Attributes", "params_style")
+]  # "low, high : float" is one entry of two names
 # Types are in words: shapes, units, ranges.
 nitpick_ignore_regex = [("py:.*", ".*"), ("cpp:.*", ".*")]
-suppress_warnings = ["ref.python", "duplicate_declaration.cpp"]  # the namespace, on each page of a header
+suppress_warnings = [
+    "ref.python",
+    "duplicate_declaration.cpp",
+]  # the namespace, on each page of a header
 
 
 def setup(app: Any) -> None:
@@ -59,10 +64,14 @@ def setup(app: Any) -> None:
         if what == "property":
             written[name] = list(lines)
 
-    def restore(_app: Any, _what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+    def restore(
+        _app: Any, _what: str, name: str, _value: Any, _options: Any, lines: list[str]
+    ) -> None:
         lines[:] = written.pop(name, lines)
 
-    def skip(_app: Any, _what: str, name: str, value: Any, _skip: bool, _options: Any) -> bool | None:
+    def skip(
+        _app: Any, _what: str, name: str, value: Any, _skip: bool, _options: Any
+    ) -> bool | None:
         if isinstance(value, Enum) and not name.startswith("_"):
             return False
         return True if type(value).__name__ == "_tuplegetter" else None

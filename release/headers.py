@@ -47,13 +47,19 @@ def in_order(header: str = ALL) -> list[str]:
 def one_header() -> str:
     """Return the text of the one header."""
     texts = {name: (HEADERS / name).read_text(encoding="utf-8") for name in in_order()}
-    includes = "".join(f"#include <{name}>\n" for name in sorted(set(_STANDARD.findall("".join(texts.values())))))
-    bodies = [_STANDARD.sub("", _OWN.sub("", _FIRST_LINES.sub("", text))) for text in texts.values()]
+    includes = "".join(
+        f"#include <{name}>\n" for name in sorted(set(_STANDARD.findall("".join(texts.values()))))
+    )
+    bodies = [
+        _STANDARD.sub("", _OWN.sub("", _FIRST_LINES.sub("", text))) for text in texts.values()
+    ]
     parts = [
         f"// {name}\n\n{re.sub(chr(10) + '{3,}', chr(10) * 2, body).strip()}\n"
         for name, body in zip(texts, bodies, strict=True)
     ]
-    licence = "".join(f"// {line}".rstrip() + "\n" for line in (ROOT / "LICENSE").read_text("utf-8").splitlines())
+    licence = "".join(
+        f"// {line}".rstrip() + "\n" for line in (ROOT / "LICENSE").read_text("utf-8").splitlines()
+    )
     begin = f"// SPDX-License-Identifier: MIT\n// palpate {version()}: all headers in one file. Do not edit: it is made by a command.\n//\n"
     return f"{begin}{licence}\n#pragma once\n{TWICE}\n{includes}\n" + "\n".join(parts)
 
@@ -64,7 +70,9 @@ INSTRUMENT = ROOT / "bench" / "embedded" / "ad7746"  # the program of the sketch
 # Folders of Arduino cores for ARM and ESP; the compiler for avr has no C++17.
 ARCHITECTURES = "esp32 esp8266 mbed_giga mbed_nano mbed_opta mbed_portenta mbed_rp2040 nrf52 renesas_portenta renesas_uno rp2040 sam samd stm32 zephyr"
 # Of PlatformIO.
-PLATFORMS = "espressif32 espressif8266 atmelsam native nordicnrf52 raspberrypi renesas-ra ststm32 teensy"
+PLATFORMS = (
+    "espressif32 espressif8266 atmelsam native nordicnrf52 raspberrypi renesas-ra ststm32 teensy"
+)
 SENTENCE = "Ratio of two capacitance changes of a tactile probe, in real time."
 PARAGRAPH = (
     "Recursive least squares whose forgetting is switched by a CUSUM detector, with baseline, contact and standard error; "
@@ -81,7 +89,13 @@ def about() -> dict[str, str]:
 
 def properties(source: str) -> str:
     """Return Arduino's library.properties."""
-    more = {"sentence": SENTENCE, "paragraph": PARAGRAPH, "category": "Sensors", "url": source, "includes": "palpate.h"}
+    more = {
+        "sentence": SENTENCE,
+        "paragraph": PARAGRAPH,
+        "category": "Sensors",
+        "url": source,
+        "includes": "palpate.h",
+    }
     more |= {"maintainer": about()["author"], "architectures": ARCHITECTURES.replace(" ", ",")}
     return "".join(f"{name}={value}\n" for name, value in (about() | more).items())
 
@@ -89,9 +103,19 @@ def properties(source: str) -> str:
 def manifest(source: str) -> str:
     """Return PlatformIO's library.json."""
     fields: dict[str, Any] = dict(about())
-    fields |= {"authors": [{"name": fields.pop("author"), "maintainer": True}], "description": SENTENCE}
-    fields |= {"keywords": ["sensor", "tactile", "capacitance", "elasticity", "rls"], "headers": ["palpate.h"]}
-    fields |= {"repository": {"type": "git", "url": source}, "frameworks": "*", "platforms": PLATFORMS.split()}
+    fields |= {
+        "authors": [{"name": fields.pop("author"), "maintainer": True}],
+        "description": SENTENCE,
+    }
+    fields |= {
+        "keywords": ["sensor", "tactile", "capacitance", "elasticity", "rls"],
+        "headers": ["palpate.h"],
+    }
+    fields |= {
+        "repository": {"type": "git", "url": source},
+        "frameworks": "*",
+        "platforms": PLATFORMS.split(),
+    }
     return json.dumps(fields, indent=2) + "\n"
 
 
@@ -109,7 +133,10 @@ def files(source: str) -> dict[str, str]:
         "src/palpate.h": ARDUINO / "palpate.h",
         **{f"src/{path.relative_to(HEADERS).as_posix()}": path for path in HEADERS.rglob("*.hpp")},
         **{f"examples/{path.parent.name}/{path.name}": path for path in SKETCHES.glob("*/*.ino")},
-        **{f"examples/palpate_instrument/{name}": INSTRUMENT / name for name in ("hal.hpp", "loop.cpp")},
+        **{
+            f"examples/palpate_instrument/{name}": INSTRUMENT / name
+            for name in ("hal.hpp", "loop.cpp")
+        },
     }
     return found | {name: path.read_text(encoding="utf-8") for name, path in copied.items()}
 
@@ -120,7 +147,11 @@ def write(target: Path, source: str) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, text in sorted(files(source).items()):
             info = zipfile.ZipInfo(f"{folder}/{name}", NO_TIME)
-            info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, 0o100644 << 16, 3
+            info.compress_type, info.external_attr, info.create_system = (
+                zipfile.ZIP_DEFLATED,
+                0o100644 << 16,
+                3,
+            )
             archive.writestr(info, text)
 
 

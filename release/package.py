@@ -25,7 +25,14 @@ ROOT = Path(__file__).parents[1]
 _LINUX, _OTHER = "manylinux_2_28_{0} musllinux_1_2_{0}", "macosx_x86_64 macosx_arm64 win_amd64"
 SYSTEMS = (*_LINUX.format("x86_64").split(), *_LINUX.format("aarch64").split(), *_OTHER.split())
 """Where .github/workflows/release.yml builds: part of a wheel's platform tag."""
-NEEDED = ("LICENSE", "README.md", "CITATION.cff", "pyproject.toml", "tests/data/four-specimens.csv", "release/smoke.py")
+NEEDED = (
+    "LICENSE",
+    "README.md",
+    "CITATION.cff",
+    "pyproject.toml",
+    "tests/data/four-specimens.csv",
+    "release/smoke.py",
+)
 """Files of a source distribution."""
 ALLOWED = re.compile(
     r"palpate/[\w./-]+\.(py|pyi|typed|hpp|cmake|js|css|html|svg|so|pyd|j2)|palpate/lib/cmake/palpate/CMakeLists\.txt"
@@ -70,9 +77,13 @@ def problems(tag: str, root: Path = ROOT, today: date | None = None) -> list[str
     except ValueError as error:
         found.append(str(error))
     if tag != f"v{now}":
-        found.append(f"the tag is {tag!r}, the version is {now} (cpp/include/palpate/version.hpp); allowed: v{now}")
+        found.append(
+            f"the tag is {tag!r}, the version is {now} (cpp/include/palpate/version.hpp); allowed: v{now}"
+        )
     if (cited := _text(root, "CITATION.cff", r'^version: "?([^"\n]*)')) != now:
-        found.append(f"CITATION.cff: version is {cited}, in version.hpp it is {now}; write the same")
+        found.append(
+            f"CITATION.cff: version is {cited}, in version.hpp it is {now}; write the same"
+        )
     released = _text(root, "CHANGELOG.md", rf"^## \[{re.escape(now)}\] - (\d{{4}}-\d\d-\d\d)$")
     cited = _text(root, "CITATION.cff", r'^date-released: "?([^"\n]*)')
     if not released:
@@ -80,7 +91,9 @@ def problems(tag: str, root: Path = ROOT, today: date | None = None) -> list[str
             f'CHANGELOG.md: there is no heading "## [{now}] - {today or date.today()}"; rename "## [Unreleased]"'
         )
     elif cited != released:
-        found.append(f"CITATION.cff: date-released is {cited}, in CHANGELOG.md it is {released}; write the same")
+        found.append(
+            f"CITATION.cff: date-released is {cited}, in CHANGELOG.md it is {released}; write the same"
+        )
     return found
 
 
@@ -94,7 +107,13 @@ def absolute(text: str, source: str, ref: str, folder: Path) -> str:
         path = match[1].partition("#")[0]
         if not (folder / path).exists():
             raise ValueError(f"README.md links to {path}, which is not there; correct the link")
-        kind = "raw" if Path(path).suffix in _IMAGES else "tree" if (folder / path).is_dir() else "blob"
+        kind = (
+            "raw"
+            if Path(path).suffix in _IMAGES
+            else "tree"
+            if (folder / path).is_dir()
+            else "blob"
+        )
         return f"]({source}/{kind}/{ref}/{match[1]})"
 
     blocks = _FENCED.findall(text)
@@ -106,14 +125,24 @@ def make_source(folder: str, rehearsal: str = "") -> None:
     """Make the source distribution of the last commit in a folder."""
     source = rehearsal or address()
     with tempfile.TemporaryDirectory() as name:
-        archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True)
+        archive = subprocess.run(
+            ["git", "archive", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True
+        )
         subprocess.run(["tar", "-x", "-C", name], input=archive.stdout, check=True)
         readme, project = Path(name) / "README.md", Path(name) / "pyproject.toml"
-        readme.write_text(absolute(readme.read_text("utf-8"), source, f"v{version()}", Path(name)), encoding="utf-8")
+        readme.write_text(
+            absolute(readme.read_text("utf-8"), source, f"v{version()}", Path(name)),
+            encoding="utf-8",
+        )
         if rehearsal:
             urls = f'[project.urls]\nSource = "{source}"\n'
-            project.write_text(project.read_text("utf-8").replace("[project.urls]\n", urls), encoding="utf-8")
-        subprocess.run([sys.executable, "-m", "build", "--sdist", "--outdir", Path(folder).resolve(), name], check=True)
+            project.write_text(
+                project.read_text("utf-8").replace("[project.urls]\n", urls), encoding="utf-8"
+            )
+        subprocess.run(
+            [sys.executable, "-m", "build", "--sdist", "--outdir", Path(folder).resolve(), name],
+            check=True,
+        )
 
 
 def expected() -> set[tuple[str, str]]:
@@ -143,13 +172,19 @@ def _problems_of_metadata(text: str) -> list[str]:
 def problems_of_wheel(path: Path) -> list[str]:
     """Return what is wrong in a wheel."""
     with zipfile.ZipFile(path) as wheel:
-        names = [name for name in wheel.namelist() if not name.endswith("/")]  # auditwheel writes folders, too
+        names = [
+            name for name in wheel.namelist() if not name.endswith("/")
+        ]  # auditwheel writes folders, too
         [metadata] = [name for name in names if name.endswith(".dist-info/METADATA")]
         found = _problems_of_metadata(wheel.read(metadata).decode())
-    found += [f"stray file {name}" for name in names if not ALLOWED.fullmatch(name) or STRAY.search(name)]
+    found += [
+        f"stray file {name}" for name in names if not ALLOWED.fullmatch(name) or STRAY.search(name)
+    ]
     if len([name for name in names if re.fullmatch(r"palpate/_core\.[^/]*(so|pyd)", name)]) != 1:
         found.append("expected one extension palpate/_core")
-    return found + ([] if any(name.endswith("licenses/LICENSE") for name in names) else ["no LICENSE"])
+    return found + (
+        [] if any(name.endswith("licenses/LICENSE") for name in names) else ["no LICENSE"]
+    )
 
 
 def problems_of_source(path: Path) -> list[str]:
@@ -159,7 +194,9 @@ def problems_of_source(path: Path) -> list[str]:
         file = archive.extractfile(f"{path.name.removesuffix('.tar.gz')}/PKG-INFO")
         found = _problems_of_metadata(file.read().decode() if file else "")
     found += [f"{name} is missing" for name in NEEDED if name not in names]
-    return found + [f"stray file {name}" for name in sorted(names) if re.match(r"\.(ci|git|venv)/", name)]
+    return found + [
+        f"stray file {name}" for name in sorted(names) if re.match(r"\.(ci|git|venv)/", name)
+    ]
 
 
 def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
@@ -170,7 +207,9 @@ def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
     found += [f"{path.name}: {problem}" for path in sources for problem in problems_of_source(path)]
     if complete:
         built = set[tuple[str, str]]().union(*(targets(path.name) for path in wheels))
-        found += [f"no wheel for {python} on {system}" for python, system in sorted(expected() - built)]
+        found += [
+            f"no wheel for {python} on {system}" for python, system in sorted(expected() - built)
+        ]
         found += [] if len(sources) == 1 else [f"{len(sources)} source distributions, expected 1"]
     return found
 

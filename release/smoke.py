@@ -24,9 +24,13 @@ def bits() -> str:
         for name in rows.dtype.names or ():
             found.update(rows[name].astype(rows[name].dtype.newbyteorder("<")).tobytes())
         for touch in palpate.touches(data, scene=scene):
-            found.update(f"{touch.ratio.hex()} {touch.standard_error.hex()} {touch.flags}\n".encode())
+            found.update(
+                f"{touch.ratio.hex()} {touch.standard_error.hex()} {touch.flags}\n".encode()
+            )
     scale = 1 + np.arange(21) / 16
-    ratios = palpate.Bank(palpate.HandoverRls(), 21).process(data.hard[:, None] * scale, data.soft[:, None] / scale)
+    ratios = palpate.Bank(palpate.HandoverRls(), 21).process(
+        data.hard[:, None] * scale, data.soft[:, None] / scale
+    )
     found.update(ratios.astype("<f8").tobytes())
     return found.hexdigest()
 
@@ -34,7 +38,9 @@ def bits() -> str:
 def main() -> None:
     """Print the hash, and fail if it is not the expected one."""
     found = bits()
-    print(f"palpate {palpate.__version__}, {sys.platform}, Python {sys.version.split()[0]}: {found}")
+    print(
+        f"palpate {palpate.__version__}, {sys.platform}, Python {sys.version.split()[0]}: {found}"
+    )
     if found != EXPECTED:
         sys.exit(f"error: expected {EXPECTED}; this system gives other bits")
 

@@ -14,7 +14,9 @@ from hypothesis import settings
 from project import ROOT, need
 
 # The same examples in every run, unless .ci/nightly gives a seed. No database, which workers would share.
-settings.register_profile("palpate", max_examples=draws(200), deadline=None, derandomize=SEED == 0, database=None)
+settings.register_profile(
+    "palpate", max_examples=draws(200), deadline=None, derandomize=SEED == 0, database=None
+)
 settings.load_profile("palpate")
 
 # A shell starts what it runs in the background deaf to SIGINT, and children inherit that: those that tests interrupt, too.
@@ -76,7 +78,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     reports = (report for reports in terminalreporter.stats.values() for report in reports)
-    found = [each for report in reports if getattr(report, "when", "") == "call" for each in report.user_properties]
+    found = [
+        each
+        for report in reports
+        if getattr(report, "when", "") == "call"
+        for each in report.user_properties
+    ]
     if found:
         terminalreporter.section("measured")
     for line in lines(found):

@@ -90,7 +90,9 @@ def bound(setup: Setup, since_s: ArrayLike) -> Array:
     """
     moments = np.atleast_1d(np.asarray(since_s, float))
     phases = (np.arange(PHASES) + 0.5) / PHASES * setup.pair_s
-    return np.asarray(np.sqrt(np.mean([_variances(setup, phase, moments) for phase in phases], axis=0)))
+    return np.asarray(
+        np.sqrt(np.mean([_variances(setup, phase, moments) for phase in phases], axis=0))
+    )
 
 
 def _variances(setup: Setup, phase_s: float, moments: Array) -> Array:
@@ -129,7 +131,9 @@ def information(setup: Setup, times: Array, is_hard: NDArray[np.bool_]) -> Array
     common = (is_hard[:, None] == is_hard) / setup.baseline
     root = np.linalg.cholesky(force + setup.noise_pF**2 * (np.eye(len(times)) + common))
     inverse = np.linalg.inv(root)
-    by = np.stack([is_hard / setup.ratio, np.full(len(times), 1 / setup.depth_pF)])  # d log(mean) by ratio and depth
+    by = np.stack(
+        [is_hard / setup.ratio, np.full(len(times), 1 / setup.depth_pF)]
+    )  # d log(mean) by ratio and depth
     z = inverse @ (by * mean).T
     turned = [inverse @ (force * (each[:, None] + each)) @ inverse.T for each in by]
     found = np.cumsum(z[:, :, None] * z[:, None, :], axis=0)
@@ -152,11 +156,16 @@ def _tremor(setup: Setup, times: Array) -> Array:
 def main() -> None:
     """Print the bound."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--tremor", type=float, nargs="*", default=[0.0, 0.05, 0.08, 0.12], help="rms, relative")
+    parser.add_argument(
+        "--tremor", type=float, nargs="*", default=[0.0, 0.05, 0.08, 0.12], help="rms, relative"
+    )
     moments = (0.2, 0.5, 1.0, 3.0, 6.0)
     print("tremor " + "".join(f"{moment:8} s" for moment in moments))
     for tremor in parser.parse_args().tremor:
-        print(f"{100 * tremor:4.0f} % " + "".join(f"{100 * b:8.4f} %" for b in bound(Setup(tremor=tremor), moments)))
+        print(
+            f"{100 * tremor:4.0f} % "
+            + "".join(f"{100 * b:8.4f} %" for b in bound(Setup(tremor=tremor), moments))
+        )
 
 
 if __name__ == "__main__":

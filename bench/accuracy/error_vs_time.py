@@ -59,7 +59,9 @@ class ErrorTrace:
     error: Array
     alarm: NDArray[np.bool_]
     standard_error: Array  # relative; nan where unknown
-    result: float = math.nan  # error of the result, if it is not the last ratio: revised after the release
+    result: float = (
+        math.nan
+    )  # error of the result, if it is not the last ratio: revised after the release
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,9 @@ class Pairs:
     def trace(self, estimate: Estimate) -> ErrorTrace:
         """Return the error of an estimator."""
         ratio, alarm = estimate(self.output, self.regressor)
-        return ErrorTrace(self.since_s, ratio / self.truth - 1, alarm, np.full(len(ratio), math.nan))
+        return ErrorTrace(
+            self.since_s, ratio / self.truth - 1, alarm, np.full(len(ratio), math.nan)
+        )
 
 
 def pairs_as_read(run: Simulation) -> Pairs:
@@ -128,7 +132,9 @@ def pairs_aligned(run: Simulation) -> Pairs:
     made = matched_pair(*_times_ns(run), run.hard, run.soft)
     soft_at = np.flatnonzero(np.isfinite(run.soft))
     at = np.flatnonzero(made.valid)
-    middle = soft_at[np.searchsorted(soft_at, at) - 1]  # a pair is of the time before its last reading
+    middle = soft_at[
+        np.searchsorted(soft_at, at) - 1
+    ]  # a pair is of the time before its last reading
     at = at[run.t_hard_s[middle] >= run.presses[0].start_s]
     return _changes(run, at, made.hard[at], made.soft[at])
 
@@ -165,7 +171,9 @@ def traced(kind: type[AdaptiveRls | HandoverRls], **settings: float) -> Estimate
 
 
 def _fixed(forgetting: float) -> Estimate:
-    return _no_alarm(lambda output, regressor: Rls(forgetting=forgetting).process(output, regressor))
+    return _no_alarm(
+        lambda output, regressor: Rls(forgetting=forgetting).process(output, regressor)
+    )
 
 
 # Of e = y - r x at the largest ratio of the probe: with less, the noise of a stiff object is an alarm.
@@ -193,8 +201,12 @@ def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace
     truth = run.true_ratio[used]
     since = run.t_hard_s[used] - run.presses[0].start_s
     error = rows["ratio"][used] / truth - 1
-    result = tracker.touches[0].ratio / truth[-1] - 1 if used.any() and tracker.touches else math.nan
-    return ErrorTrace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth, result)
+    result = (
+        tracker.touches[0].ratio / truth[-1] - 1 if used.any() and tracker.touches else math.nan
+    )
+    return ErrorTrace(
+        since, error, rows["alarm"][used], rows["standard_error"][used] / truth, result
+    )
 
 
 def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
@@ -205,7 +217,9 @@ def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float
 def long_touch() -> Simulation:
     """Return a simulated touch of about 15,000 pairs, to measure run times."""
     press = scenarios.SCENARIOS["tremor"].presses[0]
-    return simulate(Scenario(presses=[replace(press, hold_s=500.0)], duration_s=400.0, tremor=0.03), seed=1)
+    return simulate(
+        Scenario(presses=[replace(press, hold_s=500.0)], duration_s=400.0, tremor=0.03), seed=1
+    )
 
 
 def costs() -> dict[str, float]:
@@ -213,11 +227,15 @@ def costs() -> dict[str, float]:
     run = long_touch()
     y, x = run.hard - 0.62, run.soft + 0.41
     scenes = {f"{scene} scene": nanoseconds(_scene_work(scene, run), len(y)) for scene in SCENES}
-    stages = max(0.0, scenes["handheld scene"] - nanoseconds(partial(HandoverRls().process, y, x), len(y)))
+    stages = max(
+        0.0, scenes["handheld scene"] - nanoseconds(partial(HandoverRls().process, y, x), len(y))
+    )
     bare = {name: nanoseconds(partial(estimate, y, x), len(y)) for name, estimate in OWN.items()}
     few = slice(100, 600)  # the libraries take microseconds for each pair
     for name, estimate in (rivals.METHODS | rivals.installed()).items():
-        bare[name] = nanoseconds(partial(estimate, y[few], x[few]), few.stop - few.start, repeats=10)
+        bare[name] = nanoseconds(
+            partial(estimate, y[few], x[few]), few.stop - few.start, repeats=10
+        )
     return scenes | bare | {name + ALIGNED: ns + stages for name, ns in bare.items()}
 
 
@@ -226,7 +244,9 @@ def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
     return lambda: Tracker(scene, samples=None).process(*times_ns, run.hard, run.soft)
 
 
-def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float = math.nan) -> Row:
+def summarise(
+    scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float = math.nan
+) -> Row:
     """Return the row of one estimator, from its traces for all seeds."""
     rmse, end, last, alarm, covered, follow = [], [], [], [], [], []
     for t in traces:
@@ -276,22 +296,32 @@ def on_scenario(
     if bare is None:  # the libraries run on the scenarios of the picture only
         bare = bare_estimators(libraries=name in PICTURED)
     runs = [scenarios.run(name, seed) for seed in range(seeds)]
-    found: dict[str, list[ErrorTrace]] = {f"{s} scene": [scene_trace(s, run) for run in runs] for s in SCENES}
+    found: dict[str, list[ErrorTrace]] = {
+        f"{s} scene": [scene_trace(s, run) for run in runs] for s in SCENES
+    }
     for suffix, pairs_of in (("", pairs_as_read), (ALIGNED, pairs_aligned)):
         pairs = [pairs_of(run) for run in runs]
         for estimator, estimate in bare.items():
             found[estimator + suffix] = [of_run.trace(estimate) for of_run in pairs]
-    return [summarise(name, title, traces, ns.get(title, math.nan)) for title, traces in found.items()]
+    return [
+        summarise(name, title, traces, ns.get(title, math.nan)) for title, traces in found.items()
+    ]
 
 
 def rows_table(rows: Iterable[Row]) -> str:
     """Return a header and a line for each row, with an empty line between scenarios."""
     head = "scenario        estimator        rmse %   bias %  alarm %  cover %  pairs to 3 % (slowest)  ns/pair\n"
-    return head + "\n\n".join("\n".join(map(_line, some)) for _, some in groupby(rows, lambda row: row.scenario))
+    return head + "\n\n".join(
+        "\n".join(map(_line, some)) for _, some in groupby(rows, lambda row: row.scenario)
+    )
 
 
 def _line(r: Row) -> str:
-    pairs = "-" if math.isnan(r.pairs_to_3_percent) else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
+    pairs = (
+        "-"
+        if math.isnan(r.pairs_to_3_percent)
+        else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
+    )
     cover, ns = ("-" if math.isnan(value) else f"{value:.1f}" for value in (100 * r.coverage, r.ns))
     errors = f"{100 * r.rmse:8.4f} {100 * r.bias:8.4f} {100 * r.alarm:8.1f}"
     return f"{r.scenario:15} {r.estimator:14} {errors} {cover:>8} {pairs:>23} {ns:>8}"
@@ -331,7 +361,16 @@ def plot(rows: Sequence[Row], path: Path) -> None:
         for ax in axes[:, 0]:
             ax.set_ylabel("error of the ratio, %")
         first = axes[0, 0]
-        first.plot([], [], "o", color="black", ms=5, mew=0.9, mfc="none", label="hollow: on readings as they come")
+        first.plot(
+            [],
+            [],
+            "o",
+            color="black",
+            ms=5,
+            mew=0.9,
+            mfc="none",
+            label="hollow: on readings as they come",
+        )
         first.plot([], [], "o", color="black", ms=5, label="filled: on aligned pairs")
         figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
@@ -340,9 +379,17 @@ def _panel(ax: Any, rows: Sequence[Row]) -> None:
     for row in rows:
         name = row.estimator.removesuffix(ALIGNED)
         mark, colour = _LOOKS[name]
-        filled = row.estimator.endswith(ALIGNED) or row.estimator in ("handheld scene", "sliding scene")
-        look: dict[str, Any] = {"mec": "white", "mew": 0.4} if filled else {"mfc": "none", "mew": 0.9}
-        look |= {"ms": 8 if name == "handheld scene" else 5.5, "zorder": 4 if "scene" in name else 3}
+        filled = row.estimator.endswith(ALIGNED) or row.estimator in (
+            "handheld scene",
+            "sliding scene",
+        )
+        look: dict[str, Any] = (
+            {"mec": "white", "mew": 0.4} if filled else {"mfc": "none", "mew": 0.9}
+        )
+        look |= {
+            "ms": 8 if name == "handheld scene" else 5.5,
+            "zorder": 4 if "scene" in name else 3,
+        }
         label = name if filled or name == "paper scene" else "_"
         ax.loglog(row.ns, 100 * row.rmse, mark, color=colour, ls="", label=label, **look)
     ns, errors = zip(*((row.ns, 100 * row.rmse) for row in front(rows)), strict=True)
@@ -384,9 +431,13 @@ BETTER = {
         "Until the release a drift of the baseline is a ratio that moves: what forgets nothing averages it.",
     ),
     "jump": "A jump of a baseline is a step of the ratio until the release.",
-    **dict.fromkeys(("creep", "creep" + REVISED), "C1 / C2 moves, the ratio does not: what forgets nothing is nearer."),
+    **dict.fromkeys(
+        ("creep", "creep" + REVISED),
+        "C1 / C2 moves, the ratio does not: what forgets nothing is nearer.",
+    ),
     "tilted": "A probe at an angle has another ratio: each estimator is wrong by 2 %, and one on pairs that are not aligned by chance less.",
-    "pickup" + REVISED: "The correction after the release adds the hum in the baselines before and after.",
+    "pickup"
+    + REVISED: "The correction after the release adds the hum in the baselines before and after.",
 }
 """Line of the table -> why another estimator is better there by more than `TIMES`."""
 
@@ -411,13 +462,19 @@ def errors(rows: Iterable[Row]) -> dict[str, dict[str, float]]:
 
 def quotient(line: Mapping[str, float]) -> float:
     """Return the error of the scene handheld over the least of all other estimators on one line."""
-    others = [error for name, error in line.items() if name not in ("handheld scene", "sliding scene")]
+    others = [
+        error for name, error in line.items() if name not in ("handheld scene", "sliding scene")
+    ]
     return line["handheld scene"] / min(others)
 
 
 def table(rows: Iterable[Row]) -> str:
     """Return the errors as text: * marks the least of a line."""
-    lines = [f"{'error, %':25}" + "".join(f"{name.removesuffix(' scene'):>15}" for name in COLUMNS) + "  / best"]
+    lines = [
+        f"{'error, %':25}"
+        + "".join(f"{name.removesuffix(' scene'):>15}" for name in COLUMNS)
+        + "  / best"
+    ]
     for name, line in errors(rows).items():
         least = min(line[column] for column in COLUMNS)
         cells = "".join(f"{line[c]:14.4f}{'*' if line[c] == least else ' '}" for c in COLUMNS)
@@ -433,7 +490,9 @@ def summary(rows: Sequence[Row], seeds: int) -> str:
     head = about() | {
         "seeds": seeds,
         "ns": {row.estimator: round(row.ns, 1) for row in rows if row.scenario in PICTURED},
-        "pairs to 3 %": {row.estimator: row.pairs_to_3_percent for row in rows if row.scenario == "step-up"},
+        "pairs to 3 %": {
+            row.estimator: row.pairs_to_3_percent for row in rows if row.scenario == "step-up"
+        },
     }
     lines = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
     lines.append(f'"columns": {json.dumps([*COLUMNS, "handheld / best"])}')
@@ -447,14 +506,18 @@ def main() -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=200, help="recordings of each scenario")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder for the picture and the summary")
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS, help="folder for the picture and the summary"
+    )
     options = parser.parse_args()
     rows = measure(options.seeds)
     pictured = [row for name in PICTURED for row in rows if row.scenario == name]
     print(rows_table(pictured), table(rows), sep="\n\n")
     (options.out / "error_vs_time.json").write_text(summary(rows, options.seeds))
     plot(pictured, options.out / "error_vs_time.png")
-    sys.exit(any(quotient(line) > TIMES and name not in BETTER for name, line in errors(rows).items()))
+    sys.exit(
+        any(quotient(line) > TIMES and name not in BETTER for name, line in errors(rows).items())
+    )
 
 
 if __name__ == "__main__":

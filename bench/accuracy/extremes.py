@@ -37,7 +37,9 @@ class Case:
     ends: str = "right"
 
 
-def press(size: int, ratio: float = 2.5, scale: float = 1.0, noise: float = 1e-4, seed: int = 1) -> tuple[Array, Array]:
+def press(
+    size: int, ratio: float = 2.5, scale: float = 1.0, noise: float = 1e-4, seed: int = 1
+) -> tuple[Array, Array]:
     """Return a held press with tremor."""
     rng = np.random.default_rng(seed)
     regressor = 0.25 * (1 + 0.03 * np.sin(1.3 * np.arange(size)))
@@ -67,7 +69,12 @@ def exact_cases(kind: Any) -> Iterator[Case]:
     decades = 10 ** np.random.default_rng(3).uniform(-3, 3, 600)
     yield scaled("regressor 1e4 and 1e-4 in turn", jump, ratio_eps=64, covariance_eps=128)
     yield scaled("regressor over six decades", decades, ratio_eps=64, covariance_eps=128)
-    yield scaled("four decades, then none", np.r_[decades[:300], np.zeros(300)], ratio_eps=64, covariance_eps=128)
+    yield scaled(
+        "four decades, then none",
+        np.r_[decades[:300], np.zeros(300)],
+        ratio_eps=64,
+        covariance_eps=128,
+    )
     for power in (-12, -6, 0, 6, 12, 20):
         prior = {"initial_covariance": 10.0**power, "max_covariance": 10.0 ** max(power, 6)}
         yield Case(f"initial covariance 1e{power}", *press(300), settings=prior)
@@ -76,8 +83,15 @@ def exact_cases(kind: Any) -> Iterator[Case]:
         yield Case(f"initial covariance 1e{power}, a step", *stepped(), settings=prior)
     output, regressor = press(400)
     flicker = output + np.where(np.arange(400) % 2, 0.06, -0.06)
-    yield Case("alarm flickering every sample", flicker, regressor, {"drift": 0.055, "threshold": 0.002})
-    yield Case("always in alarm", output + 0.1 * np.sign(np.sin(np.arange(400.0))), regressor, {"alarmed": 0.5})
+    yield Case(
+        "alarm flickering every sample", flicker, regressor, {"drift": 0.055, "threshold": 0.002}
+    )
+    yield Case(
+        "always in alarm",
+        output + 0.1 * np.sign(np.sin(np.arange(400.0))),
+        regressor,
+        {"alarmed": 0.5},
+    )
     yield Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited")
     yield Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited")
     info = np.finfo(kind)
@@ -120,7 +134,10 @@ def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcom
     """Run a case: errors of the ratio relative to it, or to `floor` (the initial ratio) where that is larger."""
     with np.errstate(over="ignore", under="ignore"):
         output, regressor = case.output.astype(kind), case.regressor.astype(kind)
-    settings = {name: float(kind(value)) for name, value in {**estimator().settings, **case.settings}.items()}
+    settings = {
+        name: float(kind(value))
+        for name, value in {**estimator().settings, **case.settings}.items()
+    }
     info = np.finfo(kind)
     one = estimator(**settings)
     rows = one.trace(output, regressor)
@@ -129,7 +146,9 @@ def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcom
         return Outcome("refused" if untouched else "partly refused", one.ratio)
     exact = exactly(output, regressor, 700 if "square" in case.name else 60, **settings)
     moved = abs(one.ratio - settings["initial_ratio"]) > 1e-3
-    held = one.covariance >= 0.9 * settings["initial_covariance"]  # the bound may be the initial covariance itself
+    held = (
+        one.covariance >= 0.9 * settings["initial_covariance"]
+    )  # the bound may be the initial covariance itself
     return Outcome(
         "unexcited" if held and not moved else "right",
         one.ratio,
@@ -164,7 +183,9 @@ def ranges() -> Iterator[str]:
     for name in ESTIMATORS:
         kind = getattr(palpate, name)
         ends = {0.25 * 10.0**power: ending(kind, 10.0**power) for power in powers(kind)}
-        right, refused = ([size for size, end in ends.items() if end == wanted] for wanted in ("right", "refused"))
+        right, refused = (
+            [size for size, end in ends.items() if end == wanted] for wanted in ("right", "refused")
+        )
         yield f"{name:14} right from {min(right):.1e} to {max(right):.0e} pF, refused from {min(refused):.1e} pF"
 
 

@@ -49,10 +49,15 @@ def touched(probe: str, angle_deg: float, seed: int) -> tuple[palpate.Touch, flo
     random = np.random.default_rng([seed, 7])
     ratio = math.exp(random.uniform(math.log(1.3), math.log(7.5)))
     press = Press(
-        1.5, [(0.0, ratio)], depth_pF=PRESS_PF.get(probe, 1.0) / (1 + ratio), tilt_deg=(sign(seed) * angle_deg, 0.0)
+        1.5,
+        [(0.0, ratio)],
+        depth_pF=PRESS_PF.get(probe, 1.0) / (1 + ratio),
+        tilt_deg=(sign(seed) * angle_deg, 0.0),
     )
     substrate = replace(PROBES[probe], tremor_deg=TREMOR_DEG)
-    run = simulate(Scenario(presses=[press], duration_s=10.0, tremor=0.02, substrate=substrate), seed=seed)
+    run = simulate(
+        Scenario(presses=[press], duration_s=10.0, tremor=0.02, substrate=substrate), seed=seed
+    )
     settings: Any = {"contact_exponent": substrate.exponent} if "level_ratio" in RATIOS else {}
     return palpate.touches(run, **settings)[0], ratio
 
@@ -61,10 +66,16 @@ def measure(seeds: int) -> Errors:
     """Return the rms error at each angle, %, by kind of ratio and probe."""
     found: Errors = {kind: {} for kind in RATIOS}
     for probe in PROBES:
-        touches = [[touched(probe, angle_deg, seed) for seed in range(seeds)] for angle_deg in ANGLES_DEG]
+        touches = [
+            [touched(probe, angle_deg, seed) for seed in range(seeds)] for angle_deg in ANGLES_DEG
+        ]
         for kind in RATIOS:
-            errors = [[getattr(touch, kind) / truth - 1 for touch, truth in some] for some in touches]
-            found[kind][probe] = [100 * rms([e for e in some if not math.isnan(e)]) for some in errors]
+            errors = [
+                [getattr(touch, kind) / truth - 1 for touch, truth in some] for some in touches
+            ]
+            found[kind][probe] = [
+                100 * rms([e for e in some if not math.isnan(e)]) for some in errors
+            ]
     return found
 
 
@@ -79,7 +90,9 @@ def table(found: Errors) -> str:
     for kind, by_probe in found.items():
         title = f"{kind.replace('_', ' ')}: rms error, %"
         lines.append(f"{title:30}" + "".join(f"{angle:>6g} deg" for angle in ANGLES_DEG))
-        lines += [f"{probe:30}" + "".join(f"{e:10.2g}" for e in row) for probe, row in by_probe.items()]
+        lines += [
+            f"{probe:30}" + "".join(f"{e:10.2g}" for e in row) for probe, row in by_probe.items()
+        ]
     return "\n".join(lines)
 
 
@@ -91,9 +104,15 @@ def draw(found: Errors, path: Path) -> None:
         ):
             for kind, by_probe in found.items():
                 for layout, colour in (("hard-soft", PAPER), ("soft-hard-soft", HANDHELD)):
-                    look: Any = {"marker": "o"} if kind == "ratio" else {"marker": "s", "mfc": "none", "ls": "--"}
+                    look: Any = (
+                        {"marker": "o"}
+                        if kind == "ratio"
+                        else {"marker": "s", "mfc": "none", "ls": "--"}
+                    )
                     label = f"{layout}, {kind.replace('_', ' ')}"
-                    ax.semilogy(ANGLES_DEG, by_probe[layout + ending], color=colour, label=label, **look)
+                    ax.semilogy(
+                        ANGLES_DEG, by_probe[layout + ending], color=colour, label=label, **look
+                    )
             ax.set_title(f"bumps: {title}")
             ax.set_xlabel("angle of the probe in the plane of the bumps, degrees")
         ax.legend()
@@ -104,7 +123,9 @@ def main() -> None:
     """Run, print, write."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=40, help="touches at each angle")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder for the table and the picture")
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS, help="folder for the table and the picture"
+    )
     options = parser.parse_args()
     found = measure(options.seeds)
     print(table(found))

@@ -36,7 +36,9 @@ SOURCES: dict[str, Way] = {
 CREEPS: dict[str, Way] = {
     "creep of the bumps": _CREEP,
     "creep of the object": Way(ratio=2.8, object_creep=0.03),
-    "creep of both, 0.5 degrees, domes": replace(_DOMES, ratio=2.8, creep=(0.03, 0.03), object_creep=0.03),
+    "creep of both, 0.5 degrees, domes": replace(
+        _DOMES, ratio=2.8, creep=(0.03, 0.03), object_creep=0.03
+    ),
 }
 SILENT: dict[str, Way] = {
     "lift with another ratio, -10 %": Way(lifted_ratio=0.9),
@@ -79,7 +81,11 @@ def drawn(way: Way, seed: int) -> Way:
     """Return a way with a random ratio and length, where these have their defaults; every second one tilts the other way."""
     random, default = np.random.default_rng((seed, 5)), Way()
     values = {name: float(draw(random)) for name, draw in _RANDOM.items()}
-    given: Any = {name: value for name, value in values.items() if getattr(way, name) == getattr(default, name)}
+    given: Any = {
+        name: value
+        for name, value in values.items()
+        if getattr(way, name) == getattr(default, name)
+    }
     return replace(way, angle=way.angle * (-1) ** seed, **given)
 
 
@@ -117,7 +123,9 @@ def found(way: Way, seeds: Iterable[int], **settings: Any) -> Found:
         ratio.append(made.ratio / truth - 1)
         level.append(made.level_ratio / truth - 1)
         error.append(made.level_standard_error / truth)
-        silent.append(off > 0.005 * truth and off > 4 * made.standard_error and not {*made.flags} - {"short"})
+        silent.append(
+            off > 0.005 * truth and off > 4 * made.standard_error and not {*made.flags} - {"short"}
+        )
         flags.update(made.flags)
     return Found(np.array(ratio), np.array(level), np.array(error), float(np.mean(silent)), flags)
 
@@ -137,12 +145,21 @@ def main() -> None:
     """Print the three tables."""
     parser = argparse.ArgumentParser(description="Errors by per cents, and what says so")
     parser.add_argument("--seeds", type=int, default=40, help="touches of each row")
-    parser.add_argument("--period", type=float, default=Way().period, help="s from pair to pair, where a row has none")
+    parser.add_argument(
+        "--period",
+        type=float,
+        default=Way().period,
+        help="s from pair to pair, where a row has none",
+    )
     options = parser.parse_args()
     seeds = range(options.seeds)
 
     def found_in(way: Way, **settings: Any) -> Found:
-        return found(replace(way, period=options.period) if way.period == Way().period else way, seeds, **settings)
+        return found(
+            replace(way, period=options.period) if way.period == Way().period else way,
+            seeds,
+            **settings,
+        )
 
     print(f"{'source':36} {'ratio, rms %':>14} {'level ratio, %':>15}")
     for name, way in SOURCES.items():
@@ -156,9 +173,15 @@ def main() -> None:
     print(f"\n{'effect':36} {'error, median %':>15} {'silent, %':>10}  flags")
     for name, way in SILENT.items():
         made = found_in(way)
-        flags = ", ".join(f"{flag} {count}" for flag, count in made.flags.items() if flag != "short")
-        print(f"{name:36} {100 * np.median(np.abs(made.ratio)):15.4f} {100 * made.silent:10.0f}  {flags}")
-    print(f"\n{'level ratio':36} {'ratio, rms %':>14} {'level ratio, %':>15} {'covered, %':>11} {'known':>6}")
+        flags = ", ".join(
+            f"{flag} {count}" for flag, count in made.flags.items() if flag != "short"
+        )
+        print(
+            f"{name:36} {100 * np.median(np.abs(made.ratio)):15.4f} {100 * made.silent:10.0f}  {flags}"
+        )
+    print(
+        f"\n{'level ratio':36} {'ratio, rms %':>14} {'level ratio, %':>15} {'covered, %':>11} {'known':>6}"
+    )
     covered = []
     for name, way in LEVEL.items():
         made = found_in(way)

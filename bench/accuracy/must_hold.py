@@ -106,18 +106,25 @@ def lowest_coverage(theme: str, rows: Iterable[Row], enough: int = 20) -> Row:
     nothing = Row("no row has enough intervals", inf, 0.0, coverage=1.0)
     worst = min(counted, key=lambda row: row.coverage, default=nothing)
     name = f"{theme}: lowest coverage of 95 % intervals without a flag"
-    return Row(name, 100 * worst.coverage, 90.0, at_least=True, beside=f"{worst.name}; {len(counted)} rows")
+    return Row(
+        name, 100 * worst.coverage, 90.0, at_least=True, beside=f"{worst.name}; {len(counted)} rows"
+    )
 
 
 def results(scene: Scenario, seeds: int) -> list[Result]:
     """Return the result of each recording of a scenario; the source says if its stamps are the host's."""
-    return [result(run, host_stamps=scene.stamps.host_s > 0) for run in recordings(scene, range(seeds))]
+    return [
+        result(run, host_stamps=scene.stamps.host_s > 0) for run in recordings(scene, range(seeds))
+    ]
 
 
 def flags(found: Sequence[Result]) -> str:
     """Return the share of the results with each flag, as text."""
     counts = Counter(flag for r in found for flag in r.flags)
-    return "flags: " + (", ".join(f"{flag} {100 * n / len(found):.0f} %" for flag, n in counts.most_common()) or "none")
+    return "flags: " + (
+        ", ".join(f"{flag} {100 * n / len(found):.0f} %" for flag, n in counts.most_common())
+        or "none"
+    )
 
 
 # The touches in the named scenarios. Their errors, beside other estimators: error_vs_time.py.
@@ -139,10 +146,22 @@ def contacts(seeds: int) -> Iterator[Row]:
             starts = zip(found, scenario.presses, strict=False)
             errors += [start_error(run, press, touch.start) for touch, press in starts]
     beside = f"of {true}: {lost} lost, {invented} invented"
-    yield Row("touches in the named scenarios: lost or invented", lost + invented, 0.0, "touches", beside=beside)
+    yield Row(
+        "touches in the named scenarios: lost or invented",
+        lost + invented,
+        0.0,
+        "touches",
+        beside=beside,
+    )
     share = 100 * float(np.mean(np.abs(errors) <= 3))
     beside = f"from {min(errors)} to {max(errors)}"
-    yield Row("starts within 3 pairs, from where a press can be seen", share, 99.9, at_least=True, beside=beside)
+    yield Row(
+        "starts within 3 pairs, from where a press can be seen",
+        share,
+        99.9,
+        at_least=True,
+        beside=beside,
+    )
 
 
 def start_error(run: Simulation, press: Press, start: int) -> int:
@@ -173,7 +192,9 @@ def in_touch(seeds: int) -> Iterator[Row]:
     """Return the rows of the running ratio."""
     for tremor, limits in LIMITS.items():
         best = 100 * bound(Setup(ratio=RATIO, tremor=tremor), MOMENTS)
-        found = zip(*[running(run, MOMENTS) for run in recordings(held(tremor), range(seeds))], strict=True)
+        found = zip(
+            *[running(run, MOMENTS) for run in recordings(held(tremor), range(seeds))], strict=True
+        )
         for moment, limit, least, at_moment in zip(MOMENTS, limits, best, found, strict=True):
             name = f"running ratio, tremor {100 * tremor:g} %, {moment} s after contact"
             yield rms_row(name, at_moment, limit, beside=f"Fisher bound {least:.2g} %")
@@ -205,33 +226,64 @@ _HARD, _SOFT = Scenario().baselines
 def physics(seeds: int) -> Iterator[Row]:
     """Return the rows of drifting baselines, and of silent wrong results."""
     for channel, limit in (("hard", 0.04), ("soft", 0.08)):
-        found = results(held(baselines=changed(channel, drift_pF_per_s=3e-4, drift_from_s=START_S)), seeds)
+        found = results(
+            held(baselines=changed(channel, drift_pF_per_s=3e-4, drift_from_s=START_S)), seeds
+        )
         yield rms_row(f"drift of .3 fF/s in {channel} during the touch", found, limit)
     for name, scene in effects().items():
         found = results(scene, seeds)
         coverage, count = coverage_of(found)
         share = 100 * float(np.mean([r.silent for r in found]))
-        beside = f"median error {100 * float(np.median([r.error for r in found])):.2g} %; {flags(found)}"
-        yield Row(f"silent: {name}", share, SILENT_PERCENT, coverage=coverage, intervals=count, beside=beside)
+        beside = (
+            f"median error {100 * float(np.median([r.error for r in found])):.2g} %; {flags(found)}"
+        )
+        yield Row(
+            f"silent: {name}",
+            share,
+            SILENT_PERCENT,
+            coverage=coverage,
+            intervals=count,
+            beside=beside,
+        )
 
 
 def changed(channel: str, **baseline: float) -> tuple[Baseline, Baseline]:
     """Return the baselines of both channels, with changes in one."""
-    return (replace(_HARD, **baseline), _SOFT) if channel == "hard" else (_HARD, replace(_SOFT, **baseline))
+    return (
+        (replace(_HARD, **baseline), _SOFT)
+        if channel == "hard"
+        else (_HARD, replace(_SOFT, **baseline))
+    )
 
 
 def effects() -> dict[str, Scenario]:
     """Return one scenario for each effect and size."""
-    found = {"hard bump bottoms out at 75 % of its range": held(bumps=Bumps(bottoms_pF=(0.75 * RATIO * DEPTH_PF, inf)))}
+    found = {
+        "hard bump bottoms out at 75 % of its range": held(
+            bumps=Bumps(bottoms_pF=(0.75 * RATIO * DEPTH_PF, inf))
+        )
+    }
     for depth, share in (("half", 2.0), ("twice", 0.5)):
         curved = Gauge(exponent=0.9, reference_pF=share * DEPTH_PF)
         found[f"soft gauge ~ F^0.9, {depth} as deep as calibrated"] = held(gauges=(Gauge(), curved))
     for first, offset in (("soft", 0.02), ("soft", 0.05), ("soft", 0.10), ("hard", -0.05)):
-        found[f"{first} bump reached first, by {100 * abs(offset):g} % of the depth"] = held(bumps=Bumps(offset=offset))
-    found["soft bump creeps by 5 %, tau 5 s"] = held(gauges=(Gauge(), Gauge(creep=0.05, creep_s=5.0)))
-    for channel, drift_fF in (("soft", 0.03), ("soft", 0.1), ("soft", 0.3), ("soft", 1.0), ("hard", 1.0)):
+        found[f"{first} bump reached first, by {100 * abs(offset):g} % of the depth"] = held(
+            bumps=Bumps(offset=offset)
+        )
+    found["soft bump creeps by 5 %, tau 5 s"] = held(
+        gauges=(Gauge(), Gauge(creep=0.05, creep_s=5.0))
+    )
+    for channel, drift_fF in (
+        ("soft", 0.03),
+        ("soft", 0.1),
+        ("soft", 0.3),
+        ("soft", 1.0),
+        ("hard", 1.0),
+    ):
         baselines = changed(channel, drift_pF_per_s=drift_fF * 1e-3, drift_from_s=START_S)
-        found[f"drift of {drift_fF:g} fF/s in {channel} during the touch"] = held(baselines=baselines)
+        found[f"drift of {drift_fF:g} fF/s in {channel} during the touch"] = held(
+            baselines=baselines
+        )
     for channel in ("hard", "soft"):
         jump = changed(channel, jump_pF=2e-3, jump_s=START_S + 3.0)
         found[f"baseline of {channel} jumps by 2 fF in the touch"] = held(baselines=jump)
@@ -246,7 +298,10 @@ def readings(seeds: int) -> Iterator[Row]:
     host: dict[str, Any] = {"converter": Converter(jitter_s=0.0), "stamps": Stamps(host_s=0.003)}
     scenes = {
         "10 % of the conversions lost": (held(faults=Faults(lost=0.1)), 0.010),
-        "30 % of the conversions lost, in runs of 8": (held(faults=Faults(lost=0.3, lost_run=8.0)), 0.03),
+        "30 % of the conversions lost, in runs of 8": (
+            held(faults=Faults(lost=0.3, lost_run=8.0)),
+            0.03,
+        ),
         "host stamps of +-3 ms at 8 % tremor": (held(0.08, **host), 0.015),
     }
     for name, (scene, limit) in scenes.items():
@@ -265,13 +320,21 @@ def intervals(seeds: int) -> Iterator[Row]:
     flagged = 100 * float(np.mean([bool(r.flags) for r in found]))
     coverage, count = coverage_of(found)
     yield Row(f"flags on {len(found)} healthy touches", flagged, 0.5, beside=flags(found))
-    yield from between(f"95 % intervals, {count} healthy touches of 40 pairs and more: hold", coverage, 92, 99)
-    lengths = [(touch.samples, touch.standard_error) for seed in range(seeds) for touch in palpate.touches(brief(seed))]
+    yield from between(
+        f"95 % intervals, {count} healthy touches of 40 pairs and more: hold", coverage, 92, 99
+    )
+    lengths = [
+        (touch.samples, touch.standard_error)
+        for seed in range(seeds)
+        for touch in palpate.touches(brief(seed))
+    ]
     without = [not math.isfinite(error) for samples, error in lengths if samples >= FEWEST_PAIRS]
     name = f"touches of {FEWEST_PAIRS} to {max(lengths)[0]} pairs without a standard error"
     yield Row(name, 100 * float(np.mean(without)), 0.0, beside=f"of {len(without)}")
     for rho in (0.0, 0.5, 0.8):
-        yield from between(f"95 % intervals, AR(1) noise of rho {rho}: hold", ar1_coverage(rho, 40 * seeds), 93, 97)
+        yield from between(
+            f"95 % intervals, AR(1) noise of rho {rho}: hold", ar1_coverage(rho, 40 * seeds), 93, 97
+        )
 
 
 def healthy(seed: int) -> Simulation:
@@ -284,14 +347,22 @@ def healthy(seed: int) -> Simulation:
         spike_pF=100 * NOISE_PF[0],
         lost=0.05 * draw.integers(2),
     )
-    scene = held(draw.uniform(0, 0.12), press={"depth_pF": depth, "hold_s": draw.uniform(0.6, 6.05)}, faults=faults)
+    scene = held(
+        draw.uniform(0, 0.12),
+        press={"depth_pF": depth, "hold_s": draw.uniform(0.6, 6.05)},
+        faults=faults,
+    )
     [run] = recordings(scene, [seed])
     return run
 
 
 def brief(seed: int) -> Simulation:
     """Return a press of 0.1 to 1 s."""
-    press = {"rise_s": 0.05, "hold_s": np.random.default_rng([seed, 8]).uniform(0.001, 0.9), "fall_s": 0.05}
+    press = {
+        "rise_s": 0.05,
+        "hold_s": np.random.default_rng([seed, 8]).uniform(0.001, 0.9),
+        "fall_s": 0.05,
+    }
     [run] = recordings(held(duration_s=4.5, press=press), [seed])
     return run
 
@@ -320,9 +391,14 @@ def idle(seeds: int) -> Iterator[Row]:
     for seed in range(seeds):
         draw = np.random.default_rng([seed, 5])
         drifts = [1e-3 * draw.choice((0.03, 0.1, 0.3)) * draw.choice([-1, 1]) for _ in range(2)]
-        baselines = (replace(_HARD, drift_pF_per_s=drifts[0]), replace(_SOFT, drift_pF_per_s=drifts[1]))
+        baselines = (
+            replace(_HARD, drift_pF_per_s=drifts[0]),
+            replace(_SOFT, drift_pF_per_s=drifts[1]),
+        )
         presses = [Press(start, [(0.0, RATIO)], depth_pF=DEPTH_PF) for start in (2.0, 12.0, 22.0)]
-        [run] = recordings(replace(held(duration_s=32.0, baselines=baselines), presses=presses), [seed])
+        [run] = recordings(
+            replace(held(duration_s=32.0, baselines=baselines), presses=presses), [seed]
+        )
         starts = [touch.start_s for touch in palpate.touches(run)]
         true = [any(abs(start - press.start_s) < 0.2 for start in starts) for press in run.presses]
         lost += len(true) - sum(true)
@@ -350,17 +426,23 @@ def alarms(seeds: int) -> Iterator[Row]:
     for designed in (5e3, 25e3):
         threshold = cusum(false_alarm_interval=designed, smallest_shift=1.5).threshold
         parts = [tracked(threshold, 150, seed) for seed in range(seeds)]
-        for text, (samples, found) in zip((f"first {FIRST}", "later"), np.sum(parts, axis=0), strict=True):
+        for text, (samples, found) in zip(
+            (f"first {FIRST}", "later"), np.sum(parts, axis=0), strict=True
+        ):
             title = f"false-alarm interval / designed {designed:,.0f}, {text} samples"
             beside = f"{found} alarms in {samples:,} samples"
-            yield Row(title, samples / max(found, 1) / designed, 0.5, "", at_least=True, beside=beside)
+            yield Row(
+                title, samples / max(found, 1) / designed, 0.5, "", at_least=True, beside=beside
+            )
 
 
 def tracked(threshold: float, touches: int, seed: int) -> list[tuple[int, int]]:
     """Return samples and alarms in the first samples of touches, and later: a steady level, white noise, the scene handheld."""
     rise = 0.5 * (1 - np.cos(np.pi * np.arange(2 * RISE) / (2 * RISE)))
     fall = rise[:: -RISE // FALL][: 2 * FALL]
-    force = np.tile(DEPTH_PF * np.concatenate([np.zeros(2 * IDLE), rise, np.ones(2 * HOLD), fall]), touches)
+    force = np.tile(
+        DEPTH_PF * np.concatenate([np.zeros(2 * IDLE), rise, np.ones(2 * HOLD), fall]), touches
+    )
     values = force + NOISE_PF[0] * np.random.default_rng(seed).standard_normal(len(force))
     values[0::2] += (RATIO - 1) * force[0::2]
     times = PAIR_S / 2 * np.arange(len(force))
@@ -392,14 +474,18 @@ def offline(seeds: int) -> Iterator[Row]:
         runs = [simulate(scenarios.SCENARIOS[name], seed) for seed in range(seeds)]
         yield beside_spline(name, runs, host_stamps=scenarios.SCENARIOS[name].stamps.host_s > 0)
     for tremor in (0.0, 0.05, 0.08, 0.12):
-        yield beside_spline(f"lines, tremor {100 * tremor:g} %", list(recordings(held(tremor), range(seeds))))
+        yield beside_spline(
+            f"lines, tremor {100 * tremor:g} %", list(recordings(held(tremor), range(seeds)))
+        )
 
 
 def beside_spline(name: str, runs: list[Simulation], *, host_stamps: bool = False) -> Row:
     """Return the row of one scenario: error of the offline result over the error of the rival with the better baseline."""
     ours = rms_row(name, [afterwards(run, host_stamps=host_stamps) for run in runs], inf)
     truth = np.array([run.presses[0].ratios[-1][1] for run in runs])
-    splines = [np.array([spline_ratio(run, after=after) for run in runs]) for after in (False, True)]
+    splines = [
+        np.array([spline_ratio(run, after=after) for run in runs]) for after in (False, True)
+    ]
     best = min(100 * math.sqrt(np.mean((spline / truth - 1) ** 2)) for spline in splines)
     return replace(
         ours,

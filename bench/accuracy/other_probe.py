@@ -64,7 +64,12 @@ class Recorded:
 
     def __add__(self, other: "Recorded") -> "Recorded":
         """Join two recordings, one after the other."""
-        late = self.t_soft_s[-1] + self.t_soft_s[1] - self.t_soft_s[0] + (self.t_hard_s[0] - other.t_soft_s[0])
+        late = (
+            self.t_soft_s[-1]
+            + self.t_soft_s[1]
+            - self.t_soft_s[0]
+            + (self.t_hard_s[0] - other.t_soft_s[0])
+        )
         return Recorded(
             np.append(self.t_hard_s, other.t_hard_s + late),
             np.append(self.t_soft_s, other.t_soft_s + late),
@@ -108,35 +113,68 @@ def touch(way: Way, seed: int) -> Recorded:
     r0 = way.ratio
     stiff = SOFT_pF_per_mm * (1 - 1 / r0) / (1 - 1 / RIGID)  # soft bump and object in series
     depth0 = (way.total / ((1 + r0) * stiff)) ** (1 / way.exponent)
-    depth = depth0 * minimum_jerk((t - way.before) / way.rise) * (1 - lifting) * (1 + way.tremor * shake)
-    ratio = r0 * (1 + way.pulse * np.sin(2 * np.pi * 1.2 * t)) * (1 + (way.lifted_ratio - 1) * lifting)
-    ratio = ratio * np.where(t - way.before > way.change[0], way.change[1], 1) if way.change[0] else ratio
+    depth = (
+        depth0
+        * minimum_jerk((t - way.before) / way.rise)
+        * (1 - lifting)
+        * (1 + way.tremor * shake)
+    )
+    ratio = (
+        r0 * (1 + way.pulse * np.sin(2 * np.pi * 1.2 * t)) * (1 + (way.lifted_ratio - 1) * lifting)
+    )
+    ratio = (
+        ratio * np.where(t - way.before > way.change[0], way.change[1], 1)
+        if way.change[0]
+        else ratio
+    )
     if way.slide[0]:
         ratio = ratio * (1 + (way.slide[1] - 1) * np.clip(1 + (t - release) / way.slide[0], 0, 1))
     if way.object_creep:
         held = np.clip(t - way.before, 0, None)
         ratio = ratio * (1 - way.object_creep * (1 - np.exp(-held / 2.0)))
     angle = way.angle * (1 + way.settling * np.exp(-np.clip(t - way.before, 0, None) / 0.5))
-    angle = angle + way.trembling * shaking(random, len(t)) + way.in_phase * shake + way.lifted_angle * lifting
+    angle = (
+        angle
+        + way.trembling * shaking(random, len(t))
+        + way.in_phase * shake
+        + way.lifted_angle * lifting
+    )
     half = SPACING_mm * np.tan(np.radians(angle)) / 2
-    hard = ratio * stiff * np.clip(depth + half + way.gap * depth0 * (depth > 0), 0, None) ** way.exponent
+    hard = (
+        ratio
+        * stiff
+        * np.clip(depth + half + way.gap * depth0 * (depth > 0), 0, None) ** way.exponent
+    )
     soft = stiff * np.clip(depth - half, 0, None) ** way.exponent
     off = (t < way.before) | (t > release + way.fall)
     hard[off] = soft[off] = 0
-    soft = soft + crept(soft, way.creep[0], 2.0) + crept(soft, way.creep[1], 20.0) if any(way.creep) else soft
+    soft = (
+        soft + crept(soft, way.creep[0], 2.0) + crept(soft, way.creep[1], 20.0)
+        if any(way.creep)
+        else soft
+    )
     channels = [values * (1 + way.bend * values) for values in (hard, soft)]
-    common = way.pink * np.cumsum(random.standard_normal(len(t))) * np.sqrt(STEP_s) if way.pink else 0.0
-    return _converted(way, t, [channels[0] + 0.62 + common, channels[1] - 0.41 + common], release, random)
+    common = (
+        way.pink * np.cumsum(random.standard_normal(len(t))) * np.sqrt(STEP_s) if way.pink else 0.0
+    )
+    return _converted(
+        way, t, [channels[0] + 0.62 + common, channels[1] - 0.41 + common], release, random
+    )
 
 
-def _converted(way: Way, t: Array, channels: list[Array], release: float, random: np.random.Generator) -> Recorded:
+def _converted(
+    way: Way, t: Array, channels: list[Array], release: float, random: np.random.Generator
+) -> Recorded:
     pairs = int((t[-1] - 0.1) / way.period)
     length = min(CONVERSION_s, way.period / 2.2)
     times, values = [], []
     for number, channel in enumerate(channels):
         middle = 0.05 + way.period * (np.arange(pairs) + number / 2)
         sums = np.concatenate([[0.0], np.cumsum(channel)])
-        ends = [np.interp((middle + side * length / 2) / STEP_s, np.arange(len(sums)), sums) for side in (-1, 1)]
+        ends = [
+            np.interp((middle + side * length / 2) / STEP_s, np.arange(len(sums)), sums)
+            for side in (-1, 1)
+        ]
         read = (ends[1] - ends[0]) / (length / STEP_s) + way.noise * random.standard_normal(pairs)
         values.append(np.rint(read / way.code) * way.code)
         times.append(np.asarray(middle, float))

@@ -26,7 +26,11 @@ SIDES = 1.96  # standard errors on either side of a nominal 95 % interval
 
 
 def held(
-    tremor: float = 0.05, *, duration_s: float = 12.0, press: dict[str, Any] | None = None, **parts: Any
+    tremor: float = 0.05,
+    *,
+    duration_s: float = 12.0,
+    press: dict[str, Any] | None = None,
+    **parts: Any,
 ) -> Scenario:
     """Return the scenario of one press; `press` and `parts` change its settings."""
     one = Press(START_S, **{"ratios": [(0.0, RATIO)], "depth_pF": DEPTH_PF, **(press or {})})
@@ -71,7 +75,9 @@ def result(run: Simulation, *, host_stamps: bool = False) -> Result:
     if touch is None:
         return LOST
     truth = run.presses[0].ratios[-1][1]
-    return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
+    return Result(
+        touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"}
+    )
 
 
 def afterwards(run: Simulation, *, host_stamps: bool = False) -> Result:
@@ -80,7 +86,9 @@ def afterwards(run: Simulation, *, host_stamps: bool = False) -> Result:
     if touch is None or math.isnan(touch.ratio):
         return LOST
     truth = run.presses[0].ratios[-1][1]
-    return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
+    return Result(
+        touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"}
+    )
 
 
 def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
@@ -91,16 +99,22 @@ def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None
 def longest(touches: list[T], run: Simulation, live: Callable[[T], palpate.Touch]) -> T | None:
     """Return the result whose touch is the longest that begins in the first press, or a little before it."""
     press = run.presses[0]
-    inside = [touch for touch in touches if press.start_s - EARLY_S < live(touch).start_s < press.stop_s]
+    inside = [
+        touch for touch in touches if press.start_s - EARLY_S < live(touch).start_s < press.stop_s
+    ]
     return max(inside, key=lambda touch: live(touch).samples, default=None)
 
 
-def running(run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld") -> list[Result]:
+def running(
+    run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld"
+) -> list[Result]:
     """Return what the last whole pair at each time since contact says."""
     rows = palpate.Tracker(scene).process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     last = np.searchsorted(run.t_soft_s - run.presses[0].start_s, moments, "right") - 1
     return [
-        Result(row["ratio"] / truth - 1, row["standard_error"] / truth) if row["touch"] > 0 else LOST
+        Result(row["ratio"] / truth - 1, row["standard_error"] / truth)
+        if row["touch"] > 0
+        else LOST
         for row, truth in zip(rows[last], run.true_ratio[last], strict=True)
     ]
 

@@ -141,8 +141,13 @@ def judged(name: str, seed: int) -> tuple[Rows, Rows]:
     hand = HANDS[name]
     modulus = math.exp(np.random.default_rng([seed, 99]).uniform(math.log(0.2), math.log(6.0)))
     runs = session(seed, hand=hand, moduli={**SORBOTHANE_MPA, UNKNOWN: modulus})
-    handheld, paper = ({each: palpate.touches(run, scene=scene) for each, run in runs.items()} for scene in SCENES)
-    known = [{"hand": name} | _known(hand, E, handheld[each], paper[each]) for each, E in SORBOTHANE_MPA.items()]
+    handheld, paper = (
+        {each: palpate.touches(run, scene=scene) for each, run in runs.items()} for scene in SCENES
+    )
+    known = [
+        {"hand": name} | _known(hand, E, handheld[each], paper[each])
+        for each, E in SORBOTHANE_MPA.items()
+    ]
     chosen = []
     for label, method in METHODS.items():
         try:
@@ -153,15 +158,22 @@ def judged(name: str, seed: int) -> tuple[Rows, Rows]:
     return known, chosen
 
 
-def _known(hand: Hand, modulus: float, four: list[palpate.Touch], paper: list[palpate.Touch]) -> dict[str, float]:
+def _known(
+    hand: Hand, modulus: float, four: list[palpate.Touch], paper: list[palpate.Touch]
+) -> dict[str, float]:
     """Return the mean square error of the touches on one specimen, % of flagged ones, and rank correlations by criterion."""
     truth = level_ratio(hand, PROBE.ratio(modulus))
     ratios, by_paper = (np.array([touch.ratio for touch in touches]) for touches in (four, paper))
     errors = np.abs(ratios / truth - 1)
-    found = {"square": float(np.mean(errors**2)), "flagged, %": 100 * float(np.mean([bool(t.flags) for t in four]))}
+    found = {
+        "square": float(np.mean(errors**2)),
+        "flagged, %": 100 * float(np.mean([bool(t.flags) for t in four])),
+    }
     for name, value in CRITERIA.items():
         found[name] = correlation([value(touch) for touch in four], errors)
-    found["P, paper"] = correlation([touch.covariance for touch in paper], np.abs(by_paper / truth - 1))
+    found["P, paper"] = correlation(
+        [touch.covariance for touch in paper], np.abs(by_paper / truth - 1)
+    )
     return found | {"to mean": correlation(np.abs(ratios - ratios.mean()), errors)}
 
 
@@ -169,7 +181,12 @@ def correlation(values: Any, errors: Any) -> float:
     """Return Spearman's rank correlation; nan where all values are equal, or one is not a number."""
     from scipy.stats import rankdata
 
-    if len(values) < 3 or not np.isfinite(values).all() or np.ptp(values) == 0 or np.ptp(errors) == 0:
+    if (
+        len(values) < 3
+        or not np.isfinite(values).all()
+        or np.ptp(values) == 0
+        or np.ptp(errors) == 0
+    ):
         return math.nan
     return float(np.corrcoef(rankdata(values), rankdata(errors))[0, 1])
 
@@ -178,26 +195,51 @@ def _characterised(method: Method, touches: Touches, modulus: float) -> dict[str
     """Return % of right orders, square error of the eleventh modulus, % of intervals that hold it; nan: no value."""
     one = "mean" if method.by == "all" else method.by
     choice = by_level if one == "level" else partial(choose, by=one)
-    *known, probed = [choice(touches[name], accept=method.accept) for name in (*SORBOTHANE_MPA, UNKNOWN)]
+    *known, probed = [
+        choice(touches[name], accept=method.accept) for name in (*SORBOTHANE_MPA, UNKNOWN)
+    ]
     if method.by == "all":
-        calibration = calibrate([Specimen(name, E, touches[name], method.accept) for name, E in SORBOTHANE_MPA.items()])
+        calibration = calibrate(
+            [Specimen(name, E, touches[name], method.accept) for name, E in SORBOTHANE_MPA.items()]
+        )
     else:
-        ratios, errors, counts = zip(*((each.ratio, each.standard_error, each.touches) for each in known), strict=True)
+        ratios, errors, counts = zip(
+            *((each.ratio, each.standard_error, each.touches) for each in known), strict=True
+        )
         moduli = [*SORBOTHANE_MPA.values()]
-        calibration = palpate.Calibration.fit(ratios, moduli, standard_errors=errors, touches=counts)
-    value, low, high = calibration.modulus(probed.ratio, probed.standard_error, touches=probed.touches)
+        calibration = palpate.Calibration.fit(
+            ratios, moduli, standard_errors=errors, touches=counts
+        )
+    value, low, high = calibration.modulus(
+        probed.ratio, probed.standard_error, touches=probed.touches
+    )
     error = math.log(value / modulus) if math.isfinite(value) else math.nan
     ordered = rises([each.ratio for each in known])
-    return {"order": 100.0 * ordered, "square": error**2, "covers": 100.0 * (low <= modulus <= high)}
+    return {
+        "order": 100.0 * ordered,
+        "square": error**2,
+        "covers": 100.0 * (low <= modulus <= high),
+    }
 
 
 def study(names: list[str], seeds: int) -> dict[str, pd.DataFrame]:
     """Simulate these hands, on every processor; return the four tables by title, a row for each hand."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        pairs = [pair for name in names for pair in pool.map(partial(judged, name), range(seeds), chunksize=5)]
-    known = pd.DataFrame([row for rows, _ in pairs for row in rows]).groupby("hand", sort=False).mean()
+        pairs = [
+            pair
+            for name in names
+            for pair in pool.map(partial(judged, name), range(seeds), chunksize=5)
+        ]
+    known = (
+        pd.DataFrame([row for rows, _ in pairs for row in rows]).groupby("hand", sort=False).mean()
+    )
     known.insert(0, "error, %", 100 * known.pop("square") ** 0.5)
-    chosen = pd.DataFrame([row for _, rows in pairs for row in rows]).groupby(["hand", "method"]).mean().unstack()
+    chosen = (
+        pd.DataFrame([row for _, rows in pairs for row in rows])
+        .groupby(["hand", "method"])
+        .mean()
+        .unstack()
+    )
     order, square, covers = (
         chosen[what].reindex(index=names, columns=METHODS) for what in ("order", "square", "covers")
     )
@@ -246,7 +288,9 @@ def main() -> None:
     """Run, print, write."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=200, help="sessions of each hand")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder for the tables and the picture")
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS, help="folder for the tables and the picture"
+    )
     options = parser.parse_args()
     tables = study(list(HANDS), options.seeds)
     print(text(tables))

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from palpate.ad7746.datasheet import NOISE_PF
 
 Array = NDArray[np.float64]
-COVARIANCE = 1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
+COVARIANCE = (
+    1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
+)
 FORGETTING = 0.995
 WALK = 0.5623  # variance of the ratio's random walk / variance of the noise, 1/pF^2: the best over all scenarios, other seeds
 
@@ -25,7 +27,10 @@ def padasip(output: Array, regressor: Array) -> Array:
     from padasip.filters import FilterRLS
 
     # eps is 1 / P0; its default of 0.001 is for data near 1.
-    model, ratio = FilterRLS(1, mu=FORGETTING, eps=1 / COVARIANCE, w=np.zeros(1)), np.empty(len(output))
+    model, ratio = (
+        FilterRLS(1, mu=FORGETTING, eps=1 / COVARIANCE, w=np.zeros(1)),
+        np.empty(len(output)),
+    )
     for k, (y, x) in enumerate(zip(output, regressor[:, None], strict=True)):
         model.adapt(y, x)
         ratio[k] = model.w[0]
@@ -52,9 +57,14 @@ def filterpy(output: Array, regressor: Array) -> Array:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of filterpy itself
-        kalman, ratio = FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
+        kalman, ratio = (
+            FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=1, dim_z=1),
+            np.empty(len(output)),
+        )
     kalman.x, kalman.P = np.ones((1, 1)), np.array([[COVARIANCE]])
-    kalman.Q = np.zeros((1, 1))  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
+    kalman.Q = np.zeros(
+        (1, 1)
+    )  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         kalman.H = np.array([[x]])
         kalman.predict()
@@ -72,7 +82,9 @@ def simdkalman(output: Array, regressor: Array) -> Array:
     mean = np.ones(outputs.shape[1:])
     covariances = np.full(mean.shape, COVARIANCE)
     for k, (y, x) in enumerate(zip(outputs, regressors, strict=True)):
-        mean, covariances = primitives.predict(mean, covariances, one, covariances * (1 / FORGETTING - 1))
+        mean, covariances = primitives.predict(
+            mean, covariances, one, covariances * (1 / FORGETTING - 1)
+        )
         mean, covariances = primitives.update(mean, covariances, x, one, y)
         ratio[k] = mean[:, 0, 0] if output.ndim > 1 else mean[0, 0, 0]
     return ratio
@@ -82,7 +94,10 @@ def scipy(output: Array, regressor: Array) -> Array:
     """Estimate with two filters of scipy: least squares with forgetting."""
     from scipy.signal import lfilter
 
-    sums = (lfilter([1.0], [1.0, -FORGETTING], products) for products in (output * regressor, regressor**2))
+    sums = (
+        lfilter([1.0], [1.0, -FORGETTING], products)
+        for products in (output * regressor, regressor**2)
+    )
     return np.asarray(np.divide(*sums))
 
 
@@ -107,7 +122,10 @@ def sums(output: Array, regressor: Array) -> Array:
     return np.asarray(np.cumsum(output) / np.cumsum(regressor))
 
 
-DRIFT, THRESHOLD = 4.0, 16.0  # less follows a slow change, more survives a converter with three times the noise
+DRIFT, THRESHOLD = (
+    4.0,
+    16.0,
+)  # less follows a slow change, more survives a converter with three times the noise
 
 
 def restarted(output: Array, regressor: Array) -> Array:
@@ -129,8 +147,14 @@ def restarted(output: Array, regressor: Array) -> Array:
     return np.array(found)
 
 
-METHODS: dict[str, Callable[..., Array]] = {"Kalman walk": kalman_walk, "sum / sum": sums, "restarted": restarted}
-LIBRARIES: dict[str, Callable[..., Array]] = {f.__name__: f for f in (scipy, padasip, river, filterpy, simdkalman)}
+METHODS: dict[str, Callable[..., Array]] = {
+    "Kalman walk": kalman_walk,
+    "sum / sum": sums,
+    "restarted": restarted,
+}
+LIBRARIES: dict[str, Callable[..., Array]] = {
+    f.__name__: f for f in (scipy, padasip, river, filterpy, simdkalman)
+}
 
 
 def installed() -> dict[str, Callable[..., Any]]:

@@ -40,7 +40,11 @@ PARTS = {
     "gauges not bent": replace(WAY, bend=0.0),
     "1 degree": replace(WAY, angle=1.0),
 }
-ACCEPT = ("drift", "creep", "offset")  # flags that all touches of a specimen may have, without an age or a level ratio
+ACCEPT = (
+    "drift",
+    "creep",
+    "offset",
+)  # flags that all touches of a specimen may have, without an age or a level ratio
 
 
 class Session(NamedTuple):
@@ -71,18 +75,24 @@ def session(seed: int, way: Way = WAY) -> Session:
     def all_of(moduli: Iterable[float]) -> dict[float, Recorded]:
         return {float(modulus): touched(modulus) for modulus in moduli}
 
-    return Session(all_of(np.exp(np.linspace(LOW, HIGH, 10))), all_of(np.exp(random.uniform(LOW, HIGH, 5))))
+    return Session(
+        all_of(np.exp(np.linspace(LOW, HIGH, 10))), all_of(np.exp(random.uniform(LOW, HIGH, 5)))
+    )
 
 
 def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration, Choice]:
     """Return the calibration, as `palpate calibrate` makes it, and its choice; `given`: kind, contact_exponent, age."""
     kind = given.pop("kind", None)
-    tracks = [Track(run, given, {t.start: f"{E}" for t in palpate.touches(run)}) for E, run in specimens.items()]
+    tracks = [
+        Track(run, given, {t.start: f"{E}" for t in palpate.touches(run)})
+        for E, run in specimens.items()
+    ]
     chosen = choose(tracks, ratio=kind)
     settings: Any = chosen.settings
     accept = ACCEPT if kind == "hold" or given.get("age") == 0 else ()
     touched = [
-        Specimen(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of) for E, run in specimens.items()
+        Specimen(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of)
+        for E, run in specimens.items()
     ]
     return calibrate(touched, about={"accepted flags": " ".join(accept), **chosen.about}), chosen
 
@@ -105,7 +115,9 @@ class Found:
                 self.touches.append((math.log(value / modulus), low <= modulus <= high))
         if any(not calibration.objections(each) for each in touches):
             mean = calibration.agreement(touches)
-            value, low, high = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
+            value, low, high = calibration.modulus(
+                mean.ratio, mean.own_error, touches=mean.effective
+            )
             self.means.append((math.log(value / modulus), low <= modulus <= high))
 
     @property

@@ -17,7 +17,10 @@ from bench.accuracy import error_vs_time as comparison
 from bench.accuracy.error_vs_time import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
-NEVER, LEFT_OUT = 1e9, 100.0  # a threshold without alarms; more samples than a CUSUM side has at an alarm
+NEVER, LEFT_OUT = (
+    1e9,
+    100.0,
+)  # a threshold without alarms; more samples than a CUSUM side has at an alarm
 
 
 def cost_table() -> str:
@@ -26,7 +29,9 @@ def cost_table() -> str:
     lines = [f"{'composition':47} min ns  median  / AdaptiveRls  state bytes"]
     for name, row in rows.items():
         quotient = row["min"] / rows["AdaptiveRls"]["min"]
-        lines.append(f"{name:47} {row['min']:6.1f} {row['median']:7.1f} {quotient:14.2f} {row['bytes']:12d}")
+        lines.append(
+            f"{name:47} {row['min']:6.1f} {row['median']:7.1f} {quotient:14.2f} {row['bytes']:12d}"
+        )
     return "\n".join(lines)
 
 
@@ -60,7 +65,10 @@ def gains(seeds: int) -> dict[str, dict[str, float]]:
     found = {}
     for name in SHOWN:
         runs = [scenarios.run(name, seed) for seed in range(seeds)]
-        found[name] = {step: comparison.summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
+        found[name] = {
+            step: comparison.summarise(name, step, map(trace, runs)).rmse
+            for step, trace in STEPS.items()
+        }
     return found
 
 
@@ -68,8 +76,14 @@ def gains_table(found: dict[str, dict[str, float]]) -> str:
     """Return the errors as text, per cent, each with the factor of its step."""
     lines = [KEY, f"{'':14}" + "".join(f"{step:>18}" for step in next(iter(found.values())))]
     for name, errors in found.items():
-        factors = ["", *(f"({before / after:.2f})" for before, after in itertools.pairwise(errors.values()))]
-        cells = [f"{100 * error:8.4f} {factor:>9}" for error, factor in zip(errors.values(), factors, strict=True)]
+        factors = [
+            "",
+            *(f"({before / after:.2f})" for before, after in itertools.pairwise(errors.values())),
+        ]
+        cells = [
+            f"{100 * error:8.4f} {factor:>9}"
+            for error, factor in zip(errors.values(), factors, strict=True)
+        ]
         lines.append(f"{name:14}" + "".join(cells))
     return "\n".join(lines)
 

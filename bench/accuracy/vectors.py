@@ -49,11 +49,17 @@ KINDS: dict[str, Make] = {
     "sinusoids": _sinusoids,
     "steps": _steps,
     "nearly collinear": _collinear,
-    "intermittent": lambda random, k, i: np.where((k // 15 + i) % 3 > 0, random.standard_normal((len(k), i.size)), 0.0),
+    "intermittent": lambda random, k, i: np.where(
+        (k // 15 + i) % 3 > 0, random.standard_normal((len(k), i.size)), 0.0
+    ),
     "near one": lambda random, k, i: 1 + 0.1 * random.standard_normal((len(k), i.size)),
-    "level and sine": lambda random, k, i: 5 + np.sin(0.2 * k + i) + 0.1 * random.standard_normal((len(k), i.size)),
+    "level and sine": lambda random, k, i: (
+        5 + np.sin(0.2 * k + i) + 0.1 * random.standard_normal((len(k), i.size))
+    ),
     "lognormal": lambda random, k, i: np.exp(random.standard_normal((len(k), i.size))),
-    "modulated": lambda random, k, i: random.standard_normal((len(k), i.size)) * (1 + 0.9 * np.sin(0.01 * k)),
+    "modulated": lambda random, k, i: (
+        random.standard_normal((len(k), i.size)) * (1 + 0.9 * np.sin(0.01 * k))
+    ),
     "heavy tails": lambda random, k, i: random.standard_t(3, (len(k), i.size)),
 }
 """How the regressors of a kind are made, of a generator, the samples as a column and the regressors as a row."""
@@ -61,10 +67,14 @@ KINDS: dict[str, Make] = {
 
 def regressors_of(kind: str, random: np.random.Generator, n: int, size: int) -> Array:
     """Return regressors of a kind, shape (n, size)."""
-    return KINDS[kind](random, np.arange(n, dtype=float)[:, None], np.arange(size, dtype=float)[None, :])
+    return KINDS[kind](
+        random, np.arange(n, dtype=float)[:, None], np.arange(size, dtype=float)[None, :]
+    )
 
 
-def made(kind: str, seed: int, n: int, size: int, change_at: int, intercept: bool) -> tuple[Array, Array, Array]:
+def made(
+    kind: str, seed: int, n: int, size: int, change_at: int, intercept: bool
+) -> tuple[Array, Array, Array]:
     """Return outputs, regressors and the coefficients at the end; the first one changes by 30 % at a sample."""
     random = np.random.default_rng([seed, size])
     regressors = regressors_of(kind, random, n, size)
@@ -73,10 +83,16 @@ def made(kind: str, seed: int, n: int, size: int, change_at: int, intercept: boo
     output = rows @ coefficients
     coefficients[0] *= 1.3
     output[change_at:] = rows[change_at:] @ coefficients
-    return output + NOISE * np.sqrt(np.mean(output**2)) * random.standard_normal(n), regressors, coefficients
+    return (
+        output + NOISE * np.sqrt(np.mean(output**2)) * random.standard_normal(n),
+        regressors,
+        coefficients,
+    )
 
 
-def covered(kind: str, size: int, intercept: bool, after: int, runs: int) -> tuple[float, float, float]:
+def covered(
+    kind: str, size: int, intercept: bool, after: int, runs: int
+) -> tuple[float, float, float]:
     """Return the share of 95 % intervals that hold, `after` samples after a change; the median error; the delay."""
     from scipy.stats import t
 
@@ -98,7 +114,14 @@ def coverage(runs: int) -> Iterator[str]:
     yield f"{'95 % intervals that hold, n samples after a change of 30 %':48}{'size 1':>9}{'2':>9}{'1 + int.':>9}{'4':>9}{'3 + int.':>9}{'8':>9}"
     for kind in KINDS:
         cells = []
-        for size, intercept in ((1, False), (2, False), (1, True), (4, False), (3, True), (8, False)):
+        for size, intercept in (
+            (1, False),
+            (2, False),
+            (1, True),
+            (4, False),
+            (3, True),
+            (8, False),
+        ):
             after = max(10, 2 * (size + intercept) + 8)
             cells.append(f"{covered(kind, size, intercept, after, runs)[0]:9.3f}")
         yield f"{kind:48}" + "".join(cells)
@@ -112,7 +135,9 @@ def changes(runs: int) -> Iterator[str]:
     for size, kind in ((1, "near one"), (2, "white"), (2, "coloured"), (8, "white")):
         random, n = np.random.default_rng(5), 1_000_000
         regressors = regressors_of(kind, random, n, size)
-        trace = palpate.VectorRls(size).trace(regressors.sum(1) + NOISE * random.standard_normal(n), regressors)
+        trace = palpate.VectorRls(size).trace(
+            regressors.sum(1) + NOISE * random.standard_normal(n), regressors
+        )
         yield f"size {size}, {kind}: {int(trace['alarm'].sum())} false alarms in {n:,} samples"
 
 
@@ -122,7 +147,9 @@ def padasip(output: Array, regressors: Array) -> Array:
 
     size = regressors.shape[1]
     model = FilterRLS(size, mu=FORGETTING, eps=1e-12, w=np.zeros(size))
-    return np.array([(model.adapt(y, x), model.w.copy())[1] for y, x in zip(output, regressors, strict=True)])
+    return np.array(
+        [(model.adapt(y, x), model.w.copy())[1] for y, x in zip(output, regressors, strict=True)]
+    )
 
 
 def river(output: Array, regressors: Array) -> Array:
@@ -144,7 +171,10 @@ def filterpy(output: Array, regressors: Array) -> Array:
     size = regressors.shape[1]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of filterpy itself
-        kalman, found = FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=size, dim_z=1), np.empty(regressors.shape)
+        kalman, found = (
+            FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=size, dim_z=1),
+            np.empty(regressors.shape),
+        )
     kalman.x, kalman.P, kalman.Q = np.zeros((size, 1)), 1e12 * np.eye(size), np.zeros((size, size))
     for k, (y, x) in enumerate(zip(output.tolist(), regressors, strict=True)):
         kalman.H = x[None, :]
@@ -173,10 +203,14 @@ def peers() -> Iterator[str]:
     times: dict[str, float] = {}
     ours: dict[str, Callable[[Array, Array], Any]] = {
         "VectorRls.process": lambda y, x: palpate.VectorRls(size).process(y, x),
-        "VectorRls.process, alarmed=0.9": lambda y, x: palpate.VectorRls(size, alarmed=0.9).process(y, x),
+        "VectorRls.process, alarmed=0.9": lambda y, x: palpate.VectorRls(size, alarmed=0.9).process(
+            y, x
+        ),
     }
     yield f"{'size 2, 2,000 samples':34}{'ns a sample':>13}{'rms error':>12}{'12 after':>12}"
-    for name, work in (ours | {name: peer for name, peer in PEERS.items() if find_spec(name)}).items():
+    for name, work in (
+        ours | {name: peer for name, peer in PEERS.items() if find_spec(name)}
+    ).items():
         found, best = work(output, regressors), np.inf
         for _ in range(200 if name in ours else 3):
             begun = time.perf_counter()

@@ -20,7 +20,12 @@ FLAGS: tuple[str, ...] = (
     "-fno-rtti",
 )
 FLAGS += ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-Wno-psabi")
-FREESTANDING = ("-ffreestanding", "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
+FREESTANDING = (
+    "-ffreestanding",
+    "-ffunction-sections",
+    "-fdata-sections",
+    "-fno-asynchronous-unwind-tables",
+)
 
 # A header of the C++ library, and the number of folders from it up to the include folder.
 HEADER_FOLDERS = (("/atomic", 0), ("/bits/c++config.h", 1))
@@ -83,13 +88,19 @@ def missing(targets: Iterable[Target], compiler: str) -> list[str]:
     """Return the programs that are not installed, each with what installs it; all targets need the ARM compiler or its headers."""
     needed = dict.fromkeys([compiler, ARM[0], *(target.compiler[0] for target in targets)])
     needed |= dict.fromkeys("qemu-system-arm" for target in targets if target.machine)
-    return [f"{name}: apt install {PACKAGES.get(name, 'g++')}" for name in needed if not shutil.which(name)]
+    return [
+        f"{name}: apt install {PACKAGES.get(name, 'g++')}"
+        for name in needed
+        if not shutil.which(name)
+    ]
 
 
 def run(*command: str | Path) -> str:
     """Run a program and return its output; RuntimeError with its messages if it fails."""
     words = [str(c) for c in command]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    done = subprocess.run(
+        words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL
+    )
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
     return done.stdout or done.stderr  # semihosting of QEMU writes to stderr
@@ -100,14 +111,26 @@ def library_headers(target: Target) -> list[str]:
     if target.machine or not target.tools:
         return []
     used = run("arm-none-eabi-g++", "-M", "-x", "c++", "-include", "atomic", "/dev/null").split()
-    folders = {Path(path).parents[depth] for path in used for end, depth in HEADER_FOLDERS if path.endswith(end)}
+    folders = {
+        Path(path).parents[depth]
+        for path in used
+        for end, depth in HEADER_FOLDERS
+        if path.endswith(end)
+    }
     return ["-nostdinc++", *(f"-isystem{f}" for f in sorted(folders))]
 
 
 def compile_subject(target: Target, subject: str, optimise: str, folder: Path) -> Path:
     """Compile one subject separately."""
     made = folder / f"{subject}{optimise}.o"
-    flags = (*FLAGS, *FREESTANDING, *library_headers(target), optimise, f"-I{INCLUDE}", f"-DSUBJECT={subject}")
+    flags = (
+        *FLAGS,
+        *FREESTANDING,
+        *library_headers(target),
+        optimise,
+        f"-I{INCLUDE}",
+        f"-DSUBJECT={subject}",
+    )
     run(*target.compiler, *flags, "-c", HERE / "subject.cpp", "-o", made)
     return made
 
@@ -134,15 +157,31 @@ def link_firmware(target: Target, optimise: str, compiled: Sequence[Path], folde
     made = folder / "firmware.elf"
     sources = [HERE / f"{name}.cpp" for name in ("startup", "results", "firmware")]
     flags = (*FLAGS, *FREESTANDING, optimise, f"-I{INCLUDE}", f"-DREPEATS={target.repeats}")
-    link = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--fatal-warnings", "-T", HERE / "firmware.ld")
+    link = (
+        "-nostartfiles",
+        "-Wl,--gc-sections",
+        "-Wl,--fatal-warnings",
+        "-T",
+        HERE / "firmware.ld",
+    )
     run(*target.compiler, *flags, *sources, *compiled, *link, "-o", made)
     return made
 
 
 def run_firmware(target: Target, image: Path) -> list[str]:
     """Run an image in QEMU and return its lines."""
-    quiet = ("-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native")
-    return run("qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image).splitlines()
+    quiet = (
+        "-nographic",
+        "-monitor",
+        "none",
+        "-serial",
+        "none",
+        "-semihosting-config",
+        "enable=on,target=native",
+    )
+    return run(
+        "qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image
+    ).splitlines()
 
 
 def results(lines: Sequence[str]) -> list[str]:
@@ -159,7 +198,14 @@ def costs(target: Target, lines: Sequence[str]) -> dict[str, Cost]:
             name, *numbers = line.split()[1:]
             count, total, worst, dearest, idle, stack, state = map(int, numbers)
             # The empty function, which is subtracted, is one instruction.
-            found[name] = Cost(total * scale / count + 1, worst * scale + 1, dearest, idle * scale + 1, stack, state)
+            found[name] = Cost(
+                total * scale / count + 1,
+                worst * scale + 1,
+                dearest,
+                idle * scale + 1,
+                stack,
+                state,
+            )
     return found
 
 
@@ -168,5 +214,15 @@ def host_results(compiler: str, folder: Path, *flags: str) -> list[str]:
     target = Target("host", (compiler, *flags))
     compiled = compile_subjects(target, "-O2", folder)
     program = folder / "host"
-    run(compiler, *flags, *FLAGS, "-O2", f"-I{INCLUDE}", HERE / "results.cpp", *compiled.values(), "-o", program)
+    run(
+        compiler,
+        *flags,
+        *FLAGS,
+        "-O2",
+        f"-I{INCLUDE}",
+        HERE / "results.cpp",
+        *compiled.values(),
+        "-o",
+        program,
+    )
     return run(program).splitlines()

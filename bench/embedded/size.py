@@ -19,7 +19,15 @@ from bench.embedded.firmware import TARGETS, Cost, Target
 
 # Symbols that compiled code may use: memory functions, which every C library has, and single-precision arithmetic.
 MEMORY = {"memcpy", "memset", "memmove"}
-HELPERS = ("__aeabi_f", "__aeabi_i2f", "__aeabi_ui2f", "__aeabi_uldiv", "__aeabi_idiv", "__aeabi_uidiv", "__gnu_thumb1")
+HELPERS = (
+    "__aeabi_f",
+    "__aeabi_i2f",
+    "__aeabi_ui2f",
+    "__aeabi_uldiv",
+    "__aeabi_idiv",
+    "__aeabi_uidiv",
+    "__gnu_thumb1",
+)
 
 
 def foreign(symbols: list[str]) -> list[str]:
@@ -34,11 +42,20 @@ def measure(target: Target, host: list[str]) -> dict[str, Any]:
         compiled = {o: firmware.compile_subjects(target, o, folder) for o in ("-Os", "-O2")}
         rows: dict[str, dict[str, Any]] = {
             subject: {
-                "text": {o: firmware.text_bytes(target, objects[subject]) for o, objects in compiled.items()},
+                "text": {
+                    o: firmware.text_bytes(target, objects[subject])
+                    for o, objects in compiled.items()
+                },
                 "foreign": sorted(
-                    {s for made in compiled.values() for s in foreign(firmware.undefined(target, made[subject]))}
+                    {
+                        s
+                        for made in compiled.values()
+                        for s in foreign(firmware.undefined(target, made[subject]))
+                    }
                 ),
-                "memory": sorted(MEMORY & set(firmware.undefined(target, compiled["-Os"][subject]))),
+                "memory": sorted(
+                    MEMORY & set(firmware.undefined(target, compiled["-Os"][subject]))
+                ),
             }
             for subject in firmware.subjects()
         }
@@ -49,7 +66,11 @@ def measure(target: Target, host: list[str]) -> dict[str, Any]:
         )
         for subject, cost in firmware.costs(target, lines).items():
             rows[subject] |= asdict(cost)
-        return {"subjects": rows, "results": firmware.results(lines), "same_bits": firmware.results(lines) == host}
+        return {
+            "subjects": rows,
+            "results": firmware.results(lines),
+            "same_bits": firmware.results(lines) == host,
+        }
 
 
 def cells(row: dict[str, Any]) -> str:
@@ -76,7 +97,10 @@ def prices(rows: dict[str, Any]) -> list[str]:
     lines = ["a stage more             text  state  stack    mean   worst"]
     for stage, without, with_it in PRICES:
         a, b = rows[without], rows[with_it]
-        more = [b["text"]["-Os"] - a["text"]["-Os"], *(b[key] - a[key] for key in ("state", "stack", "mean", "worst"))]
+        more = [
+            b["text"]["-Os"] - a["text"]["-Os"],
+            *(b[key] - a[key] for key in ("state", "stack", "mean", "worst")),
+        ]
         lines.append("{:22} {:6d} {:6d} {:6d} {:7.0f} {:7.0f}".format(stage, *more))
     return lines
 
@@ -90,7 +114,9 @@ def show(name: str, table: dict[str, Any]) -> str:
         lines.append(f"{subject:18} {cells(row)}  {needs}")
     if "results" in table:
         lines += prices(table["subjects"])
-        lines.append(f"results: {'the same bits as' if table['same_bits'] else 'NOT THE BITS OF'} this machine")
+        lines.append(
+            f"results: {'the same bits as' if table['same_bits'] else 'NOT THE BITS OF'} this machine"
+        )
     return "\n".join(lines)
 
 
@@ -102,7 +128,12 @@ def main() -> int:
     parser.add_argument("--host", default="c++", help="compiler for this machine")
     arguments = parser.parse_args()
     if missing := firmware.missing([TARGETS[name] for name in arguments.target], arguments.host):
-        parser.exit(2, "\n".join(["not installed:", *missing, "or leave out the targets that need it: --target\n"]))
+        parser.exit(
+            2,
+            "\n".join(
+                ["not installed:", *missing, "or leave out the targets that need it: --target\n"]
+            ),
+        )
     with tempfile.TemporaryDirectory() as folder:
         host = firmware.host_results(arguments.host, Path(folder))
     print(

@@ -13,7 +13,15 @@ from palpate.display.plots import COLUMN_IN, PAGE_IN, sheet
 from palpate.simulation.scenarios import PROBE
 
 from bench.paper.specimens import figure_10, figure_11, figure_12, ten_specimens
-from bench.paper.touches import TREMOR, figure_6, figure_7, figure_9, four_touches, one_touch, two_specimens
+from bench.paper.touches import (
+    TREMOR,
+    figure_6,
+    figure_7,
+    figure_9,
+    four_touches,
+    one_touch,
+    two_specimens,
+)
 
 
 class Drawing(NamedTuple):
@@ -75,7 +83,11 @@ def caption(number: int, seed: int) -> str:
 
 @click.command()
 @click.option(
-    "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write in."
+    "-o",
+    "folder",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder to write in.",
 )
 @click.option("--seed", default=0, show_default=True, help="Seed of the simulation.")
 def main(folder: Path, seed: int) -> None:

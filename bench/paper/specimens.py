@@ -33,7 +33,9 @@ class TenSpecimens:
         return {
             "mean": [one.mean for one in self.paper],
             "smallest P": [choose(one.touches, "covariance").ratio for one in self.paper],
-            "smallest standard error": [choose(one.touches, "standard_error").ratio for one in self.handheld],
+            "smallest standard error": [
+                choose(one.touches, "standard_error").ratio for one in self.handheld
+            ],
         }
 
 
@@ -42,7 +44,10 @@ def ten_specimens(seed: int) -> TenSpecimens:
     runs = session(seed, hand=Hand(tremor=TREMOR))
 
     def through(scene: "_Scene") -> list[Specimen]:
-        return [Specimen(name, E, touches(runs[name], scene=scene)) for name, E in SORBOTHANE_MPA.items()]
+        return [
+            Specimen(name, E, touches(runs[name], scene=scene))
+            for name, E in SORBOTHANE_MPA.items()
+        ]
 
     paper, handheld = through("paper"), through("handheld")
     return TenSpecimens(paper, handheld, calibrate(paper, by="covariance"), calibrate(handheld))
@@ -61,7 +66,15 @@ def figure_10(figure: Any, s: TenSpecimens) -> None:
         for one in s.paper:
             dots = [touch.ratio for touch in one.touches]
             label = "the four touches" if one is s.paper[0] else None
-            axes.plot([one.modulus] * len(dots), dots, ".", color=HARD, markersize=2, label=label, zorder=3)
+            axes.plot(
+                [one.modulus] * len(dots),
+                dots,
+                ".",
+                color=HARD,
+                markersize=2,
+                label=label,
+                zorder=3,
+            )
     ax.set_xlim(-0.2, 9.2)
     ax.set_ylim(0, 10)
     ax.set_xlabel("Young's modulus, MPa")
@@ -105,11 +118,20 @@ def figure_12(figure: Any, s: TenSpecimens) -> None:
         strict=True,
     ):
         draw(ax, fitted, colour=colour)
-        ax.plot(fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3)
+        ax.plot(
+            fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3
+        )
         ax.set_title(title)
         ax.legend(loc="lower right")
         truth = f"truth: {PROBE.rigid_ratio:g} and {PROBE.half_modulus:g} MPa"
-        ax.text(0.03, 0.97, "\n".join([*_parameters(fitted), truth]), transform=ax.transAxes, va="top", fontsize=7)
+        ax.text(
+            0.03,
+            0.97,
+            "\n".join([*_parameters(fitted), truth]),
+            transform=ax.transAxes,
+            va="top",
+            fontsize=7,
+        )
         ax.set_ylim(0, 13.5)
         ax.label_outer()
 

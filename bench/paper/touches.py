@@ -24,7 +24,13 @@ ONE = "70 OO"
 FOUR = ("30 OO", "70 OO", "40 A", "70 A")
 """The specimens of the paper's Fig. 9."""
 _END = 395  # sample; the touch ends a little later
-_UNDER: dict[str, Any] = {"color": "0.78", "linewidth": 3.0, "zorder": 1.5, "solid_capstyle": "butt", "label": "truth"}
+_UNDER: dict[str, Any] = {
+    "color": "0.78",
+    "linewidth": 3.0,
+    "zorder": 1.5,
+    "solid_capstyle": "butt",
+    "label": "truth",
+}
 """The truth is a wide line under the estimates: a correct estimate is seen on it."""
 
 
@@ -85,10 +91,18 @@ def traces(run: Simulation) -> Traces:
         found["fast"][used] = Rls(forgetting=0.9).process(hard[used], soft[used])
         adaptive = AdaptiveRls().trace(hard[used], soft[used])
         found["adaptive"][used], alarm[used] = adaptive["ratio"], adaptive["alarm"]
-        found["innovation"][used], found["statistic"][used] = adaptive["innovation"], adaptive["statistic"]
+        found["innovation"][used], found["statistic"][used] = (
+            adaptive["innovation"],
+            adaptive["statistic"],
+        )
     inside = rows["touch"] > 0
-    seen = {name: np.where(inside, rows[of], np.nan) for name, of in (("handheld", "ratio"), ("standard_error",) * 2)}
-    return Traces(hard, soft, run.true_ratio, **found, paper_alarm=alarm, alarm=rows["alarm"] & inside, **seen)
+    seen = {
+        name: np.where(inside, rows[of], np.nan)
+        for name, of in (("handheld", "ratio"), ("standard_error",) * 2)
+    }
+    return Traces(
+        hard, soft, run.true_ratio, **found, paper_alarm=alarm, alarm=rows["alarm"] & inside, **seen
+    )
 
 
 def figure_6(figure: Any, parts: Mapping[str, Traces]) -> None:
@@ -96,7 +110,12 @@ def figure_6(figure: Any, parts: Mapping[str, Traces]) -> None:
     axes = figure.subplots(4, 2, sharex=True)
     estimates = {"slow": (SLOW, r"$\lambda$ = 0.995"), "fast": (FAST, r"$\lambda$ = 0.9")}
     estimates["handheld"] = (HANDHELD, "handheld")
-    titles = ("(a) forgetting 0.995", "(b) forgetting 0.9", "(c) handheld scene", "(d) distance from the truth")
+    titles = (
+        "(a) forgetting 0.995",
+        "(b) forgetting 0.9",
+        "(c) handheld scene",
+        "(d) distance from the truth",
+    )
     for column, (specimen, t) in zip(axes.T, parts.items(), strict=True):
         for ax, (name, (colour, label)) in zip(column[:3], estimates.items(), strict=True):
             _readouts_and_ratio(ax, t, getattr(t, name), colour, label)
@@ -116,7 +135,13 @@ def figure_7(figure: Any, t: Traces) -> None:
     _readouts_and_ratio(axes[0, 0], t, t.adaptive, PAPER, "adaptive")
     _alarm(axes[1, 0], t)
     _compared(axes[2, 0], t, three)
-    _enlarged(axes[2, 0], t, [(t.fast, FAST), (t.slow, SLOW), (t.adaptive, PAPER)], (0.5, 0.12, 0.48, 0.6), 0.008)
+    _enlarged(
+        axes[2, 0],
+        t,
+        [(t.fast, FAST), (t.slow, SLOW), (t.adaptive, PAPER)],
+        (0.5, 0.12, 0.48, 0.6),
+        0.008,
+    )
     _readouts_and_ratio(axes[0, 1], t, t.handheld, HANDHELD, "handheld")
     _errors(axes[1, 1], t, two)
     _compared(axes[2, 1], t, two)
@@ -174,13 +199,17 @@ def _errors(ax: Any, t: Traces, names: dict[str, tuple[str, str]]) -> None:
     for name, (colour, label) in names.items():
         error = np.where(inside, 100 * np.abs(getattr(t, name) / t.truth - 1), np.nan)
         ax.semilogy(error, color=colour, label=label, linewidth=0.8)
-    ax.semilogy(100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="standard error")
+    ax.semilogy(
+        100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="standard error"
+    )
     ax.set_ylim(1e-4, 300)
     ax.set_ylabel("error of the ratio, %")
     ax.legend(loc="lower left")
 
 
-def _enlarged(ax: Any, t: Traces, ratios: list[tuple[Array, str]], place: tuple[float, ...], within: float) -> None:
+def _enlarged(
+    ax: Any, t: Traces, ratios: list[tuple[Array, str]], place: tuple[float, ...], within: float
+) -> None:
     """Draw ratios around the truth again: tenths of a per cent can be seen."""
     inset = ax.inset_axes(place)
     inset.plot(t.truth, **_UNDER)

@@ -65,7 +65,18 @@ def dropped(address: str) -> int:
 def measure(path: Path, seconds: float) -> dict[str, float]:
     """Run the server for this time."""
     source = f"{path}?speed={RATE * PERIOD_NS * 1e-9:g}"
-    command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json", "--no-token", "--port", "0"]
+    command = [
+        sys.executable,
+        "-m",
+        "palpate",
+        "live",
+        source,
+        "--no-open",
+        "--json",
+        "--no-token",
+        "--port",
+        "0",
+    ]
     with Popen(command, stdout=PIPE, stderr=DEVNULL, text=True) as server:
         assert server.stdout
         address = json.loads(server.stdout.readline())["address"].rstrip("/")

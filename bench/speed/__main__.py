@@ -66,7 +66,9 @@ def table(figures: Figures) -> str:
     lines = [f"{'ns a sample, a call or an item':58} {'min':>9} {'median':>9}  error"]
     for name, row in figures.items():
         if isinstance(row, dict):
-            lines.append(f"{name:58} {row['min']:9.2f} {row['median']:9.2f}  {error_text(row)}".rstrip())
+            lines.append(
+                f"{name:58} {row['min']:9.2f} {row['median']:9.2f}  {error_text(row)}".rstrip()
+            )
     return "\n".join(lines)
 
 
@@ -82,7 +84,9 @@ def limits(figures: Figures) -> str:
         title = f"{one} / {other}"
         if one in figures and other in figures:
             low, middle = (figures[one][key] / figures[other][key] for key in ("min", "median"))
-            lines.append(f"{title:90} {low:8.3f} {middle:8.3f} {limit:8.2f}  {'ok' if low <= limit else 'above'}")
+            lines.append(
+                f"{title:90} {low:8.3f} {middle:8.3f} {limit:8.2f}  {'ok' if low <= limit else 'above'}"
+            )
         else:
             lines.append(f"{title:90} {'not measured':>17} {limit:8.2f}")
     return "\n".join(lines)
@@ -106,16 +110,28 @@ def replace_table(text: str, mark: str, made: str) -> str:
 def summary(figures: Figures) -> str:
     """Return the figures of the table and of the limits as JSON, one a line."""
     wanted = {*SHORT, *(name for one, other, _ in LIMITS for name in (one, other))}
-    rows = {name: value for name, value in figures.items() if not isinstance(value, dict) or name in wanted}
-    return "{\n" + ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in rows.items()) + "\n}\n"
+    rows = {
+        name: value
+        for name, value in figures.items()
+        if not isinstance(value, dict) or name in wanted
+    }
+    return (
+        "{\n"
+        + ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in rows.items())
+        + "\n}\n"
+    )
 
 
 def main() -> None:
     """Measure, print and write; or print the table of the last measurement."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--rounds", type=int, default=100, help="repeats of everything")
-    parser.add_argument("--out", type=Path, default=RESULTS / "speed.json", help="where the figures go")
-    parser.add_argument("--table", action="store_true", help="print the table of docs/speed.md from the file")
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS / "speed.json", help="where the figures go"
+    )
+    parser.add_argument(
+        "--table", action="store_true", help="print the table of docs/speed.md from the file"
+    )
     options = parser.parse_args()
     if options.table:
         print(short_table(json.loads(options.out.read_text())))

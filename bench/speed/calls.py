@@ -62,7 +62,10 @@ def timed(works: list[Work], rounds: int) -> dict[str, dict[str, float]]:
             work.call()
             found[work.name].append((time.perf_counter_ns() - start) / work.items)
     times = {name: {"min": min(ns), "median": float(np.median(ns))} for name, ns in found.items()}
-    return {work.name: times[work.name] | ({} if work.error is None else {"error": work.error}) for work in works}
+    return {
+        work.name: times[work.name] | ({} if work.error is None else {"error": work.error})
+        for work in works
+    }
 
 
 def run(*command: str | Path) -> str:
@@ -73,7 +76,13 @@ def run(*command: str | Path) -> str:
 def measure_native(rounds: int) -> dict[str, Any]:
     """Compile native.cpp with the options of the CMake target, and run it; each row has the bytes of its state, too."""
     compiler = os.environ.get("CXX", "c++")
-    flags = ["-O3", "-std=c++17", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF", f"-I{palpate.get_include()}"]
+    flags = [
+        "-O3",
+        "-std=c++17",
+        "-ffp-contract=off",
+        "-DPALPATE_CONTRACTION_OFF",
+        f"-I{palpate.get_include()}",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "native"
         run(compiler, *flags, NATIVE, "-o", program)
@@ -122,11 +131,15 @@ def repeated(call: Callable[[float, Any], Any], b: Any = 0.25) -> Callable[[], N
 def call_work() -> Iterator[Work]:
     """Yield functions with single calls."""
     checked = palpate.AdaptiveRls().update
-    error = error_of([checked(a, b) for a, b in zip(*(values.tolist() for values in press(500)), strict=True)])
+    error = error_of(
+        [checked(a, b) for a, b in zip(*(values.tolist() for values in press(500)), strict=True)]
+    )
     yield Work("Python update", 2000, repeated(palpate.AdaptiveRls().update), error=error)
     yield Work("math.hypot", 2000, repeated(math.hypot))
     for name, row in (("a tuple", (0.25, 1.0)), ("an array", np.array([0.25, 1.0]))):
-        yield Work(f"Python VectorRls update, {name}", 2000, repeated(palpate.VectorRls(2).update, row))
+        yield Work(
+            f"Python VectorRls update, {name}", 2000, repeated(palpate.VectorRls(2).update, row)
+        )
 
 
 def block_work() -> Iterator[Work]:
@@ -136,7 +149,9 @@ def block_work() -> Iterator[Work]:
     def block(name: str, estimator: Any, size: int = BLOCK) -> Work:
         chunks, out = Chunks(size, y, x), np.empty(size)
         error = error_of(type(estimator)().process(y[:size], x[:size]))
-        return Work(f"Python {name}", size, lambda: estimator.process(*chunks.now, out), chunks.renew, error)
+        return Work(
+            f"Python {name}", size, lambda: estimator.process(*chunks.now, out), chunks.renew, error
+        )
 
     yield block("process, 2000", palpate.AdaptiveRls())
     yield block("process, 250", palpate.AdaptiveRls(), 250)
@@ -156,11 +171,16 @@ def block_work() -> Iterator[Work]:
             output, regressor = (a.reshape(shape) for a in chunks.now)
             bank.process(output, regressor, ratios)
 
-        return Work(f"Python Bank of 64 {type(estimator).__name__}", size, update, chunks.renew, error)
+        return Work(
+            f"Python Bank of 64 {type(estimator).__name__}", size, update, chunks.renew, error
+        )
 
     yield streams(palpate.AdaptiveRls())
     yield streams(palpate.HandoverRls())
-    tracker, held = palpate.Tracker("handheld", samples=None, seconds=None), Chunks(BLOCK, *readings(BLOCK * 240))
+    tracker, held = (
+        palpate.Tracker("handheld", samples=None, seconds=None),
+        Chunks(BLOCK, *readings(BLOCK * 240)),
+    )
     held.renew()  # each block is seen once: a tracker takes no time twice
 
     def track() -> None:
@@ -201,7 +221,9 @@ def library_work() -> Iterator[Work]:
     if "simdkalman" in rivals.installed():
         shape = (20, 64)
         output, regressor = (a.reshape(shape) for a in press(math.prod(shape)))
-        yield Work("simdkalman, 64 streams", math.prod(shape), lambda: rivals.simdkalman(output, regressor))
+        yield Work(
+            "simdkalman, 64 streams", math.prod(shape), lambda: rivals.simdkalman(output, regressor)
+        )
 
 
 def measure_python(rounds: int) -> dict[str, Any]:

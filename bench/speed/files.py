@@ -27,7 +27,10 @@ def foreign(path: Path, rows: int) -> Path:
     random = np.random.default_rng(1)
     t = np.arange(rows) / 38.4
     press = np.clip(np.sin(2 * np.pi * t / 4), 0, None)
-    columns = (t, *(at + by * press + random.normal(0, 2e-4, rows) for at, by in ((6, 0.5), (4, 0.9))))
+    columns = (
+        t,
+        *(at + by * press + random.normal(0, 2e-4, rows) for at, by in ((6, 0.5), (4, 0.9))),
+    )
     table = pd.DataFrame(dict(zip(("time (s)", "C1 (pF)", "C2 (pF)"), columns, strict=True)))
     table.to_csv(path, index=False, float_format="%.6f")
     return path

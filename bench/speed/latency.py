@@ -68,7 +68,9 @@ class _Timed(Source):
             given = self.board.clock.now_ns()
             if not sample.status:
                 ended = [each for each in self.board.kit.chip.conversions if not each.lost]
-                hard, soft = (next(each for each in reversed(ended) if each.pin == pin) for pin in (1, 2))
+                hard, soft = (
+                    next(each for each in reversed(ended) if each.pin == pin) for pin in (1, 2)
+                )
                 assert (hard.code, soft.code) == (sample.hard_raw, sample.soft_raw)
                 self.times[sample.seq] = ((hard.begin + hard.end) // 2, hard.end, soft.end, given)
             yield sample
@@ -161,7 +163,9 @@ def live_ages(name: str, *, pairs: int, seed: int) -> tuple[Ages, NDArray[np.flo
         if seq - 1 in source.times and seq in source.times
     ]
     times = np.array(passed)
-    return dict(zip(STAGES, np.diff(times, axis=1).T / 1e6, strict=True)), (times[:, -1] - times[:, 0]) / 1e6
+    return dict(zip(STAGES, np.diff(times, axis=1).T / 1e6, strict=True)), (
+        times[:, -1] - times[:, 0]
+    ) / 1e6
 
 
 def alignment_pairs() -> float:
@@ -183,7 +187,10 @@ def shifted(name: str, share: float) -> Scenario:
     """Return a scenario whose presses begin later by this share of a pair: no press waits for the converter."""
     scenario = scenarios.SCENARIOS[name]
     late = share * scenario.converter.period_s
-    return replace(scenario, presses=[replace(press, start_s=press.start_s + late) for press in scenario.presses])
+    return replace(
+        scenario,
+        presses=[replace(press, start_s=press.start_s + late) for press in scenario.presses],
+    )
 
 
 def gate(name: str, touches: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -249,7 +256,11 @@ def table(found: dict[str, Any]) -> str:
     for name, values in found["stages"].items():
         lines.append(row(f"{name}: {STAGES[name]}", [idle.get(name), *values], 2))
     lines += [row("together", [sum(idle.values()), *found["together"]], 2), ""]
-    lines += [f"From the contact of the bumps until it is found, {found['touches']} touches each:", "", *head]
+    lines += [
+        f"From the contact of the bumps until it is found, {found['touches']} touches each:",
+        "",
+        *head,
+    ]
     for name in found["gate pairs"]:
         lines += [row(f"`{name}`, pairs", found["gate pairs"][name], 0)]
         lines += [row(f"`{name}`, ms", found["gate ms"][name], 0)]
@@ -260,17 +271,23 @@ def main() -> None:
     """Measure, print and write; or print the table of the last measurement."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--pairs", type=int, default=1000, help="of the live measurement")
-    parser.add_argument("--touches", type=int, default=200, help="seeds of each scenario for the gate")
+    parser.add_argument(
+        "--touches", type=int, default=200, help="seeds of each scenario for the gate"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the live measurement")
     parser.add_argument("--out", type=Path, default=OUT, help="where the figures go")
-    parser.add_argument("--table", action="store_true", help="print the table of docs/speed.md from the file")
+    parser.add_argument(
+        "--table", action="store_true", help="print the table of docs/speed.md from the file"
+    )
     options = parser.parse_args()
     if options.table:
         print(table(json.loads(options.out.read_text())))
         return
     busy = {"processors": os.cpu_count(), "load": os.getloadavg()[0]}
     found = about() | busy | measure(options.pairs, options.touches, options.seed)
-    print(f"lag of the ratio behind the last pair, by the alignment, in pairs: {found['alignment pairs']:g}\n")
+    print(
+        f"lag of the ratio behind the last pair, by the alignment, in pairs: {found['alignment pairs']:g}\n"
+    )
     print(table(found))
     lines = (f"{json.dumps(name)}: {json.dumps(value)}" for name, value in found.items())
     options.out.write_text("{\n" + ",\n".join(lines) + "\n}\n")

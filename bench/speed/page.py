@@ -50,7 +50,18 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
         options.add_argument(f"--{argument}")
     options.add_experimental_option("prefs", {"download.default_directory": str(folder)})
     touches, table = palpate.touches(palpate.read(path)), folder / f"{path.stem}-touches.csv"
-    command = [sys.executable, "-m", "palpate", "live", str(path), "--no-open", "--json", "--no-token", "--port", "0"]
+    command = [
+        sys.executable,
+        "-m",
+        "palpate",
+        "live",
+        str(path),
+        "--no-open",
+        "--json",
+        "--no-token",
+        "--port",
+        "0",
+    ]
     with webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver"))) as page:
         page.get("about:blank")
         begin, run = time.monotonic(), page.execute_script
@@ -58,9 +69,15 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
             end.callback(server.terminate)
             assert server.stdout
             page.get(json.loads(server.stdout.readline())["address"])
-            found["first picture"] = waited(lambda: run("return globalThis.palpate?.charts.detail.points > 0"), begin)
-            found["whole"] = waited(lambda: run("return palpate.known.touches.rows.length > 0"), begin)
-            found["next touch"] = statistics.median(page.execute_async_script(STEP) for _ in range(21))
+            found["first picture"] = waited(
+                lambda: run("return globalThis.palpate?.charts.detail.points > 0"), begin
+            )
+            found["whole"] = waited(
+                lambda: run("return palpate.known.touches.rows.length > 0"), begin
+            )
+            found["next touch"] = statistics.median(
+                page.execute_async_script(STEP) for _ in range(21)
+            )
             begin = time.monotonic()
             run("document.getElementById('savefound').click()")
             found["export"] = waited(table.exists, begin)
@@ -71,9 +88,13 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
             )
             begin = time.monotonic()
             run("document.querySelector('#progress button').click()")
-            found["report stopped"] = waited(lambda: run("return document.getElementById('progress').hidden"), begin)
+            found["report stopped"] = waited(
+                lambda: run("return document.getElementById('progress').hidden"), begin
+            )
     with table.open() as file:
-        if [float(row["ratio"]) for row in csv.DictReader(file)] != [touch.ratio for touch in touches]:
+        if [float(row["ratio"]) for row in csv.DictReader(file)] != [
+            touch.ratio for touch in touches
+        ]:
             raise RuntimeError(f"{table.name}: not the touches of {path.name}")
     return found
 
@@ -87,7 +108,9 @@ def main() -> None:
         found = measure(Path(name) / "run.csv", Path(name))
     print(f"{rows} rows")
     for what, seconds in found.items():
-        print(f"{what:24} {seconds:7.3f} s{f', at most {BOUNDS_S[what]} s' if what in BOUNDS_S else ''}")
+        print(
+            f"{what:24} {seconds:7.3f} s{f', at most {BOUNDS_S[what]} s' if what in BOUNDS_S else ''}"
+        )
     sys.exit(any(found[what] > bound for what, bound in BOUNDS_S.items()))
 
 

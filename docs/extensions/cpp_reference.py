@@ -18,7 +18,11 @@ from sphinx.util import logging
 DOXYFILE = Path(__file__).with_name("Doxyfile")
 FOLDER = "cpp"  # of the pages; like api/ it is written by every build
 GUIDES = ("cpp", "embedded")  # pages on which a name in code is a link
-PARTS = {"Event", "FitColumn", "FitSums"}  # which doxygen's EXCLUDE_SYMBOLS cannot leave out: it is for classes only
+PARTS = {
+    "Event",
+    "FitColumn",
+    "FitSums",
+}  # which doxygen's EXCLUDE_SYMBOLS cannot leave out: it is for classes only
 WITHOUT = "This site was built without doxygen, which reads the comments of the headers: `apt install doxygen`."
 
 
@@ -31,7 +35,11 @@ def run_doxygen(folder: Path) -> Path | None:
     headers = palpate.get_include()
     more = f'\nINPUT = "{headers}"\nSTRIP_FROM_PATH = "{headers}"\nOUTPUT_DIRECTORY = "{folder}"\n'
     done = subprocess.run(
-        [doxygen, "-"], input=DOXYFILE.read_text() + more, capture_output=True, encoding="utf-8", check=False
+        [doxygen, "-"],
+        input=DOXYFILE.read_text() + more,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
     )
     if done.returncode:
         raise ExtensionError(f"doxygen, on the C++ headers:\n{done.stderr}")
@@ -48,7 +56,9 @@ def correct(path: Path) -> None:
     tree = Xml.parse(path)
     for compound in tree.iter("compounddef"):
         unwanted = compound.findall("basecompoundref[@prot='private']")
-        unwanted += [part for part in compound.findall("derivedcompoundref") if "detail::" in str(part.text)]
+        unwanted += [
+            part for part in compound.findall("derivedcompoundref") if "detail::" in str(part.text)
+        ]
         unwanted += compound.findall("includes") if compound.get("kind") != "file" else []
         for group in compound.findall("sectiondef"):
             if group.get("kind", "").startswith(("private", "define")):
@@ -88,10 +98,15 @@ def prepare(app: Any, config: Any) -> None:
         files = [path.find("compounddef") for path in map(Xml.parse, xml.glob("*_8hpp.xml"))]
         headers = sorted(str(file.find("location").get("file")) for file in files)
         pages = {
-            f"{header.removeprefix('palpate/').removesuffix('.hpp').replace('/', '.')}.rst": page(header)
+            f"{header.removeprefix('palpate/').removesuffix('.hpp').replace('/', '.')}.rst": page(
+                header
+            )
             for header in headers
         }
-        lines += ["Every public name of the headers, out of their comments; [the guide](../cpp.md).", ""]
+        lines += [
+            "Every public name of the headers, out of their comments; [the guide](../cpp.md).",
+            "",
+        ]
         lines += ["```{toctree}", *(name.removesuffix(".rst") for name in pages), "```"]
     write(Path(app.srcdir) / FOLDER, {**pages, "index.md": "\n".join([*lines, ""])})
 
@@ -100,13 +115,19 @@ def link_names(app: Any, tree: Any, docname: str) -> None:
     """Make the names in code on a guide links to their places; after `embedded::` and without it are two names."""
     if docname not in GUIDES:
         return
-    places = {name: (place, anchor) for name, _, _, place, anchor, _ in app.env.get_domain("cpp").get_objects()}
+    places = {
+        name: (place, anchor)
+        for name, _, _, place, anchor, _ in app.env.get_domain("cpp").get_objects()
+    }
     for literal in list(tree.findall(nodes.literal)):
         name = "palpate::" + re.sub("<.*", "", literal.astext()).removeprefix("palpate::")
         if name in places and not isinstance(literal.parent, nodes.reference):
             place, anchor = places[name]
             link = nodes.reference(
-                "", "", internal=True, refuri=f"{app.builder.get_relative_uri(docname, place)}#{anchor}"
+                "",
+                "",
+                internal=True,
+                refuri=f"{app.builder.get_relative_uri(docname, place)}#{anchor}",
             )
             literal.replace_self(link)
             link += literal

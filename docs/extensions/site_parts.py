@@ -16,7 +16,9 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 TRY_PAGE = "palpate-try.html"
-NO_TRY_PAGE = "This copy of the documentation was built without the page. The command below makes it."
+NO_TRY_PAGE = (
+    "This copy of the documentation was built without the page. The command below makes it."
+)
 
 
 class CommandHelp(SphinxDirective):
@@ -30,7 +32,9 @@ class CommandHelp(SphinxDirective):
     def _section(self, parent: click.Context, group: click.Group, name: str) -> nodes.section:
         command = group.get_command(parent, name)
         assert command is not None
-        context = click.Context(command, info_name=name, parent=parent, terminal_width=84, max_content_width=84)
+        context = click.Context(
+            command, info_name=name, parent=parent, terminal_width=84, max_content_width=84
+        )
         path = context.command_path.removeprefix("palpate ")
         anchor = f"command-{path.replace(' ', '-')}"
         section = nodes.section(ids=[anchor], names=[anchor])
@@ -44,7 +48,9 @@ class CommandHelp(SphinxDirective):
             section += defaults
         self.state.document.note_explicit_target(section)
         if isinstance(command, click.Group):
-            section += [self._section(context, command, inner) for inner in command.list_commands(context)]
+            section += [
+                self._section(context, command, inner) for inner in command.list_commands(context)
+            ]
         return section
 
 
@@ -75,7 +81,11 @@ class TryPage(SphinxDirective):
         if not (Path(self.env.app.outdir) / TRY_PAGE).is_file():
             return [nodes.paragraph(text=NO_TRY_PAGE)]
         link = nodes.reference(text="Open palpate in the browser", refuri=TRY_PAGE, internal=False)
-        return [nodes.paragraph("", "", nodes.strong("", "", link), nodes.Text(", or save the file of this link."))]
+        return [
+            nodes.paragraph(
+                "", "", nodes.strong("", "", link), nodes.Text(", or save the file of this link.")
+            )
+        ]
 
 
 def make_try_page(app: Sphinx) -> None:
@@ -85,7 +95,9 @@ def make_try_page(app: Sphinx) -> None:
     command = [sys.executable, str(Path(__file__).parents[1] / "try" / "bundle.py"), str(out)]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     if done.returncode:
-        logging.getLogger(__name__).info("%s is left out. %s", TRY_PAGE, (done.stderr.strip().splitlines() or [""])[-1])
+        logging.getLogger(__name__).info(
+            "%s is left out. %s", TRY_PAGE, (done.stderr.strip().splitlines() or [""])[-1]
+        )
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

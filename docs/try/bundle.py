@@ -17,7 +17,14 @@ from pathlib import Path
 from typing import Any
 
 from palpate import Tracker
-from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE, linearity_pF
+from palpate.ad7746.datasheet import (
+    CODES_PER_PF,
+    LAST_CODE,
+    SATURATED_CODES,
+    SATURATED_PF,
+    ZERO_CODE,
+    linearity_pF,
+)
 from palpate.importers.units import PICOFARADS
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
@@ -33,8 +40,20 @@ MOST_BYTES = 200_000
 
 def core(to: Path) -> None:
     """Write the core, a module of WebAssembly; with these flags any program of the headers has the bits of every other target."""
-    flags = ["--target=wasm32-wasi", "-std=c++17", "-Oz", "-fno-exceptions", "-fno-rtti", "-ffp-contract=off"]
-    more = ["-mexec-model=reactor", "-DPALPATE_CONTRACTION_OFF", f"-I{ROOT / 'cpp' / 'include'}", "-Wl,--strip-all"]
+    flags = [
+        "--target=wasm32-wasi",
+        "-std=c++17",
+        "-Oz",
+        "-fno-exceptions",
+        "-fno-rtti",
+        "-ffp-contract=off",
+    ]
+    more = [
+        "-mexec-model=reactor",
+        "-DPALPATE_CONTRACTION_OFF",
+        f"-I{ROOT / 'cpp' / 'include'}",
+        "-Wl,--strip-all",
+    ]
     _run("clang++", *flags, *more, ROOT / "cpp" / "wasm" / "palpate.cpp", "-o", to)
 
 
@@ -43,13 +62,26 @@ def scripts(folder: Path) -> None:
     shutil.copytree(PAGE, folder / "page", dirs_exist_ok=True)
     for path in (*HERE.glob("*.js"), *HERE.glob("*.css")):
         shutil.copy(path, folder)
-    (folder / "given.js").write_text(f"export const GIVEN = {json.dumps(_given())};\n", encoding="utf-8")
+    (folder / "given.js").write_text(
+        f"export const GIVEN = {json.dumps(_given())};\n", encoding="utf-8"
+    )
 
 
 def demo(folder: Path) -> None:
     """Write the recording that the page shows first."""
     _run(
-        sys.executable, "-m", "palpate", "simulate", "-o", folder, "--object", "demo=2.18", "--touches", 3, "--seed", 22
+        sys.executable,
+        "-m",
+        "palpate",
+        "simulate",
+        "-o",
+        folder,
+        "--object",
+        "demo=2.18",
+        "--touches",
+        3,
+        "--seed",
+        22,
     )
 
 
@@ -60,9 +92,15 @@ def page() -> bytes:
         core(folder / "palpate.wasm")
         scripts(folder)
         demo(folder / "demo")
-        for path in (folder / "palpate.wasm", folder / "demo" / "demo.csv", folder / "demo" / "demo.json"):
+        for path in (
+            folder / "palpate.wasm",
+            folder / "demo" / "demo.csv",
+            folder / "demo" / "demo.json",
+        ):
             (folder / f"{path.name}.gz").write_bytes(gzip.compress(path.read_bytes(), 9, mtime=0))
-        script = _bundled(folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022")
+        script = _bundled(
+            folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022"
+        )
         style = _bundled(folder / "try.css")
     policy = (  # it runs its own script, the core, and its own style; no request leaves it
         f"default-src 'none'; script-src {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; img-src data:; "
@@ -70,9 +108,15 @@ def page() -> bytes:
     )
     icon = base64.b64encode((PAGE / "icon.svg").read_bytes()).decode()
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<link rel="icon" href="data:image/svg+xml;base64,{icon}">'
-    text, live = (path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html"))
-    for empty in re.findall(r'<(?:section|dialog) id="\w+"></\w+>', text):  # the same part of the live page
-        whole = re.search(rf"{empty.partition('>')[0]}.*?{empty[empty.index('</') :]}", live, re.DOTALL)
+    text, live = (
+        path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html")
+    )
+    for empty in re.findall(
+        r'<(?:section|dialog) id="\w+"></\w+>', text
+    ):  # the same part of the live page
+        whole = re.search(
+            rf"{empty.partition('>')[0]}.*?{empty[empty.index('</') :]}", live, re.DOTALL
+        )
         assert whole, empty
         text = text.replace(empty, whole[0])
     text = text.replace('<link rel="stylesheet" href="try.css">', f"{head}\n<style>{style}</style>")
@@ -82,7 +126,10 @@ def page() -> bytes:
 def _given() -> dict[str, Any]:
     settings = {"handheld": Tracker("handheld").settings, "sliding": Tracker("sliding").settings}
     return {
-        "scenes": {scene: {name: own[name] for name in own if name != "full_scale"} for scene, own in settings.items()},
+        "scenes": {
+            scene: {name: own[name] for name in own if name != "full_scale"}
+            for scene, own in settings.items()
+        },
         "headers": [",".join(COLUMNS), ",".join(EARLIER)],
         "schemas": SCHEMAS,
         "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF, "largest": LAST_CODE},
@@ -99,13 +146,17 @@ def _given() -> dict[str, Any]:
 
 def _bundled(path: Path, *options: str) -> str:
     """Return a module or a style sheet with all that it imports."""
-    return _run("esbuild", path, "--bundle", "--minify", "--charset=utf8", "--log-level=warning", *options)
+    return _run(
+        "esbuild", path, "--bundle", "--minify", "--charset=utf8", "--log-level=warning", *options
+    )
 
 
 def _run(program: str, *given: Any) -> str:
     if shutil.which(program) is None:
         raise RuntimeError(f"{program}: not found; docs/try.md says what to install")
-    done = subprocess.run([program, *map(str, given)], capture_output=True, encoding="utf-8", check=False)
+    done = subprocess.run(
+        [program, *map(str, given)], capture_output=True, encoding="utf-8", check=False
+    )
     if done.returncode:
         raise RuntimeError(f"{program}: {done.stderr.strip()}")
     return done.stdout

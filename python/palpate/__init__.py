@@ -32,7 +32,9 @@ from palpate.errors import (
     SourceTimeout,
 )
 
-TYPE_CHECKING = False  # True for a type checker; importing typing would take longer than all the rest
+TYPE_CHECKING = (
+    False  # True for a type checker; importing typing would take longer than all the rest
+)
 if TYPE_CHECKING:
     from typing import Any
 

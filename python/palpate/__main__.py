@@ -11,7 +11,9 @@ def main() -> None:
     _show_any_text()
     try:
         from palpate.cli import main as command
-    except KeyboardInterrupt:  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it
+    except (
+        KeyboardInterrupt
+    ):  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it
         sys.stderr.write("interrupted\n")
         sys.exit(_INTERRUPTED)
     try:

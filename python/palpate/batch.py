@@ -127,7 +127,9 @@ def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
     if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **asked)
     elif "unit" in asked and not isinstance(recording, str | os.PathLike):
-        raise ValueError(f"unit: got {asked['unit']!r} with a recording in memory, allowed: with a path or a table")
+        raise ValueError(
+            f"unit: got {asked['unit']!r} with a recording in memory, allowed: with a path or a table"
+        )
     if not isinstance(recording, str | os.PathLike):
         return tracked(recording, **how).touches
     try:
@@ -136,7 +138,9 @@ def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
         error.add_note(f"file: {os.fspath(recording)}")
         raise
     if found.doubts:
-        warnings.warn(f"{os.fspath(recording)}: results may be wrong: {'; '.join(found.doubts)}", stacklevel=3)
+        warnings.warn(
+            f"{os.fspath(recording)}: results may be wrong: {'; '.join(found.doubts)}", stacklevel=3
+        )
     return found
 
 

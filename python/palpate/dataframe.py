@@ -64,7 +64,9 @@ class Framed:
         table = self.to_arrow()
         frame = table.to_pandas(split_blocks=True)
         frame.attrs["units"] = {
-            field.name: field.metadata[b"unit"].decode() for field in table.schema if b"unit" in (field.metadata or {})
+            field.name: field.metadata[b"unit"].decode()
+            for field in table.schema
+            if b"unit" in (field.metadata or {})
         }
         return frame
 
@@ -84,8 +86,19 @@ class Framed:
 
 
 _EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
-_TOUCH = {"start": "int64", "start_s": "double", "samples": "int64", "ratio": "double", "covariance": "double"}
-_TOUCH |= {"standard_error": "double", "revised": "bool", "first_ratio": "double", "first_standard_error": "double"}
+_TOUCH = {
+    "start": "int64",
+    "start_s": "double",
+    "samples": "int64",
+    "ratio": "double",
+    "covariance": "double",
+}
+_TOUCH |= {
+    "standard_error": "double",
+    "revised": "bool",
+    "first_ratio": "double",
+    "first_standard_error": "double",
+}
 _LEVEL = ["level_ratio", "level_standard_error", "contact_exponent", "age_s"]
 _LEVEL += ["ratio_before", "before_standard_error", "ratio_after", "after_standard_error"]
 _OFFSET = ["offset_ratio", "offset_standard_error"]
@@ -108,10 +121,21 @@ def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
     ['start', 'start_s', 'samples']
     """
     arrow = need("pyarrow", "tables")
-    effects = [{f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} for record in records]
-    rows = [{**one, **more, "flags": " ".join(one["flags"])} for one, more in zip(records, effects, strict=True)]
+    effects = [
+        {f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} for record in records
+    ]
+    rows = [
+        {**one, **more, "flags": " ".join(one["flags"])}
+        for one, more in zip(records, effects, strict=True)
+    ]
     fields = [
-        arrow.field(name, arrow.type_for_alias(kind), metadata={"unit": _UNITS[name]} if name in _UNITS else None)
+        arrow.field(
+            name,
+            arrow.type_for_alias(kind),
+            metadata={"unit": _UNITS[name]} if name in _UNITS else None,
+        )
         for name, kind in _TOUCH.items()
     ]
-    return arrow.table([[row[name] for row in rows] for name in _TOUCH], schema=arrow.schema(fields))
+    return arrow.table(
+        [[row[name] for row in rows] for name in _TOUCH], schema=arrow.schema(fields)
+    )

@@ -8,7 +8,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 STATES = 400  # of the Markov chain: at least this number, and 10 for each unit of the threshold
-_CLIPS = (1.0, 100.0)  # below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100
+_CLIPS = (
+    1.0,
+    100.0,
+)  # below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100
 _THRESHOLDS = (1e-3, 128.0)
 _LONGEST = 1e15  # samples; above it the equations of the chain are singular in double precision
 _NEAR = 5e-4  # tolerance of the run length, relative
@@ -75,7 +78,9 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     (0.75, 6.91, 10.3)
     """
     if not 10 <= false_alarm_interval <= 1e12:
-        raise ValueError(f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 to 1e12 samples")
+        raise ValueError(
+            f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 to 1e12 samples"
+        )
     if not _CLIPS[0] <= clip <= _CLIPS[1]:
         raise ValueError(f"clip: got {clip}, allowed: {_CLIPS[0]:g} to {_CLIPS[1]:g}")
     if not 0 < smallest_shift <= 1.5 * clip:
@@ -127,7 +132,9 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     width = threshold / (states - 0.5)
     # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It
     # depends only on the number of states between them: each row of the matrix is the row above it, shifted by one.
-    below = np.array([_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in range(-states, states)])
+    below = np.array(
+        [_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in range(-states, states)]
+    )
     matrix = -sliding_window_view(np.diff(below), states)[::-1]
     matrix[:, 0] = -below[states:0:-1]
     matrix.flat[:: states + 1] += 1

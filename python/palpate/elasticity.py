@@ -61,7 +61,9 @@ class Elasticity:
                 f"rigid_ratio: got {self.rigid_ratio}, allowed: soft_ratio ({self.soft_ratio}) < rigid_ratio"
             )
         if not (isfinite(self.half_modulus) and self.half_modulus > 0):
-            raise ValueError(f"half_modulus: got {self.half_modulus}, allowed: 0 < half_modulus, MPa")
+            raise ValueError(
+                f"half_modulus: got {self.half_modulus}, allowed: 0 < half_modulus, MPa"
+            )
 
     @classmethod
     def of_stiffness(cls, hard_stiffness: float, soft_stiffness: float) -> "Elasticity":
@@ -169,4 +171,6 @@ class Elasticity:
 
     def _require_answer(self, ratio: float) -> None:
         if not self.soft_ratio <= ratio < self.rigid_ratio:
-            raise ValueError(f"ratio: got {ratio}, allowed: {self.soft_ratio} <= ratio < {self.rigid_ratio}")
+            raise ValueError(
+                f"ratio: got {ratio}, allowed: {self.soft_ratio} <= ratio < {self.rigid_ratio}"
+            )

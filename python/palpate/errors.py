@@ -32,7 +32,11 @@ def printable(text: str, keep: str = "") -> str:
     >>> print(printable("run\x1b[2J.csv"))
     run\x1b[2J.csv
     """
-    return text if text.isprintable() else "".join(c if c.isprintable() or c in keep else repr(c)[1:-1] for c in text)
+    return (
+        text
+        if text.isprintable()
+        else "".join(c if c.isprintable() or c in keep else repr(c)[1:-1] for c in text)
+    )
 
 
 def shortened(text: str, most: int = LONGEST) -> str:

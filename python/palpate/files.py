@@ -15,8 +15,15 @@ MOST_TOML = 200_000  # characters
 REPLACE_S = 2.0
 """How long a file that another program has open is tried to be replaced, s."""
 _AGAIN_S = 0.02
-_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE)
-_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
+_DEVICE = re.compile(
+    r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE
+)
+_KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
 
 
 def open_regular(path: Path) -> BinaryIO:
@@ -33,7 +40,9 @@ def open_regular(path: Path) -> BinaryIO:
     Traceback (most recent call last):
     OSError: [Errno 22] a device, not a file: use a file in place of it: '/dev/zero'
     """
-    _require_regular(path, path.stat().st_mode)  # before it is opened, which a device may already act on
+    _require_regular(
+        path, path.stat().st_mode
+    )  # before it is opened, which a device may already act on
     return path.open("rb")
 
 
@@ -61,7 +70,11 @@ def read_bytes(path: Path, most: int) -> bytes:
     """
     with open_regular(path) as file:
         if os.fstat(file.fileno()).st_size > most:
-            raise OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have", str(path))
+            raise OSError(
+                errno.EFBIG,
+                f"larger than {most:,} bytes, the most that such a file may have",
+                str(path),
+            )
         return file.read()
 
 
@@ -117,7 +130,10 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         ):  # a write knows no name
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
-    for each in (path, path.parent):  # FAT writes what a name stands for only with the file, not with the folder
+    for each in (
+        path,
+        path.parent,
+    ):  # FAT writes what a name stands for only with the file, not with the folder
         sync(each)
 
 

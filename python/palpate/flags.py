@@ -47,7 +47,9 @@ def advice_at_end(touches: Sequence[Touch], *, cut: int = 0) -> list[list[str]]:
     told = [advice(touch) for touch in touches]
     for said in told[len(told) - cut :]:
         said[:] = [_CUT if sentence.startswith("short: ") else sentence for sentence in said]
-    known = [touch for touch in touches if touch.samples >= _FEW and not _NO_RATIO & set(touch.flags)]
+    known = [
+        touch for touch in touches if touch.samples >= _FEW and not _NO_RATIO & set(touch.flags)
+    ]
     agree = len(known) >= _AGREE and all(_is_swapped(touch, _FEW) for touch in known)
     for touch, said in zip(touches, told, strict=True):
         said += [_SWAPPED] * (agree and touch in known and _SWAPPED not in said)
@@ -65,11 +67,15 @@ def refusal(touch: Touch, contact_exponent: float | None, age_s: float) -> str:
     wanted = {"age": age_s} | ({"contact_exponent": contact_exponent} if contact_exponent else {})
     made = {"age": touch.age_s, "contact_exponent": touch.contact_exponent}
     if other := [name for name, value in wanted.items() if made[name] != value]:
-        was, calibrated = (" and ".join(f"{name} {of[name]:g}" for name in other) for of in (made, wanted))
+        was, calibrated = (
+            " and ".join(f"{name} {of[name]:g}" for name in other) for of in (made, wanted)
+        )
         again = " ".join(f"--set {name}={wanted[name]:g}" for name in other)
         return f"measured with {was}, but calibrated with {calibrated}: use {again}"
     if contact_exponent and not isfinite(touch.level_ratio):
-        return "no level ratio, as the press shows no sweep of the depth: press more slowly, and hold"
+        return (
+            "no level ratio, as the press shows no sweep of the depth: press more slowly, and hold"
+        )
     return "" if contact_exponent or isfinite(touch.ratio) else "no ratio"
 
 
@@ -81,14 +87,21 @@ _SWAPPED = (
 )
 _NO_RATIO = {"unexcited", "one-sided", "baseline"}
 _FEWEST = 20  # samples: a burst of noise can begin a touch of a few
-_FEW, _AGREE = 10, 3  # samples of short touches, and how many of them show that the inputs are swapped
+_FEW, _AGREE = (
+    10,
+    3,
+)  # samples of short touches, and how many of them show that the inputs are swapped
 _CLEARLY = 0.2  # below 1, of a ratio without a standard error
 
 
 def _is_swapped(touch: Touch, fewest: int = _FEWEST) -> bool:
     """Return whether the ratio is clearly below 1; by eq. (2) it is above 1 on every object."""
     margin = 2 * touch.standard_error if isfinite(touch.standard_error) else _CLEARLY
-    return touch.samples >= fewest and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
+    return (
+        touch.samples >= fewest
+        and 0 < touch.ratio < 1 - margin
+        and not _NO_RATIO & set(touch.flags)
+    )
 
 
 def _saturated(touch: Touch) -> str:
@@ -98,7 +111,9 @@ def _saturated(touch: Touch) -> str:
             "again without contact (record --recentre)"
         )
     some = "reading is" if touch.saturated == 1 else "readings are"
-    return f"{touch.saturated} {some} outside the range of the converter and left out: press less deep"
+    return (
+        f"{touch.saturated} {some} outside the range of the converter and left out: press less deep"
+    )
 
 
 def _refused(touch: Touch) -> str:
@@ -212,7 +227,8 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
         "other programs" + "; the probe was held long enough" * touch._held
     ),
     "unsettled": lambda touch: (
-        f"{touch.samples} samples are too few for a standard error" + _longer(touch) * bool(touch.samples)
+        f"{touch.samples} samples are too few for a standard error"
+        + _longer(touch) * bool(touch.samples)
     ),
     "unexcited": _unexcited,
     "one-sided": _one_sided,
@@ -226,7 +242,9 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
         "a channel recovers slowly after the release, so the ratio is not corrected; it is off by about "
         f"{_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer between touches"
     ),
-    "baseline": lambda _: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
+    "baseline": lambda _: (
+        "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
+    ),
     "gap": lambda _: (
         "the board was opened again, or its range was moved, during the touch or before it; so the baseline may have been "
         "measured in contact: lift the probe, and touch again"
@@ -259,8 +277,6 @@ def doubts_of_calibration(calibration: "Calibration", scene: str) -> list[str]:
     """Return what may be wrong with a calibration for this scene: its fit, and what its file says about its origin."""
     made_by, doubts = calibration.about.get("scene", scene), calibration.about.get("doubts", "")
     other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
-    doubtful = (
-        f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
-    )
+    doubtful = f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
     unsound = [] if calibration.sound else [f"calibration: {calibration.verdict}"]
     return unsound + [other] * (made_by != scene) + [doubtful] * bool(doubts)

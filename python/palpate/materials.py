@@ -50,7 +50,9 @@ def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
         return 0.0981 * (56 + 7.62336 * hardness) / (0.137505 * (254 - 2.54 * hardness))
     if relation == "ruess":
         return float(10 ** (0.0235 * hardness - 0.6403))
-    inverse = NormalDist().inv_cdf((1 + hardness / 100) / 2) / sqrt(2)  # erf(z) = 2 Phi(sqrt(2) z) - 1
+    inverse = NormalDist().inv_cdf((1 + hardness / 100) / 2) / sqrt(
+        2
+    )  # erf(z) = 2 Phi(sqrt(2) z) - 1
     return (inverse / 3.186e-4) ** 2 / 1e6
 
 
@@ -71,5 +73,7 @@ def shore_a_of_modulus(modulus: float) -> float:
     >>> round(shore_a_of_modulus(1.54), 1), shore_a_of_modulus(100.0)
     (37.6, nan)
     """
-    hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (7.62336 * 0.0981 + 2.54 * 0.137505 * modulus)
+    hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (
+        7.62336 * 0.0981 + 2.54 * 0.137505 * modulus
+    )
     return hardness if 1 <= hardness <= 95 else nan

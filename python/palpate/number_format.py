@@ -11,7 +11,9 @@ from typing import Any
 
 FEW = 3
 """Significant digits of a value of unknown uncertainty."""
-_MOST_PLACES = 8  # decimals; more are written with a power of ten, and so is what is larger than the next two
+_MOST_PLACES = (
+    8  # decimals; more are written with a power of ten, and so is what is larger than the next two
+)
 _LARGEST, _LARGEST_ROUNDED = 1e9, 1e6  # a rounded one ends in zeros that mean nothing
 _SMALLEST = 1e-4  # of unknown uncertainty; a smaller one is mostly zeros
 _SYMMETRIC = 3  # the longer side of an interval over the shorter one
@@ -89,7 +91,11 @@ def between(value: float, low: float, high: float) -> tuple[str, str, str]:
     if known(below) and known(above) and max(below, above) <= _SYMMETRIC * min(below, above):
         below = above = (below + above) / 2
     shorter = min((reach for reach in (below, above) if known(reach)), default=nan)
-    return number(value, shorter), number(low, min(below, abs(low) or inf)), number(high, min(above, abs(high) or inf))
+    return (
+        number(value, shorter),
+        number(low, min(below, abs(low) or inf)),
+        number(high, min(above, abs(high) or inf)),
+    )
 
 
 def known(uncertainty: float) -> bool:
@@ -99,7 +105,10 @@ def known(uncertainty: float) -> bool:
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values for JSON, which has no nan and no infinity: None for them."""
-    return {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in values.items()}
+    return {
+        name: None if isinstance(value, float) and not isfinite(value) else value
+        for name, value in values.items()
+    }
 
 
 def _exponent(value: float, decimals: int) -> int:

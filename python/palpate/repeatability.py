@@ -22,8 +22,12 @@ DOUBT = 0.01
 FEWEST = 16
 """Samples of a short touch: with fewer, nothing shows that both channels follow one ratio. A burst of noise has a few."""
 USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
-    "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST and not touch.age_s,
-    "drift": lambda touch: touch.age_s > 0 or (isfinite(touch.standard_error) and bool(touch.revised)),
+    "short": lambda touch: (
+        isfinite(touch.standard_error) and touch.samples >= FEWEST and not touch.age_s
+    ),
+    "drift": lambda touch: (
+        touch.age_s > 0 or (isfinite(touch.standard_error) and bool(touch.revised))
+    ),
     "creep": lambda touch: touch.age_s > 0,
     "late": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
     "tilt": lambda _: True,
@@ -96,8 +100,19 @@ class Agreement:
     def as_dict(self) -> dict[str, Any]:
         """Return all values, as plain numbers and text; without a mean if the touches differ."""
         mean = {"ratio": self.ratio, "standard_error": self.standard_error} if self.agree else {}
-        rest = {name: value for name, value in asdict(self).items() if name not in ("ratio", "own_error", "effective")}
-        return {"agree": self.agree, "ratio": None, "standard_error": None, **mean, **rest, "text": str(self)}
+        rest = {
+            name: value
+            for name, value in asdict(self).items()
+            if name not in ("ratio", "own_error", "effective")
+        }
+        return {
+            "agree": self.agree,
+            "ratio": None,
+            "standard_error": None,
+            **mean,
+            **rest,
+            "text": str(self),
+        }
 
     def __str__(self) -> str:
         """Return mean, or difference, as a sentence."""
@@ -160,7 +175,10 @@ def agreement(
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
     kept = usable(touches, accept, ratio_of)
-    ratios, errors = [ratio_of(touch)[0] for touch in kept], [_error(ratio_of(touch), 0.0) for touch in kept]
+    ratios, errors = (
+        [ratio_of(touch)[0] for touch in kept],
+        [_error(ratio_of(touch), 0.0) for touch in kept],
+    )
     between = (scatter * sorted(ratios)[len(ratios) // 2]) ** 2
     variances = [error**2 + between for error in errors]
     weights = [1 / variance for variance in variances] if all(variances) else [1.0] * len(kept)
@@ -169,7 +187,9 @@ def agreement(
     return Agreement(
         touches=len(kept),
         ratio=mean,
-        own_error=sqrt(sum((share * error) ** 2 for share, error in zip(shares, errors, strict=True))),
+        own_error=sqrt(
+            sum((share * error) ** 2 for share, error in zip(shares, errors, strict=True))
+        ),
         effective=1 / sum(share**2 for share in shares),
         spread=_deviation(ratios) / abs(mean) if len(kept) > 1 else 0.0,
         scatter=scatter,
@@ -177,22 +197,35 @@ def agreement(
     )
 
 
-def objections(touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold) -> tuple[str, ...]:
+def objections(
+    touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold
+) -> tuple[str, ...]:
     """Return the flags for which a touch does not count; empty if it does. Those in `accept` do not exclude it.
 
     With `level` a touch counts with the flag "offset", and without a level ratio "no level ratio" is in the result.
     """
-    known = {flag for flag, holds in USABLE_IF.items() if holds(touch)} | {*accept, *["offset"] * (ratio_of is level)}
+    known = {flag for flag, holds in USABLE_IF.items() if holds(touch)} | {
+        *accept,
+        *["offset"] * (ratio_of is level),
+    }
     missing = ratio_of is level and not isfinite(touch.level_ratio)
     return (*(flag for flag in touch.flags if flag not in known), *["no level ratio"] * missing)
 
 
-def usable(touches: Sequence[Touch], accept: Collection[str] = (), ratio_of: RatioOf = hold) -> list[Touch]:
+def usable(
+    touches: Sequence[Touch], accept: Collection[str] = (), ratio_of: RatioOf = hold
+) -> list[Touch]:
     """Return the touches with a ratio that counts, and without a flag that excludes them."""
-    kept = [touch for touch in touches if isfinite(ratio_of(touch)[0]) and not objections(touch, accept, ratio_of)]
+    kept = [
+        touch
+        for touch in touches
+        if isfinite(ratio_of(touch)[0]) and not objections(touch, accept, ratio_of)
+    ]
     if not kept:
         flags = "; ".join(" ".join(touch.flags) for touch in touches) or "no touches"
-        raise ValueError(f"touches: got no usable touch ({flags}), allowed: at least one without a flag")
+        raise ValueError(
+            f"touches: got no usable touch ({flags}), allowed: at least one without a flag"
+        )
     return kept
 
 
@@ -240,7 +273,9 @@ def most_reliable(
     """
     if by not in _CHOICES:
         raise ValueError(f"by: {unlike(by, _CHOICES)}")
-    chosen_from = list(touches) if by == "covariance" and touches else usable(touches, accept, ratio_of)
+    chosen_from = (
+        list(touches) if by == "covariance" and touches else usable(touches, accept, ratio_of)
+    )
     if scatter is not None:
         accepted = {flag for touch in chosen_from for flag in touch.flags}
         found = agreement(chosen_from, scatter=scatter, accept=accepted, ratio_of=ratio_of)
@@ -255,13 +290,17 @@ def _nearest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
     mean = sum(ratio_of(touch)[0] for touch in kept) / len(kept)
 
     apart = {id(touch): len(kept) > 2 and abs(ratio_of(touch)[0] - mean) for touch in kept}
-    return min(kept, key=lambda touch: (apart[id(touch)], _error(ratio_of(touch), inf), touch.covariance))
+    return min(
+        kept, key=lambda touch: (apart[id(touch)], _error(ratio_of(touch), inf), touch.covariance)
+    )
 
 
 def _surest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
     surest = min(kept, key=lambda touch: _error(ratio_of(touch), inf))
     if not isfinite(ratio_of(surest)[1]):
-        raise ValueError("touches: got no touch with a standard error, allowed: at least one, or another `by`")
+        raise ValueError(
+            "touches: got no touch with a standard error, allowed: at least one, or another `by`"
+        )
     return surest
 
 
@@ -281,17 +320,25 @@ def _deviation(values: list[float]) -> float:
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
 
 
-def _probability(distances: list[float], variances: list[float], between: float, freedom: float) -> float:
+def _probability(
+    distances: list[float], variances: list[float], between: float, freedom: float
+) -> float:
     """Return the probability of weighted squared distances from a mean that are as large or larger."""
     degrees = len(distances) - 1
     if not any(distances) or not degrees:
         return 1.0
     if not all(variances):
         return 0.0
-    squares = sum(distance**2 / variance for distance, variance in zip(distances, variances, strict=True))
+    squares = sum(
+        distance**2 / variance for distance, variance in zip(distances, variances, strict=True)
+    )
     share = between / len(variances) * sum(1 / variance for variance in variances)  # of the scatter
-    if isfinite(freedom) and share:  # Welch and Satterthwaite: the standard errors are taken as exact
-        return float(need("scipy.special", "science").fdtrc(degrees, freedom / share**2, squares / degrees))
+    if (
+        isfinite(freedom) and share
+    ):  # Welch and Satterthwaite: the standard errors are taken as exact
+        return float(
+            need("scipy.special", "science").fdtrc(degrees, freedom / share**2, squares / degrees)
+        )
     return _chi_squared_above(squares, degrees)
 
 

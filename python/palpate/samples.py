@@ -94,7 +94,9 @@ REFUSED = Status.EXCITATION | Status.LOST
 RETAKEN = "something was touched while the baseline was measured, or for half a minute, or it jumped; touches since then may be lost; it is measured again"
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
-UNTIMED_NS = 26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms
+UNTIMED_NS = (
+    26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms
+)
 
 
 def block_of(samples: Iterable[Sample]) -> Block:
@@ -131,7 +133,9 @@ def saturated(block: Block) -> NDArray[np.bool_]:
     return np.asarray((block["status"] & int(SATURATED)) != 0)
 
 
-def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def usable(
+    block: Block, full_scale_pF: float = math.inf
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the readings of the hard and the soft channel that a tracker may use, pF."""
     # nan: an excitation error, or a saturated reading that the tracker would not recognise by its full scale. Of a lost
     # sample the channel that has a value keeps it.
@@ -166,16 +170,22 @@ def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, An
 def require_scale(scene: "_Scene", unit: str, given: Collection[str]) -> None:
     """Ask for the settings that a scene has in pF, if the signals have another unit; handheld and sliding have none."""
     known = Tracker(scene).settings
-    missing = [name for name in _IN_PF if name in known and name not in given and "clip" not in known]
+    missing = [
+        name for name in _IN_PF if name in known and name not in given and "clip" not in known
+    ]
     if unit != "pF" and missing:
-        raise ValueError(f"{', '.join(missing)}: got none for signals in {unit}, allowed: numbers; handheld needs none")
+        raise ValueError(
+            f"{', '.join(missing)}: got none for signals in {unit}, allowed: numbers; handheld needs none"
+        )
 
 
 _IN_PF = ("drift", "threshold", "initial_covariance", "max_covariance")
 
 
 fine_ns: Callable[[], int] = (
-    time.perf_counter_ns if sys.platform == "win32" and sys.version_info < (3, 13) else time.monotonic_ns
+    time.perf_counter_ns
+    if sys.platform == "win32" and sys.version_info < (3, 13)
+    else time.monotonic_ns
 )
 """The clock for times of samples, ns: `time.monotonic_ns`, but where that steps by 15.6 ms (Windows before Python 3.13)."""
 

@@ -5,7 +5,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import make_dataclass
 from itertools import pairwise
 from types import GetSetDescriptorType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, SupportsIndex, Unpack, overload, runtime_checkable
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    NamedTuple,
+    Protocol,
+    SupportsIndex,
+    Unpack,
+    overload,
+    runtime_checkable,
+)
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +61,9 @@ class Touches(list[Touch], Framed):
 
     def of(self, recording: Any) -> "Touches":
         """Take over the notes and doubts of a recording."""
-        self.notes, self.doubts = (tuple(getattr(recording, name, ())) for name in ("notes", "doubts"))
+        self.notes, self.doubts = (
+            tuple(getattr(recording, name, ())) for name in ("notes", "doubts")
+        )
         self.unit = getattr(recording, "unit", "pF")
         return self
 
@@ -87,7 +98,9 @@ class Touches(list[Touch], Framed):
         return arrow_of_touches([touch.as_dict() for touch in self])
 
 
-_FIELDS = [(name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
+_FIELDS = [
+    (name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)
+]
 _RECORD = make_dataclass("Touch", _FIELDS)
 for _name in ("fields", "params"):  # pandas and polars make columns of them
     setattr(Touch, f"__dataclass_{_name}__", getattr(_RECORD, f"__dataclass_{_name}__"))
@@ -142,19 +155,27 @@ def _is_untested(touch: Touch) -> bool:
 def baseline_takes(period_s: float) -> str:
     """Return how long nothing may be touched before a touch; period_s: from pair to pair, 0: not known."""
     pair_s = period_s if period_s > 1 / 120 else 0.025  # a mean of a fast converter
-    return "a baseline takes 32 pairs without contact" + (f", {32 * pair_s:.2g} s here" if period_s > 0 else "")
+    return "a baseline takes 32 pairs without contact" + (
+        f", {32 * pair_s:.2g} s here" if period_s > 0 else ""
+    )
 
 
 def _noted(touches: Touches, tracker: Tracker, period_s: float) -> Touches:
     """Add notes: what the tracker has counted, the model was not tested, the next touch came too soon."""
     counts = (tracker.retaken, tracker.pressed_again)
-    retaken, pressed = ("once" if count == 1 else f"{count} times" if count else "" for count in counts)
+    retaken, pressed = (
+        "once" if count == 1 else f"{count} times" if count else "" for count in counts
+    )
     untested = sum(_is_untested(touch) for touch in touches)
-    soon = sum(bool(one.effects) and not one.revised and "gap" not in after.flags for one, after in pairwise(touches))
+    soon = sum(
+        bool(one.effects) and not one.revised and "gap" not in after.flags
+        for one, after in pairwise(touches)
+    )
     notes = {
         f"{RETAKEN} ({retaken})": retaken,
         f"pressed again before it was lifted ({pressed}): such a press is no touch": pressed,
-        f"pairs are {period_s:.3g} s apart: a touch has few; times are in s, or integers of ns": period_s > 0.5,
+        f"pairs are {period_s:.3g} s apart: a touch has few; times are in s, or integers of ns": period_s
+        > 0.5,
         f"{untested} of {len(touches)} touches: {_UNTESTED}": untested,
         f"{soon} of {len(touches)} touches were followed too soon by the next one: {baseline_takes(period_s)}; a drift stays in them": soon,
     }
@@ -181,10 +202,14 @@ def tracked(
     for _, part in _parts(tracker, recording):
         tracker.take(*part)
         if not period_s and len(part[0]) > 1 and timed(recording):
-            period_s = float(np.median(np.diff(part[0]))) / (1e9 if isinstance(recording, Blocks) else 1)
+            period_s = float(np.median(np.diff(part[0]))) / (
+                1e9 if isinstance(recording, Blocks) else 1
+            )
     ended = tracker.touch_count
     tracker.finish()
-    found = Touches(tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches])
+    found = Touches(
+        tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
+    )
     found = found.of(recording)
     if not isinstance(recording, Blocks) and not getattr(recording, "understood", ""):
         found.notes += tuple(_of_arrays(recording))
@@ -195,11 +220,17 @@ def _of_arrays(recording: Channels) -> Iterator[str]:
     """Yield notes on times and values that no table has checked."""
     from palpate.importers.table_checks import clipped
 
-    bad, rows = np.count_nonzero(~np.isfinite(recording.t_hard_s + recording.t_soft_s)), len(recording.hard)
+    bad, rows = (
+        np.count_nonzero(~np.isfinite(recording.t_hard_s + recording.t_soft_s)),
+        len(recording.hard),
+    )
     if 0 < bad < rows:
         yield f"{bad} of {rows} rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
     for name, values in {"hard": recording.hard, "soft": recording.soft}.items():
-        if len(values) and values[0] not in (np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)):
+        if len(values) and values[0] not in (
+            np.nanmin(values, initial=np.inf),
+            np.nanmax(values, initial=-np.inf),
+        ):
             yield from clipped(name, values)
 
 
@@ -208,7 +239,9 @@ _WHOLE: dict[str, Any] = {"samples": None, "seconds": None, "age": 0.0, "release
 """Settings with which a touch ends where the probe is lifted."""
 
 
-def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracked:
+def _tracked_in(
+    windows: Windows, recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings"
+) -> Tracked:
     """Return the touch in each window. Its baseline is from the readings without contact before it."""
     known = Tracker(scene).settings
     given: Any = {**settings, **{name: value for name, value in _WHOLE.items() if name in known}}
@@ -217,7 +250,9 @@ def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene",
         raise ValueError(
             "windows: got a recording without times, allowed: one with times; name its column, as time=COL"
         )
-    fed = [(part[0], part[4]["contact"]) for part in feed_recording(tracker, recording) if len(part[0])]
+    fed = [
+        (part[0], part[4]["contact"]) for part in feed_recording(tracker, recording) if len(part[0])
+    ]
     tracker.finish()
     if not fed:
         raise ValueError("windows: got a recording without samples, allowed: one with samples")
@@ -230,17 +265,24 @@ def _tracked_in(windows: Windows, recording: Channels | Blocks, scene: "_Scene",
         except (TypeError, ValueError):
             allowed = "a list of pairs of times, s, as [(4.0, 6.0)]"
             raise ValueError(f"windows: got {window!r:.40} in it, allowed: {allowed}") from None
-        begin, end = int(np.searchsorted(times, begin_s)), int(np.searchsorted(times, end_s, "right"))
+        begin, end = (
+            int(np.searchsorted(times, begin_s)),
+            int(np.searchsorted(times, end_s, "right")),
+        )
         if not (times[0] <= begin_s < times[-1] and begin < end):
             span = f"begin before end, with samples, within {times[0]:.3f} to {times[-1]:.3f} s"
             raise ValueError(f"windows: got {begin_s:g} to {end_s:g} s, allowed: {span}")
         starts = [touch.start for touch in tracker.touches]
-        left = max([start for start in starts if start < begin and contact[begin - 1]], default=begin)
+        left = max(
+            [start for start in starts if start < begin and contact[begin - 1]], default=begin
+        )
         following = min([start for start in starts if start >= end], default=len(times))
         again = tracker_of(recording, scene, given)
         touches, retaken = _cut_out(again, recording, [left, begin, end, following])
         if len(touches) != 1 or retaken:
-            why = "the baseline before it was measured in contact" if retaken else _WHY[bool(touches)]
+            why = (
+                "the baseline before it was measured in contact" if retaken else _WHY[bool(touches)]
+            )
             raise ValueError(
                 f"windows: got {begin_s:g} to {end_s:g} s: {why}, allowed: one press after a second without contact"
             )
@@ -254,7 +296,9 @@ _WHY = (
 )
 
 
-def _cut_out(tracker: Tracker, recording: Channels | Blocks, rows: list[int]) -> tuple[list[Touch], int]:
+def _cut_out(
+    tracker: Tracker, recording: Channels | Blocks, rows: list[int]
+) -> tuple[list[Touch], int]:
     """Feed a recording up to the last of four rows; return the touches from the second to the third, where they end.
 
     Readings from the first to the second are left out: the contact that has begun before the window. Also returned is
@@ -264,7 +308,9 @@ def _cut_out(tracker: Tracker, recording: Channels | Blocks, rows: list[int]) ->
     for _, part in _parts(tracker, recording):
         edges = np.clip(np.array(rows) - at, 0, len(part[0]))
         at += len(part[0])
-        for piece, columns in enumerate(zip(*(np.split(column, edges) for column in part), strict=True)):
+        for piece, columns in enumerate(
+            zip(*(np.split(column, edges) for column in part), strict=True)
+        ):
             if not len(columns[0]) or piece > _AFTER:
                 continue
             if stage < piece in (_INSIDE, _AFTER):
@@ -273,7 +319,11 @@ def _cut_out(tracker: Tracker, recording: Channels | Blocks, rows: list[int]) ->
                 retaken = retaken if len(counts) > 1 else tracker.retaken
             stage = piece
             t_hard, t_soft, hard, soft = columns
-            tracker.take(t_hard, t_soft, *((hard * math.nan, soft * math.nan) if piece == _LEFT else (hard, soft)))
+            tracker.take(
+                t_hard,
+                t_soft,
+                *((hard * math.nan, soft * math.nan) if piece == _LEFT else (hard, soft)),
+            )
     tracker.finish()
     counts.append(tracker.touch_count)
     return tracker.touches_since(counts[0])[: counts[1] - counts[0]], tracker.retaken - retaken
@@ -288,7 +338,9 @@ def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySet
         )
     stamps = "host" if getattr(recording, "host_stamps", False) else "converter"
     of_device = {"full_scale_pF": recording.full_scale_pF, "stamps": stamps}
-    given: dict[str, Any] = settings_for(scene, of_device | {"period_s": getattr(recording, "period_s", 0.0)})
+    given: dict[str, Any] = settings_for(
+        scene, of_device | {"period_s": getattr(recording, "period_s", 0.0)}
+    )
     given |= settings
     require_scale(scene, getattr(recording, "unit", "pF"), settings)
     if not timed(recording):
@@ -319,7 +371,9 @@ def timed(recording: Channels | Blocks) -> bool:
     return bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
 
 
-def feed_recording(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+def feed_recording(
+    tracker: Tracker, recording: Channels | Blocks
+) -> Iterator[tuple[NDArray[Any], ...]]:
     """Feed a recording to a tracker; yield times, s, readings, the rows of the tracker, and the number of the era, in parts."""
     for era, part in _parts(tracker, recording):
         taken = tracker.process(*part)
@@ -327,24 +381,40 @@ def feed_recording(tracker: Tracker, recording: Channels | Blocks) -> Iterator[t
         yield *seconds, *part[2:], taken, np.full(len(taken), era)
 
 
-def _parts(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
+def _parts(
+    tracker: Tracker, recording: Channels | Blocks
+) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
     """Yield the readings in parts, as a tracker takes them, with the number of each era; between them tell it of gaps."""
     if isinstance(recording, Blocks):
         yield from _parts_of_blocks(tracker, recording)
         return
     rows = np.arange(len(recording.hard)) * UNTIMED_NS  # the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
-    for era, (begin, end) in enumerate(pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])):
+    for era, (begin, end) in enumerate(
+        pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])
+    ):
         if era:
             tracker.gap()
-        yield era, tuple(column[begin:end] for column in (t_hard, t_soft, recording.hard, recording.soft))
+        yield (
+            era,
+            tuple(column[begin:end] for column in (t_hard, t_soft, recording.hard, recording.soft)),
+        )
 
 
-def _parts_of_blocks(tracker: Tracker, recording: Blocks) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
+def _parts_of_blocks(
+    tracker: Tracker, recording: Blocks
+) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
     tares, era = recording.tares, 0  # once: found anew among all marks at each use
     gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
     for block in recording.blocks():
-        yield era, (block["t_hard_ns"], block["t_soft_ns"], *usable(block, tracker.settings["full_scale"]))
+        yield (
+            era,
+            (
+                block["t_hard_ns"],
+                block["t_soft_ns"],
+                *usable(block, tracker.settings["full_scale"]),
+            ),
+        )
         if (last := int(block["seq"][-1])) in gaps:
             tracker.gap()
         elif last in tares:

@@ -29,7 +29,9 @@ def within_groups(named: Iterable[tuple[str | None, Known]]) -> tuple[float, int
             groups.setdefault(name, []).append(known)
     used = [known for group in groups.values() for known in group]
     freedom = len(used) - len(groups)
-    squares = sum(len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values())
+    squares = sum(
+        len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values()
+    )
     return squares / freedom if freedom else inf, freedom, used
 
 
@@ -65,7 +67,9 @@ class Scatter(NamedTuple):
         return cls(sqrt(variance * freedom / (freedom - 2)), source) if freedom > 2 else cls()
 
     @classmethod
-    def of_session(cls, touches: Iterable[tuple[str | None, Touch]], ratio_of: RatioOf = hold) -> "Scatter":
+    def of_session(
+        cls, touches: Iterable[tuple[str | None, Touch]], ratio_of: RatioOf = hold
+    ) -> "Scatter":
         """Return the scatter within the specimens of a session, pooled, without the part of the standard errors.
 
         Parameters
@@ -89,7 +93,9 @@ class Scatter(NamedTuple):
         'session'
         """
         variance, freedom, used = within_groups((name, ratio_of(touch)) for name, touch in touches)
-        noise = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error)) / max(len(used), 1)
+        noise = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error)) / max(
+            len(used), 1
+        )
         return cls.of(max(variance - noise, 0.0), freedom, "session")
 
 
@@ -138,7 +144,11 @@ class Uncertainty:
 
     @classmethod
     def of(
-        cls, touch: Touch, scatter: Scatter = ASSUMED, linearity_pF: float = 0.0, ratio_of: RatioOf = hold
+        cls,
+        touch: Touch,
+        scatter: Scatter = ASSUMED,
+        linearity_pF: float = 0.0,
+        ratio_of: RatioOf = hold,
     ) -> "Uncertainty":
         """Return the uncertainty of a touch.
 
@@ -171,13 +181,21 @@ class Uncertainty:
         2.843 ± 0.085 (assumed) 7e-05 0.003 0.09
         """
         if not isinstance(scatter, Scatter):
-            raise TypeError(f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)")
+            raise TypeError(
+                f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)"
+            )
         if scatter.by_level and ratio_of is hold:
-            raise ValueError("scatter: got one of level ratios, allowed with it: ratio_of=calibration.ratio_of")
+            raise ValueError(
+                "scatter: got one of level ratios, allowed with it: ratio_of=calibration.ratio_of"
+            )
         # With d in both channels the ratio y / x changes by d sqrt(1 + r^2) / x. The mean square of x is at least
         # 1 / (P n): P is 1 / sum w x^2, and no weight w is above 1. In `handheld` it is hardly more.
         ratio, error = ratio_of(touch)
-        linear = linearity_pF * hypot(1, ratio) * sqrt(touch.covariance * touch.samples) if linearity_pF else 0.0
+        linear = (
+            linearity_pF * hypot(1, ratio) * sqrt(touch.covariance * touch.samples)
+            if linearity_pF
+            else 0.0
+        )
         return cls.of_ratio(ratio, error, scatter, linear)
 
     @property
@@ -193,4 +211,7 @@ class Uncertainty:
 
     def as_dict(self) -> dict[str, float | str | None]:
         """Return `uncertainty` (None: not known) and `uncertainty_from`, for JSON."""
-        return {**number_format.plain({"uncertainty": self.uncertainty}), "uncertainty_from": self.source}
+        return {
+            **number_format.plain({"uncertainty": self.uncertainty}),
+            "uncertainty_from": self.source,
+        }

@@ -11,7 +11,16 @@ import pytest
 from effort import NIGHTLY, Tally, draws, random_of
 from kit_bench import IDLE_PF, Bus
 from palpate.acceptance.board_under_test import Bench, open_bench
-from palpate.acceptance.step import NOT_DONE, WRONG, AcceptanceReport, ReportError, Step, load, made, now
+from palpate.acceptance.step import (
+    NOT_DONE,
+    WRONG,
+    AcceptanceReport,
+    ReportError,
+    Step,
+    load,
+    made,
+    now,
+)
 from palpate.acceptance.steps import NAMES, Acceptance
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import VirtualClock
@@ -42,14 +51,23 @@ class Board:
     def _pF(self, bump: int, begin_s: float, end_s: float) -> float:
         share = ((begin_s + end_s) / 2 - self.press_s) / _PRESS_S
         pressed = math.sin(math.pi * share) if 0 < share < 1 else 0.0
-        return self.idle_pF[bump - 1] + DEPTH_PF[bump - 1] * pressed + (self.added_pF if bump == 1 else 0.0)
+        return (
+            self.idle_pF[bump - 1]
+            + DEPTH_PF[bump - 1] * pressed
+            + (self.added_pF if bump == 1 else 0.0)
+        )
 
     def open(self, options: str = "") -> Bench:
         """Open it, by `usb:` with these options."""
         return open_bench(f"usb:{options}", {"backend": self.backend, "clock": self.clock})
 
     def accept(
-        self, options: str = "", *, by_hand: bool = False, replaced: bool = False, only: Collection[str] = NAMES
+        self,
+        options: str = "",
+        *,
+        by_hand: bool = False,
+        replaced: bool = False,
+        only: Collection[str] = NAMES,
     ) -> list[Step]:
         """Do steps; `by_hand`: those that are asked for, too; `replaced`: by another board, when it is pulled."""
         bench = self.open(options)
@@ -112,7 +130,11 @@ FEWER = range(100 if NIGHTLY else 1)
 MISTAKES = [
     ("hard-exca", "", ["hard bump: CIN1+", "use excitation=A,B "]),
     ("demo", "", ["soft bump: CIN2+", "length sensor, connected until R1 and R2 are removed"]),
-    ("hard-minus", "?differential=yes", ["inputs and excitations", "exchange its wires at CIN1+ and CIN1-"]),
+    (
+        "hard-minus",
+        "?differential=yes",
+        ["inputs and excitations", "exchange its wires at CIN1+ and CIN1-"],
+    ),
     ("swapped", "", ["the inputs are swapped, the hard bump is on CIN2", "hard_input=2"]),
     ("exca", "?excitation=A", []),
 ]
@@ -127,8 +149,12 @@ def test_a_right_board_passes(seed: int, tally: Tally) -> None:
 
 
 @pytest.mark.parametrize("seed", FEWER)
-@pytest.mark.parametrize(("wiring", "options", "words"), MISTAKES, ids=[f"{w}{o}" for w, o, _ in MISTAKES])
-def test_mistakes_of_the_wiring(wiring: str, options: str, words: list[str], seed: int, tally: Tally) -> None:
+@pytest.mark.parametrize(
+    ("wiring", "options", "words"), MISTAKES, ids=[f"{w}{o}" for w, o, _ in MISTAKES]
+)
+def test_mistakes_of_the_wiring(
+    wiring: str, options: str, words: list[str], seed: int, tally: Tally
+) -> None:
     only = ("registers", "inputs", "press") if seed else NAMES  # the rest takes most of the time
     steps = Board(wiring, seed).accept(options, by_hand=True, only=only)
     tally.count("boards with a mistake")
@@ -171,7 +197,10 @@ def test_a_board_that_fails_is_named(kind: str, amount: float, name: str, words:
         (lambda kit: setattr(kit.chip, "supply_V", 2.2), ["supply of the chip: 2.20 V"]),
         (lambda kit: setattr(kit.chip, "temperature_C", 80.0), ["temperature of the chip: 80.0 C"]),
         (lambda kit: setattr(kit.chip, "_noisy", False), ["almost constant", "not a measurement"]),
-        (lambda kit: setattr(kit.chip, "_dac_step_pF", (0.22, 0.22)), ["CAPDAC step at CIN1: 0.22"]),
+        (
+            lambda kit: setattr(kit.chip, "_dac_step_pF", (0.22, 0.22)),
+            ["CAPDAC step at CIN1: 0.22"],
+        ),
         (lambda kit: setattr(kit.chip, "disturb", _mains()), ["noise at CIN1, CAPF 0", "shield"]),
     ],
 )
@@ -198,14 +227,22 @@ def test_a_fault_in_the_middle_leaves_steps(number: int, tally: Tally) -> None:
     steps = list(Acceptance(bench))
     tally.count("acceptances with a fault")
     assert len(steps) >= len(NAMES)
-    assert [step.name for step in steps][-3:] == ["pull and replug", "press", "known capacitor"] or not_done(steps)
+    assert [step.name for step in steps][-3:] == [
+        "pull and replug",
+        "press",
+        "known capacitor",
+    ] or not_done(steps)
     assert all(step.measured.isprintable() for step in steps)
 
 
 def _fault(random: Random) -> Fault:
     kind = random.choice(FAULTS)
-    amount = {"unplug": random.choice([math.inf, 0.5]), "short": 1, "late": 0.25}.get(kind, random.choice([1, 1e9]))
-    return Fault(kind, amount, skip=random.randrange(3000), times=random.choice([1, 2, 5, math.inf]))
+    amount = {"unplug": random.choice([math.inf, 0.5]), "short": 1, "late": 0.25}.get(
+        kind, random.choice([1, 1e9])
+    )
+    return Fault(
+        kind, amount, skip=random.randrange(3000), times=random.choice([1, 2, 5, math.inf])
+    )
 
 
 def test_a_chip_on_an_i2c_bus() -> None:
@@ -224,10 +261,18 @@ def report() -> AcceptanceReport:
     board = Board("soft-exca")
     bench = board.open()
     steps = list(Acceptance(bench))
-    return made(now(), "usb:?capf=0&firmware=/home/ann/Icv_usb.hex", bench.source.describe(), bench.dump, steps)
+    return made(
+        now(),
+        "usb:?capf=0&firmware=/home/ann/Icv_usb.hex",
+        bench.source.describe(),
+        bench.dump,
+        steps,
+    )
 
 
-def test_what_was_written_is_read_back_without_the_users_path(report: AcceptanceReport, tmp_path: Path) -> None:
+def test_what_was_written_is_read_back_without_the_users_path(
+    report: AcceptanceReport, tmp_path: Path
+) -> None:
     path = tmp_path / "report.json"
     path.write_text(report.text())
     again = load(path)
@@ -240,7 +285,10 @@ def test_what_was_written_is_read_back_without_the_users_path(report: Acceptance
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda all_: all_ | {"schema": "palpate-kit-report-9"}, "no schema palpate-kit-report-1 in it"),
+        (
+            lambda all_: all_ | {"schema": "palpate-kit-report-9"},
+            "no schema palpate-kit-report-1 in it",
+        ),
         (lambda all_: all_ | {"more": 1}, "'more'"),
         (lambda all_: all_ | {"steps": [{}]}, "not a report"),
         (lambda all_: all_ | {"steps": [all_["steps"][0] | {"verdict": "fine"}]}, "not a report"),
@@ -250,7 +298,9 @@ def test_what_was_written_is_read_back_without_the_users_path(report: Acceptance
         (lambda all_: 10**5 * "[", ""),
     ],
 )
-def test_another_part_is_refused(report: AcceptanceReport, change: Any, said: str, tmp_path: Path) -> None:
+def test_another_part_is_refused(
+    report: AcceptanceReport, change: Any, said: str, tmp_path: Path
+) -> None:
     changed, path = change(json.loads(report.text())), tmp_path / "report.json"
     path.write_text(changed if isinstance(changed, str) else json.dumps(changed))
     with pytest.raises(ReportError, match="run palpate kit accept again") as raised:

@@ -10,7 +10,12 @@ from palpate.errors import ProtocolError
 
 @pytest.mark.parametrize(
     ("code", "capacitance_pF"),
-    [(0x000000, -4.096), (0x800000, 0.0), (0xFFFFFF, 4.096 * (2**24 - 2) / 2**24), (0x80F720, 0.030890625)],
+    [
+        (0x000000, -4.096),
+        (0x800000, 0.0),
+        (0xFFFFFF, 4.096 * (2**24 - 2) / 2**24),
+        (0x80F720, 0.030890625),
+    ],
 )
 def test_vectors(code: int, capacitance_pF: float) -> None:
     assert datasheet.capacitance_pF(code) == capacitance_pF
@@ -57,7 +62,9 @@ def test_a_setting_that_is_refused(kind: type, settings: dict[str, object], text
         kind(**settings)
 
 
-def test_the_two_channels_share_the_range_registers_and_nothing_is_left_over_from_the_other() -> None:
+def test_the_two_channels_share_the_range_registers_and_nothing_is_left_over_from_the_other() -> (
+    None
+):
     both = Configuration(capf=3, hard=Channel(capdac=5, excitation="AB"), soft=Channel(capdac=-2))
     assert [part.hex() for part in both.registers(HARD)] == ["80002b1a", "85008000"]
     assert [part.hex() for part in both.registers(SOFT)] == ["c000231a", "00828000"]
@@ -71,5 +78,7 @@ def test_a_changed_register_is_found(wanted: bytes, number: int, flipped: int) -
     if number == 3 and flipped < 8:  # a conversion that ended leaves the chip idle
         require_same(wanted, bytes(image))
         return
-    with pytest.raises(ProtocolError, match=rf"register 0x{datasheet.CAP_SETUP + number:02X}: got 0x"):
+    with pytest.raises(
+        ProtocolError, match=rf"register 0x{datasheet.CAP_SETUP + number:02X}: got 0x"
+    ):
         require_same(wanted, bytes(image))

@@ -30,7 +30,10 @@ from palpate.sources.board import WatchedKit
 from recording_bench import soon
 
 FOREVER = math.inf
-PAIRS, ENOUGH = 2, 20  # pairs to read after a fault: if the driver must continue, and at most until it must raise
+PAIRS, ENOUGH = (
+    2,
+    20,
+)  # pairs to read after a fault: if the driver must continue, and at most until it must raise
 ANY = -1  # any count: it depends on the timing
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
@@ -53,15 +56,31 @@ SURVIVED: dict[str, tuple[Fault, dict[str, int], Status]] = {
 }  # fmt: skip
 # A fault while reading, and the error: its class and a part of its text.
 FATAL: dict[str, tuple[Fault, type[SourceError], str]] = {
-    "RDY# is stuck high": (Fault("RDY# stuck high"), ProtocolError, "stuck high: STATUS shows another state"),
-    "RDY# is stuck low, on a slow chip": (Fault("RDY# stuck low"), ProtocolError, "check the jumper RDY of link LK2"),
+    "RDY# is stuck high": (
+        Fault("RDY# stuck high"),
+        ProtocolError,
+        "stuck high: STATUS shows another state",
+    ),
+    "RDY# is stuck low, on a slow chip": (
+        Fault("RDY# stuck low"),
+        ProtocolError,
+        "check the jumper RDY of link LK2",
+    ),
     "unplugged": (Fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again"),
     "the firmware has locked": (Fault("lock"), DeviceRefused, "unplug the board for a moment"),
     "every request is refused": (Fault("stall", times=FOREVER), DeviceRefused, "has no firmware"),
-    "every transfer is damaged": (Fault("line error", 1, 0, I2C, FOREVER), ProtocolError, "another cable or port"),
+    "every transfer is damaged": (
+        Fault("line error", 1, 0, I2C, FOREVER),
+        ProtocolError,
+        "another cable or port",
+    ),
     "the AD7746 is gone": (Fault("chip absent"), ProtocolError, "not acknowledged"),
     "no conversion ends": (Fault("lost conversion", 1e9), SourceTimeout, "not clocked"),
-    "another program switches the input": (Fault("other input", 1e9), ProtocolError, "another program uses the board"),
+    "another program switches the input": (
+        Fault("other input", 1e9),
+        ProtocolError,
+        "another program uses the board",
+    ),
 }
 
 
@@ -76,7 +95,12 @@ BARE = {"loaded": False}
 OPENING: dict[str, tuple[dict[str, Any], Callable[[Bench], object], type[SourceError], str]] = {
     "no board": ({"plugged": False}, id, DeviceNotFound, "found: check the cable"),
     "two boards, none named": ({}, Bench.another, DeviceNotFound, "choose one of usb:1/"),
-    "used by another program": ({}, Bench.open_kit, DeviceRefused, "another program uses the board"),
+    "used by another program": (
+        {},
+        Bench.open_kit,
+        DeviceRefused,
+        "another program uses the board",
+    ),
     "no firmware": (BARE, id, DeviceRefused, "no other program has loaded it: give"),
     "a firmware that does not run": (BARE, _dead_image, DeviceRefused, "does not answer"),
 }
@@ -84,7 +108,9 @@ OPENING: dict[str, tuple[dict[str, Any], Callable[[Bench], object], type[SourceE
 
 def counted(driver: Ad7746) -> dict[str, int]:
     """Return the counters without zeros and pairs."""
-    return {name: count for name, count in asdict(driver.counters).items() if count and name != "pairs"}
+    return {
+        name: count for name, count in asdict(driver.counters).items() if count and name != "pairs"
+    }
 
 
 @pytest.fixture
@@ -136,18 +162,28 @@ def test_a_fault_while_opening(name: str, tmp_path: Path) -> None:
 def test_another_address_and_no_permission(bench: Bench) -> None:
     with pytest.raises(DeviceNotFound, match="found: usb:1/"):
         bench.open_kit(bus=1, address=99)
-    with bench.carrier.denied(bench.kit), pytest.raises(DeviceRefused, match="doctor --install-udev"):
+    with (
+        bench.carrier.denied(bench.kit),
+        pytest.raises(DeviceRefused, match="doctor --install-udev"),
+    ):
         bench.open_kit()
 
 
 def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
     driver = bench.open(Configuration())
-    assert driver.auto_capdac() == (driver.configuration.hard.capdac, driver.configuration.soft.capdac)
+    assert driver.auto_capdac() == (
+        driver.configuration.hard.capdac,
+        driver.configuration.soft.capdac,
+    )
     [sample] = bench.read(driver, 1)
-    assert max(abs(sample.hard), abs(sample.soft)) <= datasheet.DAC_STEP_PF  # half a step, and what the ramp adds
+    assert (
+        max(abs(sample.hard), abs(sample.soft)) <= datasheet.DAC_STEP_PF
+    )  # half a step, and what the ramp adds
     # 6.92 and 4.69 pF in steps of 0.171 pF, this chip's, within what the ramps and half a step add.
     assert driver.configuration.hard.capdac == pytest.approx(6.92 / 0.171, abs=8.0)
-    assert driver.configuration.hard.capdac - driver.configuration.soft.capdac == pytest.approx(13, abs=1)
+    assert driver.configuration.hard.capdac - driver.configuration.soft.capdac == pytest.approx(
+        13, abs=1
+    )
 
 
 def test_auto_capdac_says_why_there_is_no_setting(bench: Bench) -> None:
@@ -164,7 +200,9 @@ def test_a_chip_that_does_not_acknowledge_its_reset_byte(bench: Bench) -> None:
     assert bench.read(driver, 1)[-1].status == Status.OK
     assert counted(driver) == {}
     for kind, tries, request in (("not acknowledged", 9, I2C_PLAIN), ("not acknowledged", 3, I2C)):
-        bench.fail(kind, request=request, times=tries)  # the byte does not arrive; the next access fails, too
+        bench.fail(
+            kind, request=request, times=tries
+        )  # the byte does not arrive; the next access fails, too
         with pytest.raises(ProtocolError, match="not acknowledged"):
             driver.start()
         bench.kit.faults.clear()
@@ -181,7 +219,9 @@ def test_the_firmware_is_loaded_at_the_begin_and_again(fault: str, tmp_path: Pat
         bench.fail(fault, 0.1)
         bench.read(driver, 3)
         bench.check_samples(driver)
-        assert (driver.counters.reconnects, driver.counters.reopened) == ((1, 0) if fault == "unplug" else (0, 1))
+        assert (driver.counters.reconnects, driver.counters.reopened) == (
+            (1, 0) if fault == "unplug" else (0, 1)
+        )
 
 
 def test_one_of_two_boards(bench: Bench) -> None:
@@ -217,7 +257,9 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
 def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
     """No pair is lost; the period is the twin's; the driver leaves the processor to other threads."""
     driver, pairs = bench.open(), 250
-    for _ in range(3 if bench.carrier.real else 1):  # in real time a busy machine may be late: then once more
+    for _ in range(
+        3 if bench.carrier.real else 1
+    ):  # in real time a busy machine may be late: then once more
         before, used = (driver.counters.lost, driver.counters.retries), time.thread_time()
         samples = bench.read(driver, pairs)[-pairs:]
         used = time.thread_time() - used

@@ -80,9 +80,18 @@ def test_readings_at_another_gain_are_named_and_none_comes_after_the_gap() -> No
         assert (since := re.search(r"Readings since (\d+\.\d) s may be wrong", text))
         # What the two channels should differ by is constant: both ramps are the same.
         difference_pF = median(sample.hard - sample.soft for sample in bench.samples[:60])
-        wrong = [s for s in bench.samples if not s.status and abs(s.hard - s.soft - difference_pF) > 0.001]
+        wrong = [
+            s
+            for s in bench.samples
+            if not s.status and abs(s.hard - s.soft - difference_pF) > 0.001
+        ]
         assert wrong
-        assert float(since[1]) - 0.05 <= wrong[0].t_hard_ns / 1e9 <= wrong[-1].t_hard_ns / 1e9 < float(since[1]) + 1.1
+        assert (
+            float(since[1]) - 0.05
+            <= wrong[0].t_hard_ns / 1e9
+            <= wrong[-1].t_hard_ns / 1e9
+            < float(since[1]) + 1.1
+        )
         assert wrong[-1].seq < seq
         assert driver.describe()["fingerprint"] == "66 cc 5c 90"
 
@@ -99,7 +108,9 @@ def with_image(bench: Bench, tmp_path: Path) -> Bench:
 
 @pytest.mark.parametrize("kind", ["stall", "line error", "no answer", "unplug"])
 @pytest.mark.parametrize("request_number", [1, 3, 40])
-def test_a_fault_while_the_firmware_is_loaded_after_a_replug(kind: str, request_number: int, tmp_path: Path) -> None:
+def test_a_fault_while_the_firmware_is_loaded_after_a_replug(
+    kind: str, request_number: int, tmp_path: Path
+) -> None:
     with with_image(Bench(), tmp_path) as bench:
         driver = bench.open()
         bench.read(driver, 2)
@@ -107,7 +118,11 @@ def test_a_fault_while_the_firmware_is_loaded_after_a_replug(kind: str, request_
         bench.fail(kind, 1.0, request=RAM, skip=request_number - 1)
         bench.read(driver, 5)
         assert not bench.kit.faults
-        assert (bench.samples[-1].status, driver.counters.reconnects, len(driver.gaps)) == (Status.OK, 1, 1)
+        assert (bench.samples[-1].status, driver.counters.reconnects, len(driver.gaps)) == (
+            Status.OK,
+            1,
+            1,
+        )
         bench.check_samples(driver)
 
 
@@ -146,7 +161,9 @@ def test_schedules_of_faults_and_replugs(tmp_path: Path, tally: Tally) -> None:
                 bench.fail("unplug", random.uniform(0.0, 60.0), skip=random.randint(0, 20))
                 for _ in range(random.randint(0, 4)):
                     request, skip = random.choice([RAM, None]), random.randint(0, 60)
-                    bench.fail(random.choice(FAULTS), random.uniform(0.0, 12.0), request=request, skip=skip)
+                    bench.fail(
+                        random.choice(FAULTS), random.uniform(0.0, 12.0), request=request, skip=skip
+                    )
                 bench.read(driver, 8)
                 bench.kit.faults.clear()
             assert bench.read(driver, 3)[-1].status == Status.OK

@@ -34,7 +34,9 @@ class World:
 
     bus_kHz: float = BUS_KHZ
     pace: float = 1.0  # time of a conversion, relative to the data sheet's
-    stalls: float = 0.0  # share of transfers and waits that are stopped, for up to `LONGEST_S`, before or after
+    stalls: float = (
+        0.0  # share of transfers and waits that are stopped, for up to `LONGEST_S`, before or after
+    )
     capf: int = 0
 
     def bench(self, seed: int = 0) -> Bench:
@@ -71,7 +73,9 @@ class StalledBackend(TwinBackend):
     """USB of a computer that stalls: the board goes on by itself."""
 
     def __init__(self, clock: StalledClock, share: float) -> None:
-        steady: Any = SimpleNamespace(now_ns=clock.now_ns, sleep=clock.advance)  # nothing stops the board
+        steady: Any = SimpleNamespace(
+            now_ns=clock.now_ns, sleep=clock.advance
+        )  # nothing stops the board
         super().__init__(steady)
         self._stalled, self._share = clock, share
 
@@ -97,7 +101,10 @@ def stamp_errors_ms(bench: Bench, sample: Sample, start_ns: int) -> list[float]:
     """Return the errors of a sample's two times, ms, from the nearest conversions with its codes; these must exist."""
     readings = ((1, sample.hard_raw, sample.t_hard_ns), (2, sample.soft_raw, sample.t_soft_ns))
     ended = [c for c in bench.kit.chip.conversions if not c.lost]
-    middles = [[(c.begin + c.end) / 2 for c in ended if (c.pin, c.code) == (pin, code)] for pin, code, _ in readings]
+    middles = [
+        [(c.begin + c.end) / 2 for c in ended if (c.pin, c.code) == (pin, code)]
+        for pin, code, _ in readings
+    ]
     return [
         min(((t_ns + start_ns - middle) / 1e6 for middle in found), key=abs)
         for (_, _, t_ns), found in zip(readings, middles, strict=True)
@@ -117,7 +124,8 @@ def check_stamps(bench: Bench, start_ns: int, *, alike_ms: float = LIMIT_MS) -> 
 
 
 QUIET = [
-    World(kHz, pace, 0.0, capf) for kHz, pace, capf in itertools.product((60, 85, 400), (0.95, 1.0, 1.05), (0, 4, 7))
+    World(kHz, pace, 0.0, capf)
+    for kHz, pace, capf in itertools.product((60, 85, 400), (0.95, 1.0, 1.05), (0, 4, 7))
 ]
 
 
@@ -135,7 +143,14 @@ def test_a_quiet_computer(world: World, tally: Tally) -> None:
         assert driver.counters.lost == 0
         assert told_s == pytest.approx(period_s, rel=0.02)
         assert driver.period_s == pytest.approx(period_s, rel=0.01)
-        assert max(abs(each) for sample in bench.samples for each in stamp_errors_ms(bench, sample, start_ns)) < 0.2
+        assert (
+            max(
+                abs(each)
+                for sample in bench.samples
+                for each in stamp_errors_ms(bench, sample, start_ns)
+            )
+            < 0.2
+        )
 
 
 @pytest.mark.parametrize("capf", range(8))
@@ -148,7 +163,9 @@ def test_a_computer_that_stalls(capf: int, tally: Tally) -> None:
         bench.read(driver, pairs)
         bench.check_samples(driver)
         worst = check_stamps(bench, start_ns)
-        tally.say(f"stalls, CAPF {capf}: {driver.counters.lost} of {pairs} pairs lost, worst stamp {worst:.3f} ms off")
+        tally.say(
+            f"stalls, CAPF {capf}: {driver.counters.lost} of {pairs} pairs lost, worst stamp {worst:.3f} ms off"
+        )
         assert driver.counters.lost <= 0.1 * pairs
         assert driver.counters.reopened == 0
 
@@ -210,7 +227,9 @@ def fault_of(random: Random) -> Fault:
 
 def world_of(random: Random) -> World:
     stalls = random.choice([0.0, 0.01, 0.05])
-    return World(random.uniform(60.0, 400.0), random.uniform(0.95, 1.05), stalls, random.randint(0, 7))
+    return World(
+        random.uniform(60.0, 400.0), random.uniform(0.95, 1.05), stalls, random.randint(0, 7)
+    )
 
 
 @pytest.mark.parametrize("part", range(_PARTS))
@@ -239,7 +258,9 @@ def play(seed: int, world: World, faults: list[Fault], tally: Tally) -> None:
         if bench.samples:
             bench.check_samples(driver, failed=ended)
         lost = sum(sample.status == Status.LOST for sample in bench.samples)
-        tally.fault(f"kit, any faults, {world.stalls:.0%} of calls stalled", len(bench.samples), lost)
+        tally.fault(
+            f"kit, any faults, {world.stalls:.0%} of calls stalled", len(bench.samples), lost
+        )
         # A pin that lies first high, then low, in the same conversion shows a wrong duration: both times move alike.
         lies = {fault.kind for fault in faults} >= {"RDY# stuck high", "RDY# stuck low"}
         worst = check_stamps(bench, start_ns, alike_ms=10.0 if lies else LIMIT_MS)
@@ -253,14 +274,21 @@ _DELAY = st.integers(0, 3_000_000) | st.integers(0, 100_000_000)
 def seen(begin: int, length: int, delays: tuple[int, int, int, int]) -> Seen:
     """Return what a computer sees with these delays before and after the begin, and before and after the end."""
     end = begin + length
-    return Seen(begin - delays[0], begin + delays[1], max(end - delays[2], begin - delays[0]), end + delays[3])
+    return Seen(
+        begin - delays[0],
+        begin + delays[1],
+        max(end - delays[2], begin - delays[0]),
+        end + delays[3],
+    )
 
 
 @given(
     length=st.integers(round(0.95 * LENGTH_NS), round(1.05 * LENGTH_NS)),
     all_delays=st.lists(st.tuples(_DELAY, _DELAY, _DELAY, _DELAY), min_size=1, max_size=5),
 )
-def test_the_middle_is_within_its_bounds(length: int, all_delays: list[tuple[int, int, int, int]]) -> None:
+def test_the_middle_is_within_its_bounds(
+    length: int, all_delays: list[tuple[int, int, int, int]]
+) -> None:
     pace = Pace(LENGTH_NS / 1e9)
     for number, delays in enumerate(all_delays):
         begin = number * 10**9
@@ -290,7 +318,9 @@ def test_another_duration_is_refused_and_forgotten() -> None:
     pace = Pace(0.011)
     clean = seen(0, LENGTH_NS, (100_000, 100_000, 100_000, 100_000))
     pace.learn(clean)
-    with pytest.raises(ProtocolError, match=r"a conversion took 13\.80 to 14\.20 ms, those before it"):
+    with pytest.raises(
+        ProtocolError, match=r"a conversion took 13\.80 to 14\.20 ms, those before it"
+    ):
         pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
     pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
     assert pace.shortest_ns == 13_800_000

@@ -39,7 +39,9 @@ class Script(KitTwin):
         for access in ACCESSES.splitlines():
             self.left += [access] if " DB " in access else [access, COUNT]
 
-    def control(self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
+    def control(
+        self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b""
+    ) -> Reply:
         asked, said = self.left.popleft().split(": ")
         got = f"{kind:02X} {request:02X} {value:04X} {index:04X}"
         if kind & 0x80:
@@ -54,12 +56,19 @@ def test_a_pair() -> None:
     script, backend = Script(clock), TwinBackend(clock)
     backend.plug(script)
     driver = Ad7746(
-        EvalKit(backend=backend, clock=clock), Configuration(hard=Channel(capdac=5), soft=Channel(capdac=-1)), clock
+        EvalKit(backend=backend, clock=clock),
+        Configuration(hard=Channel(capdac=5), soft=Channel(capdac=-1)),
+        clock,
     )
     driver.start()
     sample = driver.read_pair(0)
     driver.close()
     assert not script.left
     assert sample is not None
-    assert (sample.seq, sample.hard_raw, sample.soft_raw, sample.status) == (0, 0x80F720, 0x800000, 0)
+    assert (sample.seq, sample.hard_raw, sample.soft_raw, sample.status) == (
+        0,
+        0x80F720,
+        0x800000,
+        0,
+    )
     assert (sample.hard, sample.soft) == (0.030890625, 0.0)

@@ -67,14 +67,23 @@ def test_a_firmware_that_is_not_written_as_it_is_does_not_start() -> None:
     ("error", "kind", "text"),
     [
         (NotImplementedError(), DeviceRefused, "install libusb-1.0"),
-        (usb.core.USBError("Access denied", -3, errno.EACCES), NotReady, "`palpate doctor --install-udev`"),
+        (
+            usb.core.USBError("Access denied", -3, errno.EACCES),
+            NotReady,
+            "`palpate doctor --install-udev`",
+        ),
         (usb.core.USBError("Entity not found", -5, errno.ENOENT), DeviceNotFound, "was unplugged"),
         (usb.core.USBError("odd", -99, 12345), ProtocolError, "odd"),
     ],
 )
 @pytest.mark.skipif(sys.platform != "linux", reason="the words depend on the system")
-def test_an_error_of_usb_says_what_to_do(error: Exception, kind: type[SourceError], text: str) -> None:
-    with pytest.raises(kind, match=f"^the board at 1/2: .*{text}") as raised, translated("the board at 1/2"):
+def test_an_error_of_usb_says_what_to_do(
+    error: Exception, kind: type[SourceError], text: str
+) -> None:
+    with (
+        pytest.raises(kind, match=f"^the board at 1/2: .*{text}") as raised,
+        translated("the board at 1/2"),
+    ):
         raise error
     assert raised.value.__cause__ is error
 
@@ -82,7 +91,9 @@ def test_an_error_of_usb_says_what_to_do(error: Exception, kind: type[SourceErro
 def test_a_library_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
     monkeypatch.setitem(sys.modules, "libusb_package", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'palpate\[usb\]', or apt install libusb-1.0-0"):
+    with pytest.raises(
+        MissingExtra, match=r"pip install 'palpate\[usb\]', or apt install libusb-1.0-0"
+    ):
         system_backend()
 
 
@@ -91,16 +102,35 @@ FILE = "tests/ad7746/test_evalkit.py"
 
 
 def attempt(cache: Path, *more: str) -> subprocess.CompletedProcess[str]:
-    with tempfile.TemporaryDirectory(prefix="kit.", dir="/tmp") as root:  # a Unix socket's path ends at 108 bytes
+    with tempfile.TemporaryDirectory(
+        prefix="kit.", dir="/tmp"
+    ) as root:  # a Unix socket's path ends at 108 bytes
         environment = os.environ | {
             "PALPATE_CARRIER": "usbfs",
             "UMOCKDEV_DIR": root,
             "SYSTEMD_DEVICE_VERIFY_SYSFS": "0",
             "LD_PRELOAD": "libumockdev-preload.so.0",
         }
-        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-o", f"cache_dir={cache}", *more, FILE]
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-n",
+            "0",
+            "-o",
+            f"cache_dir={cache}",
+            *more,
+            FILE,
+        ]
         return subprocess.run(
-            command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+            command,
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=LIMIT_S,
+            check=False,
         )
 
 

@@ -14,7 +14,9 @@ from project import need_package
 from bench import results_age
 from bench.accuracy import error_vs_time, rivals, stages
 
-ROW = error_vs_time.Row("tremor", "handheld scene", 0.003, 0.0, 0.0, 0.95, math.nan, math.nan, 200.0, 0.002)
+ROW = error_vs_time.Row(
+    "tremor", "handheld scene", 0.003, 0.0, 0.0, 0.95, math.nan, math.nan, 200.0, 0.002
+)
 
 
 @pytest.mark.parametrize("name", ["strong-tremor", "lost-runs", "slow-converter"])
@@ -39,24 +41,35 @@ def test_other_libraries_are_least_squares_with_forgetting(library: str) -> None
     pairs = error_vs_time.pairs_aligned(scenarios.run("strong-tremor", 3))
     expected, _ = error_vs_time.OWN["fixed 0.995"](pairs.output, pairs.regressor)
     # P0 = 1e12 in a form that subtracts: eps P0 x^2 = 1e-5 of the first P, less with each sample.
-    assert rivals.LIBRARIES[library](pairs.output, pairs.regressor)[5:] == pytest.approx(expected[5:], rel=1e-6)
+    assert rivals.LIBRARIES[library](pairs.output, pairs.regressor)[5:] == pytest.approx(
+        expected[5:], rel=1e-6
+    )
 
 
 def test_the_front_has_no_row_that_another_beats() -> None:
-    rows = [replace(ROW, ns=ns, rmse=rmse) for ns, rmse in [(5, 0.3), (50, 0.2), (60, 0.4), (90, 0.1), (1e4, 0.0995)]]
+    rows = [
+        replace(ROW, ns=ns, rmse=rmse)
+        for ns, rmse in [(5, 0.3), (50, 0.2), (60, 0.4), (90, 0.1), (1e4, 0.0995)]
+    ]
     # 0.5 % better is no reason for 100 times the time.
     assert [row.ns for row in error_vs_time.front(rows)] == [5, 50, 90]
     assert error_vs_time.front([replace(ROW, ns=math.nan)]) == []
 
 
 def test_the_bench_draws_its_picture(tmp_path: Path) -> None:
-    rows = [replace(ROW, scenario=name, rmse=1e-3 * n, ns=100 * n) for name in error_vs_time.PICTURED for n in (1, 2)]
+    rows = [
+        replace(ROW, scenario=name, rmse=1e-3 * n, ns=100 * n)
+        for name in error_vs_time.PICTURED
+        for n in (1, 2)
+    ]
     error_vs_time.plot(rows, tmp_path / "front.png")
     assert (tmp_path / "front.png").stat().st_size > 10_000
 
 
 def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> None:
-    rows = [row for name in ("spikes", "slow-drift") for row in error_vs_time.on_scenario(name, 1, {})]
+    rows = [
+        row for name in ("spikes", "slow-drift") for row in error_vs_time.on_scenario(name, 1, {})
+    ]
     found = json.loads(error_vs_time.summary(rows, 1).replace("NaN", "null"))
     assert found["columns"][-1] == "handheld / best"
     assert found["spikes"][-1] < 1 < found["slow-drift"][-1]
@@ -65,7 +78,9 @@ def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> Non
     assert found["headers"] == results_age.headers_hash()
     assert found["commit"]
     assert error_vs_time.BETTER["slow-drift"] in error_vs_time.table(rows)
-    assert {line.removesuffix(error_vs_time.REVISED) for line in error_vs_time.BETTER} <= set(error_vs_time.SINGLE)
+    assert {line.removesuffix(error_vs_time.REVISED) for line in error_vs_time.BETTER} <= set(
+        error_vs_time.SINGLE
+    )
 
 
 def test_well_set_detectors_follow_a_step_at_once() -> None:

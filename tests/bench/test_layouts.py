@@ -30,12 +30,17 @@ def test_the_error_of_a_tilt_is_that_of_the_geometry(probe: str, seed: int) -> N
         curved = power * (power - 1) / 2 * share**2
         expected = (substrate.misplaced - substrate.unequal) * power * share - curved
     # 5 %: second order of g / d, its mean over a trembling angle and force, which weighs deep samples more.
-    assert touch.ratio / truth - 1 == pytest.approx(expected, rel=0.05, abs=4 * touch.standard_error / truth)
+    assert touch.ratio / truth - 1 == pytest.approx(
+        expected, rel=0.05, abs=4 * touch.standard_error / truth
+    )
 
 
 def test_the_page_shows_the_last_table(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "layouts.md").read_text(encoding="utf-8")
-    assert "\n".join(json.loads((RESULTS / "layouts.json").read_text(encoding="utf-8"))["table"]) in page
+    assert (
+        "\n".join(json.loads((RESULTS / "layouts.json").read_text(encoding="utf-8"))["table"])
+        in page
+    )
     picture = tmp_path / "layouts.png"
     layouts.draw(layouts.measure(1), picture)
     assert picture.stat().st_size > 10_000

@@ -13,9 +13,12 @@ from bench.accuracy.extremes import ending, powers, stepped
 
 
 @pytest.mark.parametrize(
-    ("kind", "lost", "kept"), [(np.float32, 1e9, 1e8), (np.float32, 1e12, 1e7), (np.float64, 1e18, 1e15)]
+    ("kind", "lost", "kept"),
+    [(np.float32, 1e9, 1e8), (np.float32, 1e12, 1e7), (np.float64, 1e18, 1e15)],
 )
-def test_the_printed_covariance_is_lost_to_cancellation(kind: Any, lost: float, kept: float) -> None:
+def test_the_printed_covariance_is_lost_to_cancellation(
+    kind: Any, lost: float, kept: float
+) -> None:
     """P - P x^2 P / (lambda + x^2 P) is 0 where lambda / (lambda + x^2 P) is below half an eps: then no gain, for good."""
 
     def after_a_step(covariance: float) -> tuple[float, float]:
@@ -52,7 +55,10 @@ def test_the_interval_needs_the_same_noise_at_all_depths() -> None:
     hits = {"as it is": 0, "divided": 0}
     for seed in range(200):
         output = 2.5 * regressor * (1 + 1e-3 * np.random.default_rng(seed).standard_normal(300))
-        for name, given in (("as it is", (output, regressor)), ("divided", (output / regressor, np.ones(300)))):
+        for name, given in (
+            ("as it is", (output, regressor)),
+            ("divided", (output / regressor, np.ones(300))),
+        ):
             estimator = palpate.HandoverRls()
             estimator.process(*given)
             hits[name] += abs(estimator.ratio - 2.5) < 1.96 * estimator.standard_error
@@ -64,9 +70,13 @@ def test_the_fisher_bound_without_tremor_is_that_of_least_squares() -> None:
     setup, hard = Setup(), np.arange(0.010, 0.4, 0.026)
     times = np.sort(np.concatenate([hard, hard + 0.013]))
     found = information(setup, times, np.arange(len(times)) % 2 == 0)[-1]
-    shape = [0.5 * (1 - np.cos(np.pi * np.minimum(t / setup.rise_s, 1))) for t in (hard, hard + 0.013)]
+    shape = [
+        0.5 * (1 - np.cos(np.pi * np.minimum(t / setup.rise_s, 1))) for t in (hard, hard + 0.013)
+    ]
     # A channel with amplitude a: J = (sum p^2 - (sum p)^2 / (n0 + n)) / sigma^2, from (I + 11' / n0)^-1.
-    first, second = ((p @ p - p.sum() ** 2 / (setup.baseline + len(p))) / setup.noise_pF**2 for p in shape)
+    first, second = (
+        (p @ p - p.sum() ** 2 / (setup.baseline + len(p))) / setup.noise_pF**2 for p in shape
+    )
     # Ratio = a_hard / a_soft: relative variances add.
     expected = 1 / (first * (setup.ratio * setup.depth_pF) ** 2) + 1 / (second * setup.depth_pF**2)
     assert np.linalg.inv(found)[0, 0] / setup.ratio**2 == pytest.approx(expected, rel=1e-9)
@@ -76,4 +86,6 @@ def test_the_fisher_bound_without_tremor_is_that_of_least_squares() -> None:
 def test_the_fisher_bound_by_an_independent_computation(tremor: float) -> None:
     # Another program, another spectrum of lines of 3 to 12 Hz with a width, and sway; two digits.
     expected = [0.0053, 0.0036, 0.0025, 0.0022] if not tremor else [0.0055, 0.0036, 0.0025, 0.0022]
-    assert 100 * bound(Setup(tremor=tremor), [0.5, 1.0, 3.0, 6.0]) == pytest.approx(expected, rel=0.03)
+    assert 100 * bound(Setup(tremor=tremor), [0.5, 1.0, 3.0, 6.0]) == pytest.approx(
+        expected, rel=0.03
+    )

@@ -36,7 +36,9 @@ def test_fig_6_and_7_show_what_the_paper_says() -> None:
     for name, t in two_specimens(0).items():
         [rows] = stretches(t.statistic)
         first, last = rows[30:40], rows[-100:]
-        error = {each: np.abs(getattr(t, each) / t.truth - 1) for each in ("slow", "fast", "handheld")}
+        error = {
+            each: np.abs(getattr(t, each) / t.truth - 1) for each in ("slow", "fast", "handheld")
+        }
         assert error["fast"][first].mean() < error["slow"][first].mean()
         assert np.ptp(t.fast[last]) > 2 * np.ptp(t.slow[last])
         assert error["handheld"][last].max() < 0.1 * error["fast"][last].max()
@@ -54,8 +56,13 @@ def test_fig_6_and_7_show_what_the_paper_says() -> None:
 def test_fig_10_to_12_scatter_as_the_hand_does_and_their_intervals_hold_the_truth() -> None:
     ten = ten_specimens(0)
     truth = np.array([PROBE.ratio(one.modulus) for one in ten.paper])
-    both = [np.array([[touch.ratio for touch in one.touches] for one in of]) for of in (ten.paper, ten.handheld)]
-    assert np.std(both[1] / truth[:, None]) == pytest.approx(0.03, rel=0.4)  # the hand's obliqueness
+    both = [
+        np.array([[touch.ratio for touch in one.touches] for one in of])
+        for of in (ten.paper, ten.handheld)
+    ]
+    assert np.std(both[1] / truth[:, None]) == pytest.approx(
+        0.03, rel=0.4
+    )  # the hand's obliqueness
     assert both[0] == pytest.approx(both[1], rel=0.01)
     assert list(ten.chosen().values())[1:] == [pytest.approx(truth, rel=0.1)] * 2
     for fitted in (ten.smallest_p, ten.every_touch):

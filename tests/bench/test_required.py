@@ -24,7 +24,10 @@ def test_verdicts(value: float, at_least: bool, reason: str, verdict: str) -> No
 
 
 def test_the_lowest_coverage_counts() -> None:
-    rows = [Row("good", 0, 1, coverage=0.95, intervals=200), Row("bad", 0, 1, coverage=0.8, intervals=20)]
+    rows = [
+        Row("good", 0, 1, coverage=0.95, intervals=200),
+        Row("bad", 0, 1, coverage=0.8, intervals=20),
+    ]
     few = Row("few", 0, 1, coverage=0.0, intervals=19)
     worst = must_hold.lowest_coverage("theme", [*rows, few])
     assert (worst.verdict, worst.beside) == ("FAILS", "bad; 2 rows")
@@ -44,7 +47,9 @@ def test_silent(error: float, standard_error: float, flags: tuple[str, ...], sil
     assert presses.Result(error, standard_error, frozenset(flags)).silent == silent
 
 
-@pytest.mark.parametrize("theme", [name for name in must_hold.THEMES if name not in ("touches", "offline")])
+@pytest.mark.parametrize(
+    "theme", [name for name in must_hold.THEMES if name not in ("touches", "offline")]
+)
 def test_themes_have_rows(theme: str) -> None:
     rows = must_hold.rows_of(theme, 1)
     assert all(math.isfinite(row.value) for row in rows if "coverage" not in row.name)

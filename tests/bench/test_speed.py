@@ -24,9 +24,9 @@ def test_calls_are_timed_and_judged() -> None:
     assert all(0 < error < 1e-4 for error in errors), found
     assert json.loads(speed.summary(figures))["AdaptiveRls"] == figures["AdaptiveRls"]
     assert "not measured" not in speed.limits(figures)
-    assert speed.replace_table(f"a\n{speed.MARK}\nold\n{speed.END}\nb", speed.MARK, "new").split() == (
-        f"a {speed.MARK} new {speed.END} b".split()
-    )
+    assert speed.replace_table(
+        f"a\n{speed.MARK}\nold\n{speed.END}\nb", speed.MARK, "new"
+    ).split() == (f"a {speed.MARK} new {speed.END} b".split())
 
 
 def test_the_page_shows_the_last_results() -> None:
@@ -35,12 +35,16 @@ def test_the_page_shows_the_last_results() -> None:
     assert latency.table(json.loads((RESULTS / "latency.json").read_text())) in page
 
 
-def test_files_are_timed_and_their_touches_are_equal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_are_timed_and_their_touches_are_equal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     need_package("pandas")
     files.rows_of_a_file(tmp_path, 5000, 1)
     files.many(tmp_path, 2)
     shown = capsys.readouterr().out
-    assert all(name in shown for name in ("palpate.read", "through a stream, recorded", "2 files, jobs="))
+    assert all(
+        name in shown for name in ("palpate.read", "through a stream, recorded", "2 files, jobs=")
+    )
 
 
 def test_the_stages_of_the_latency_are_complete_and_add_up() -> None:

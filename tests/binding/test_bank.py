@@ -12,7 +12,12 @@ from hypothesis import strategies as st
 from numeric import ALL, BANKS, dtype_of
 
 SETTINGS: dict[str, dict[str, float]] = {
-    "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "initial_covariance": 1e4, "max_covariance": 2e4},
+    "Rls": {
+        "forgetting": 0.97,
+        "initial_ratio": 2.0,
+        "initial_covariance": 1e4,
+        "max_covariance": 2e4,
+    },
     "AdaptiveRls": {
         "steady": 0.98,
         "alarmed": 0.8,
@@ -48,13 +53,26 @@ pairs = pytest.mark.parametrize(("bank_type", "single_type"), list(zip(BANKS, AL
     frames=st.integers(0, 40),
     cut=st.integers(0, 40),
     again=st.sampled_from(
-        [copy.copy, copy.deepcopy, lambda bank: bank.copy(), lambda bank: pickle.loads(pickle.dumps(bank))]
+        [
+            copy.copy,
+            copy.deepcopy,
+            lambda bank: bank.copy(),
+            lambda bank: pickle.loads(pickle.dumps(bank)),
+        ]
     ),
     seed=st.integers(0, 99),
     chosen=st.booleans(),
 )
 def test_a_bank_is_many_estimators(
-    bank_type: Any, single_type: Any, streams: int, frames: int, cut: int, again: Any, seed: int, *, chosen: bool
+    bank_type: Any,
+    single_type: Any,
+    streams: int,
+    frames: int,
+    cut: int,
+    again: Any,
+    seed: int,
+    *,
+    chosen: bool,
 ) -> None:
     """In a block, then, copied, row by row."""
     settings = SETTINGS[single_type.__name__.removesuffix("32")] if chosen else {}
@@ -71,7 +89,9 @@ def test_a_bank_is_many_estimators(
         assert single.process(output[:, s], regressor[:, s]).tobytes() == found[:, s].tobytes()
         assert bank[s] == bank[s - streams] == single
         for field in fields:
-            assert np.array_equal(getattr(bank, field)[s], getattr(single, field), equal_nan=True), field
+            assert np.array_equal(
+                getattr(bank, field)[s], getattr(single, field), equal_nan=True
+            ), field
 
 
 @pytest.mark.parametrize("bank_type", BANKS)
@@ -120,7 +140,8 @@ def test_what_a_block_refuses() -> None:
     with pytest.raises(ValueError, match=r"regressor: got shape \(3,\), allowed: \(4,\)"):
         bank.process(good, np.ones(3))
     with pytest.raises(
-        AttributeError, match="standard_error: got a bank of estimators without it, allowed: HandoverRls"
+        AttributeError,
+        match="standard_error: got a bank of estimators without it, allowed: HandoverRls",
     ):
         _ = bank.standard_error
     with pytest.raises(IndexError, match="stream: got 3, allowed: below 3"):

@@ -12,7 +12,15 @@ from numeric import every
 @every
 def test_whatever_float_takes_is_taken(kind: Any) -> None:
     expected = kind().update(2.0, 1.0)
-    for output in (2, True + 1, np.float64(2), np.float32(2), np.int16(2), np.array(2.0), Fraction(2)):
+    for output in (
+        2,
+        True + 1,
+        np.float64(2),
+        np.float32(2),
+        np.int16(2),
+        np.array(2.0),
+        Fraction(2),
+    ):
         assert kind().update(output, 1) == expected
 
 
@@ -27,7 +35,9 @@ def test_whatever_float_takes_is_taken(kind: Any) -> None:
         ((10**400, 1.0), ValueError, "output: got an integer beyond the range of a float"),
     ],
 )
-def test_what_update_refuses(kind: Any, arguments: Any, error: type[Exception], message: str) -> None:
+def test_what_update_refuses(
+    kind: Any, arguments: Any, error: type[Exception], message: str
+) -> None:
     estimator = kind()
     with pytest.raises(error, match=message):
         estimator.update(*arguments)
@@ -36,7 +46,11 @@ def test_what_update_refuses(kind: Any, arguments: Any, error: type[Exception], 
 
 @every
 def test_self_is_checked(kind: Any) -> None:
-    for method, arguments in (("update", (1.0, 1.0)), ("process", ([1.0], [1.0])), ("trace", ([1.0], [1.0]))):
+    for method, arguments in (
+        ("update", (1.0, 1.0)),
+        ("process", ([1.0], [1.0])),
+        ("trace", ([1.0], [1.0])),
+    ):
         for wrong in (object(), 3, None, palpate.Tracker()):
             with pytest.raises(TypeError, match=r"descriptor|incompatible function arguments"):
                 getattr(kind, method)(wrong, *arguments)
@@ -52,12 +66,24 @@ def test_arguments_of_a_block(name: str) -> None:
 
     y, x = [0.5, 0.6], [0.25, 0.25]
     expected = call(y, x)
-    for found in (call(y, regressor=x), call(regressor=x, output=y), call(y, x, None), call(y, x, out=None)):
+    for found in (
+        call(y, regressor=x),
+        call(regressor=x, output=y),
+        call(y, x, None),
+        call(y, x, out=None),
+    ):
         assert found.tobytes() == expected.tobytes()
     out = np.empty_like(expected)
     assert call(regressor=x, out=out, output=y) is out
-    for arguments, named in [((y,), {}), ((y, x), {"output": y}), ((y, x), {"into": out}), ((y, x, out, 1), {})]:
-        with pytest.raises(TypeError, match=r"output: object, regressor: object, out: object = None"):
+    for arguments, named in [
+        ((y,), {}),
+        ((y, x), {"output": y}),
+        ((y, x), {"into": out}),
+        ((y, x, out, 1), {}),
+    ]:
+        with pytest.raises(
+            TypeError, match=r"output: object, regressor: object, out: object = None"
+        ):
             call(*arguments, **named)
 
 

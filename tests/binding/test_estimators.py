@@ -20,7 +20,9 @@ OUTPUT = 2.5 * REGRESSOR + 0.004 * RANDOM.standard_normal(300)
 def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the samples in the type of an estimator, or in rows of three for a bank."""
     output, regressor = (each.astype(dtype_of(kind)) for each in (OUTPUT, REGRESSOR))
-    return (output.reshape(-1, 3), regressor.reshape(-1, 3)) if kind in BANKS else (output, regressor)
+    return (
+        (output.reshape(-1, 3), regressor.reshape(-1, 3)) if kind in BANKS else (output, regressor)
+    )
 
 
 @every_block
@@ -36,7 +38,16 @@ def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         lambda a: a.astype(np.longdouble),
         lambda a: np.frombuffer(b"x" + a.tobytes(), np.uint8)[1:].view(a.dtype).reshape(a.shape),
     ],
-    ids=["list", "tuple", "every second", "reversed", "column", "swapped bytes", "longdouble", "unaligned"],
+    ids=[
+        "list",
+        "tuple",
+        "every second",
+        "reversed",
+        "column",
+        "swapped bytes",
+        "longdouble",
+        "unaligned",
+    ],
 )
 def test_any_layout_gives_the_same_bits(kind: Any, convert: Any) -> None:
     output, regressor = samples_of(kind)
@@ -56,7 +67,9 @@ def test_any_layout_gives_the_same_bits(kind: Any, convert: Any) -> None:
         ([1.0, [2.0]], [1.0], ValueError, "inhomogeneous"),
     ],
 )
-def test_bad_blocks_are_refused_whole(kind: Any, output: Any, regressor: Any, error: Any, message: str) -> None:
+def test_bad_blocks_are_refused_whole(
+    kind: Any, output: Any, regressor: Any, error: Any, message: str
+) -> None:
     estimator = kind()
     for method in (estimator.process, estimator.trace):
         with pytest.raises(error, match=message):
@@ -77,7 +90,11 @@ def test_a_bad_out_is_refused(kind: Any) -> None:
         (np.empty(299, dtype), ValueError, r"out: got shape \(299,\), allowed: \(300,\)"),
         (np.empty((300, 1), dtype), ValueError, r"out: got shape \(300, 1\)"),
         (np.empty(300, other), TypeError, f"out: got dtype {np.dtype(other)}, allowed: {dtype}"),
-        (np.lib.stride_tricks.as_strided(np.zeros(1, dtype), (300,), (0,)), ValueError, "items share one place"),
+        (
+            np.lib.stride_tricks.as_strided(np.zeros(1, dtype), (300,), (0,)),
+            ValueError,
+            "items share one place",
+        ),
         ([0.0] * 300, TypeError, "out: got <class 'list'>, allowed: a numpy array"),
     ]:
         with pytest.raises(error, match=message):
@@ -145,7 +162,10 @@ class Named(palpate.AdaptiveRls):
 def test_a_subclass_survives_pickle_and_copy() -> None:
     named = Named(["left"], drift=0.02)
     named.update(0.5, 0.25)
-    pickled = [pickle.loads(pickle.dumps(named, protocol)) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)]
+    pickled = [
+        pickle.loads(pickle.dumps(named, protocol))
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1)
+    ]
     for twin in (*pickled, copy.copy(named), copy.deepcopy(named), named.copy()):
         assert type(twin) is Named
         assert twin == named

@@ -69,7 +69,10 @@ class RingAndDeque(RuleBasedStateMachine):
     def counts(self) -> None:
         if hasattr(self, "ring"):
             assert len(self.ring) == len(self.model)
-            assert (self.ring.dropped, self.ring.first_dropped) == (self.offered - self.accepted, self.first_dropped)
+            assert (self.ring.dropped, self.ring.first_dropped) == (
+                self.offered - self.accepted,
+                self.first_dropped,
+            )
 
 
 TestRingAndDeque: Any = RingAndDeque.TestCase
@@ -103,16 +106,44 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
     [
         (lambda r: SampleRing(1), ValueError, "capacity: got 1, allowed: 2 <= capacity"),
         (lambda r: SampleRing("2"), TypeError, "capacity: got '2', allowed: a whole number"),  # type: ignore[arg-type]
-        (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 9 of palpate.Sample"),
-        (lambda r: r.push(FIELDS._replace(soft_raw=-2)), ValueError, "soft_raw: got -2, allowed: an integer, -1 to"),
-        (lambda r: r.push(FIELDS._replace(t_soft_ns=-(2**63) - 1)), ValueError, "t_soft_ns: got -92233720368547758"),
-        (lambda r: r.push(FIELDS._replace(seq=True)), TypeError, "seq: got True, allowed: an integer"),
-        (lambda r: r.push(FIELDS._replace(hard="1")), TypeError, "hard: got '1', allowed: a real number, pF"),
+        (
+            lambda r: r.push((1, 2, 3)),
+            ValueError,
+            "sample: got 3 fields, allowed: the 9 of palpate.Sample",
+        ),
+        (
+            lambda r: r.push(FIELDS._replace(soft_raw=-2)),
+            ValueError,
+            "soft_raw: got -2, allowed: an integer, -1 to",
+        ),
+        (
+            lambda r: r.push(FIELDS._replace(t_soft_ns=-(2**63) - 1)),
+            ValueError,
+            "t_soft_ns: got -92233720368547758",
+        ),
+        (
+            lambda r: r.push(FIELDS._replace(seq=True)),
+            TypeError,
+            "seq: got True, allowed: an integer",
+        ),
+        (
+            lambda r: r.push(FIELDS._replace(hard="1")),
+            TypeError,
+            "hard: got '1', allowed: a real number, pF",
+        ),
         (lambda r: pickle.dumps(r), TypeError, "cannot pickle .*SampleRing"),
         (lambda r: r.push(7), TypeError, "sample: got 7, allowed: a palpate.Sample"),
-        (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
+        (
+            lambda r: r.push_many(np.zeros(3)),
+            TypeError,
+            "samples: got float64, allowed: .*SampleRing.dtype",
+        ),
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),
-        (lambda r: r.pop_many(np.frombuffer(bytes(112), r.dtype)), ValueError, "out: got .*read-only"),
+        (
+            lambda r: r.pop_many(np.frombuffer(bytes(112), r.dtype)),
+            ValueError,
+            "out: got .*read-only",
+        ),
     ],
 )
 def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None:
@@ -124,12 +155,20 @@ def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None
 
 def test_a_row_has_plain_numbers_and_the_ranges_of_a_recording() -> None:
     ring = SampleRing(2)
-    numpys = Sample(np.int64(7), np.uint64(1), np.int32(2), np.int8(3), -1, np.float32(1.5), np.int16(2), Status.LOST)  # type: ignore[arg-type]
+    times = (np.int64(7), np.uint64(1), np.int32(2))
+    values: tuple[Any, ...] = (*times, np.int8(3), -1, np.float32(1.5), np.int16(2), Status.LOST)
+    numpys = Sample(*values)
     assert ring.row(numpys) == (7, 1, 2, 3, -1, 1.5, 2.0, 8, -1)
     assert [type(field) for field in ring.row(numpys)] == [int] * 5 + [float] * 2 + [int] * 2
-    edges = FIELDS._replace(seq=2**63 - 1, t_hard_ns=-(2**63), hard_raw=LARGEST_CODE, status=LARGEST_STATUS)
+    edges = FIELDS._replace(
+        seq=2**63 - 1, t_hard_ns=-(2**63), hard_raw=LARGEST_CODE, status=LARGEST_STATUS
+    )
     assert ring.push(edges)
-    for field, beyond in [("hard_raw", LARGEST_CODE + 1), ("status", LARGEST_STATUS + 1), ("t_uncertainty_us", 2**31)]:
+    for field, beyond in [
+        ("hard_raw", LARGEST_CODE + 1),
+        ("status", LARGEST_STATUS + 1),
+        ("t_uncertainty_us", 2**31),
+    ]:
         with pytest.raises(ValueError, match=field):
             ring.row(edges._replace(**{field: beyond}))
     assert len(ring) == 1

@@ -14,7 +14,14 @@ from palpate import _core
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 PRIOR = {"initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12}
 PAPER = {"steady": 0.995, "alarmed": 0.9, "drift": 0.01, "threshold": 0.05, "clear_level": 0.0}
-HANDHELD = {"steady": 0.9995, "drift": 0.75, "threshold": 10.0, "clip": 3.0, "smoothing": 0.0625, "guard": 5}
+HANDHELD = {
+    "steady": 0.9995,
+    "drift": 0.75,
+    "threshold": 10.0,
+    "clip": 3.0,
+    "smoothing": 0.0625,
+    "guard": 5,
+}
 DEFAULTS = {
     "Rls": {"forgetting": 0.995} | PRIOR,
     "AdaptiveRls": PAPER | PRIOR,
@@ -26,10 +33,20 @@ DEFAULTS = {
 def test_the_stub_is_that_of_the_module(tmp_path: Path) -> None:
     allowed = tmp_path / "allowed.txt"
     allowed.write_text("palpate\\._core\\.[A-Z]\\w*\n")  # the metaclass of pybind11
-    command = [sys.executable, "-m", "mypy.stubtest", "palpate._core", "--concise", "--allowlist", str(allowed)]
+    command = [
+        sys.executable,
+        "-m",
+        "mypy.stubtest",
+        "palpate._core",
+        "--concise",
+        "--allowlist",
+        str(allowed),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     final = "is read-only at runtime but not in the stub"  # it does not know that Final says so
-    assert [line for line in done.stdout.splitlines() if not line.endswith(final)] == [], done.stderr
+    assert [line for line in done.stdout.splitlines() if not line.endswith(final)] == [], (
+        done.stderr
+    )
 
 
 @pytest.mark.parametrize("cls", CLASSES)
@@ -49,13 +66,19 @@ def test_the_defaults_are_the_cores(name: str) -> None:
         assert list(shown) == list(cls().settings)
 
 
-@pytest.mark.parametrize("cls", [cls for cls in CLASSES if "Rls" in cls.__name__ or cls is palpate.Tracker])
+@pytest.mark.parametrize(
+    "cls", [cls for cls in CLASSES if "Rls" in cls.__name__ or cls is palpate.Tracker]
+)
 def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
-    with pytest.raises(TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'threshhold'") as caught:
+    with pytest.raises(
+        TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'threshhold'"
+    ) as caught:
         cls(threshhold=3)
     if "Handover" in cls.__name__:
         names = ", ".join(DEFAULTS["HandoverRls"])
-        assert str(caught.value).endswith(f"'threshhold', allowed: {names}; did you mean 'threshold'?")
+        assert str(caught.value).endswith(
+            f"'threshhold', allowed: {names}; did you mean 'threshold'?"
+        )
 
 
 @pytest.mark.parametrize(
@@ -65,7 +88,10 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
         (lambda: palpate.Rls(forgetting="x"), "forgetting: got 'x', allowed: a number"),  # type: ignore[arg-type]
         (lambda: palpate.Rls.__init__(palpate.Tracker()), "__init__.* called with invalid"),  # type: ignore[arg-type]
         (lambda: palpate.Touch(), "Touch: got a call, allowed: those that a Tracker"),
-        (lambda: palpate.Tracker("paper", clip=3), "keyword 'clip', allowed: samples, seconds, full"),  # type: ignore[call-overload]
+        (
+            lambda: palpate.Tracker("paper", clip=3),  # type: ignore[call-overload]
+            "keyword 'clip', allowed: samples, seconds, full",
+        ),
         (lambda: palpate.Tracker(drift="x"), "drift: got 'x', allowed: a number"),  # type: ignore[call-overload]
     ],
 )
@@ -79,7 +105,11 @@ def test_what_constructors_refuse(call: object, message: str) -> None:
     [
         ("Rls", {"forgetting": 0.0}, "forgetting: got 0.0, allowed: 0 < forgetting <= 1"),
         ("Rls", {"forgetting": nan}, "forgetting: got nan"),
-        ("AdaptiveRls", {"alarmed": 0.999}, r"alarmed: got 0.999, allowed: 0 < alarmed <= steady \(0.995\)"),
+        (
+            "AdaptiveRls",
+            {"alarmed": 0.999},
+            r"alarmed: got 0.999, allowed: 0 < alarmed <= steady \(0.995\)",
+        ),
         ("AdaptiveRls", {"drift": -0.1}, "drift: got -0.1, allowed: 0 <= drift, finite"),
         ("AdaptiveRls", {"threshold": nan}, "threshold: got nan, allowed: 0 <= threshold"),
         ("AdaptiveRls", {"clear_level": 0.06}, r"clear_level: got 0.06, .* threshold \(0.05\)"),
@@ -87,7 +117,11 @@ def test_what_constructors_refuse(call: object, message: str) -> None:
         ("Rls", {"initial_covariance": 0}, "initial_covariance: got 0.0, allowed: 2.2"),
         ("Rls", {"max_covariance": inf}, "max_covariance: got inf, allowed: 2.2"),
         ("Rls32", {"max_covariance": 1e39}, "max_covariance: got 1e.39, allowed: 1.17"),
-        ("Tracker", {"scene": "moon"}, "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
+        (
+            "Tracker",
+            {"scene": "moon"},
+            "scene: got 'moon', allowed: fixed, paper, handheld, sliding",
+        ),
         ("Tracker", {"scene": "paper", "seconds": nan}, "seconds: got nan, allowed: 0 < seconds"),
         ("Tracker", {"seconds": 3.0, "samples": 20}, "seconds"),
         ("Tracker", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
@@ -125,7 +159,15 @@ BAD += ["palpate.HandoverRls(threshhold=3)", "palpate.Bank(palpate.Tracker(), 3)
 def test_a_checker_marks_what_would_be_refused(tmp_path: Path) -> None:
     snippet = tmp_path / "snippet.py"
     snippet.write_text(GOOD + "\n".join(BAD) + "\n")
-    command = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--no-error-summary", str(snippet)]
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--no-incremental",
+        "--no-error-summary",
+        str(snippet),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     first = len(GOOD.splitlines()) + 1
     marked = {int(line.split(":")[1]) for line in done.stdout.splitlines() if ": error:" in line}

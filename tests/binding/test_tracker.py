@@ -86,11 +86,15 @@ def test_the_scene_fixed_goes_on_after_a_tare_and_an_end() -> None:
 
 
 SLOW = Scenario(
-    presses=[Press(3.0, [(0.0, 2.8)], hold_s=8.0)], duration_s=14.0, converter=Converter(capf=2, bus_s=1 / 36 - 0.02)
+    presses=[Press(3.0, [(0.0, 2.8)], hold_s=8.0)],
+    duration_s=14.0,
+    converter=Converter(capf=2, bus_s=1 / 36 - 0.02),
 )
 
 
-@pytest.mark.parametrize(("scenario", "rate"), [(SLOW, 18), (scenarios.SCENARIOS["fast-converter"], 40)])
+@pytest.mark.parametrize(
+    ("scenario", "rate"), [(SLOW, 18), (scenarios.SCENARIOS["fast-converter"], 40)]
+)
 def test_a_touch_lasts_6_5_seconds_at_any_rate(scenario: Scenario, rate: int) -> None:
     """Of 1,000 pairs a second 40 means are samples."""
     run = simulate(scenario, 1)

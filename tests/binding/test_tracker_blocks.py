@@ -17,7 +17,10 @@ from palpate.simulation import scenarios
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@given(cuts=st.lists(st.integers(0, 403), max_size=4), name=st.sampled_from(["tremor", "dropouts", "drift-hard"]))
+@given(
+    cuts=st.lists(st.integers(0, 403), max_size=4),
+    name=st.sampled_from(["tremor", "dropouts", "drift-hard"]),
+)
 def test_readings_and_blocks_give_the_same_bits(scene: Any, cuts: list[int], name: str) -> None:
     run = scenarios.run(name, 3)
     columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
@@ -32,10 +35,17 @@ def test_readings_and_blocks_give_the_same_bits(scene: Any, cuts: list[int], nam
         taken.take(*(c[a:b] for c in columns))
     taken.finish()
     single = palpate.Tracker(scene)
-    ended = [t for t in (single.feed(*map(float, row)) for row in zip(*columns, strict=True)) if t is not None]
+    ended = [
+        t
+        for t in (single.feed(*map(float, row)) for row in zip(*columns, strict=True))
+        if t is not None
+    ]
     last = single.finish()
     for tracker in (split, taken, single):
-        assert (tracker.touches, tracker.revisions_since(0)) == (whole.touches, whole.revisions_since(0))
+        assert (tracker.touches, tracker.revisions_since(0)) == (
+            whole.touches,
+            whole.revisions_since(0),
+        )
     assert (taken.readings, taken.retaken) == (whole.readings, whole.retaken)
     at_once = ended + ([last] if last else [])
     assert [t.first_ratio for t in at_once] == [t.first_ratio for t in single.touches]
@@ -51,9 +61,12 @@ def test_seconds_become_the_nearest_nanosecond(start_ns: int) -> None:
     part = np.arange(len(run.hard)) % 4 / 4
     seconds = [(np.round(t * 1e9) + start_ns + part) * 1e-9 for t in (run.t_hard_s, run.t_soft_s)]
     exact = [s * 1e9 for s in seconds]
-    nearest, cut = ([np.trunc(ns + d * np.sign(ns)).astype(np.int64) for ns in exact] for d in (0.5, 0))
+    nearest, cut = (
+        [np.trunc(ns + d * np.sign(ns)).astype(np.int64) for ns in exact] for d in (0.5, 0)
+    )
     rows, expected, others = (
-        palpate.Tracker().process(hard, soft, run.hard, run.soft) for hard, soft in (seconds, nearest, cut)
+        palpate.Tracker().process(hard, soft, run.hard, run.soft)
+        for hard, soft in (seconds, nearest, cut)
     )
     assert bits(rows) == bits(expected)
     assert bits(rows) != bits(others)  # a nanosecond more or less is seen
@@ -68,7 +81,9 @@ def test_a_block_with_a_wrong_time_is_not_taken(method: str, wrong: float) -> No
         spoilt = [column.copy() for column in columns]
         spoilt[place][-1] = wrong
         tracker = palpate.Tracker()
-        with pytest.raises(ValueError, match=f"{name}: got {wrong}, allowed: finite times, s, within 9e9 of 0"):
+        with pytest.raises(
+            ValueError, match=f"{name}: got {wrong}, allowed: finite times, s, within 9e9 of 0"
+        ):
             getattr(tracker, method)(*spoilt)
         assert (tracker.readings, tracker.touch_count, tracker.state) == (0, 0, "baseline")
         assert bits(tracker.process(*columns)) == bits(palpate.Tracker().process(*columns))
@@ -79,7 +94,10 @@ def test_columns_of_any_stride_and_type() -> None:
     columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
     expected = palpate.Tracker().process(*columns)
     others: list[Any] = [np.stack(columns, 1).T, [column[::-1].copy()[::-1] for column in columns]]
-    others += [[column.tolist() for column in columns], [column.astype(">f8") for column in columns]]
+    others += [
+        [column.tolist() for column in columns],
+        [column.astype(">f8") for column in columns],
+    ]
     for other in others:
         assert bits(palpate.Tracker().process(*other)) == bits(expected)
 
@@ -89,7 +107,9 @@ def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: b
     """With a switch interval that never ends a thread runs only while another one gives the lock away."""
     run = scenarios.run("tremor", 1)
     columns = [column[:size] for column in (run.t_hard_s, run.t_soft_s, run.hard, run.soft)]
-    palpate.Tracker().take(*columns)  # the first one in a process gives the lock away once, of any size
+    palpate.Tracker().take(
+        *columns
+    )  # the first one in a process gives the lock away once, of any size
     ended, turns = threading.Event(), 0
 
     def count() -> None:

@@ -26,15 +26,21 @@ FOUR = np.repeat(MODULI, 4)
 
 def ratios(moduli: Array, oblique: float = 0.03, seed: int = 1, probe: Elasticity = PROBE) -> Array:
     random = np.random.default_rng(seed)
-    return np.array([probe.ratio(E) for E in moduli]) * (1 + oblique * random.standard_normal(len(moduli)))
+    return np.array([probe.ratio(E) for E in moduli]) * (
+        1 + oblique * random.standard_normal(len(moduli))
+    )
 
 
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
-    return Calibration.fit(ratios(FOUR), FOUR, standard_errors=np.full(40, 2e-4), about={"scene": "handheld"})
+    return Calibration.fit(
+        ratios(FOUR), FOUR, standard_errors=np.full(40, 2e-4), about={"scene": "handheld"}
+    )
 
 
-@pytest.mark.parametrize("probe", [PROBE, Elasticity(3.0, 0.5), Elasticity(40.0, 9.0), Elasticity(1.5, 0.2)])
+@pytest.mark.parametrize(
+    "probe", [PROBE, Elasticity(3.0, 0.5), Elasticity(40.0, 9.0), Elasticity(1.5, 0.2)]
+)
 def test_exact_ratios_give_the_parameters_back(probe: Elasticity) -> None:
     found = Calibration.fit(ratios(MODULI, 0.0, probe=probe), MODULI)
     assert found.probe.rigid_ratio == pytest.approx(probe.rigid_ratio, rel=1e-8)
@@ -84,7 +90,9 @@ def test_specimens_that_are_off_are_told_from_touches_that_scatter() -> None:
     assert "degrees of freedom" in found.verdict
     assert len(found.residuals) == 10
     assert sum(r.touches for r in found.residuals) == 40
-    assert np.sqrt(np.mean([r.standardised**2 for r in found.residuals])) == pytest.approx(0.9, abs=0.2)
+    assert np.sqrt(np.mean([r.standardised**2 for r in found.residuals])) == pytest.approx(
+        0.9, abs=0.2
+    )
 
 
 def test_the_interval_is_asymmetric_and_then_one_sided(calibration: Calibration) -> None:
@@ -110,7 +118,10 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     above, far = calibration.modulus(rigid * 1.01), calibration.modulus(rigid * 2)
     assert isnan(above.value)
     assert 0 < above.low < above.high == inf
-    assert above.reason == f"the ratio is not below {number_format.number(rigid)}, the ratio of a rigid object"
+    assert (
+        above.reason
+        == f"the ratio is not below {number_format.number(rigid)}, the ratio of a rigid object"
+    )
     assert str(above) == f"stiffer than {number_format.number(above.low)} MPa"
     assert all(map(isnan, far))
     assert far.reason.endswith("the difference is larger than the uncertainty")
@@ -129,13 +140,21 @@ def test_verdicts() -> None:
     data = ratios(FOUR)
     swapped = data.copy()
     swapped[4:8] *= 1.3
-    assert "does not rise with the modulus between 0.186 and 0.289 MPa" in Calibration.fit(swapped, FOUR).verdict
+    assert (
+        "does not rise with the modulus between 0.186 and 0.289 MPa"
+        in Calibration.fit(swapped, FOUR).verdict
+    )
     soft_only = Calibration.fit(data[:12], FOUR[:12])
     assert "rigid ratio is not determined" in soft_only.verdict
     assert not soft_only.sound
     few = np.isin(FOUR, MODULI[[0, 4, 7]])
-    assert "A stiffer specimen or more specimens are needed" in Calibration.fit(data[few], FOUR[few]).verdict
-    mixed = Calibration.fit(np.roll(data, 1), FOUR).verdict  # a touch in four is under the next specimen
+    assert (
+        "A stiffer specimen or more specimens are needed"
+        in Calibration.fit(data[few], FOUR[few]).verdict
+    )
+    mixed = Calibration.fit(
+        np.roll(data, 1), FOUR
+    ).verdict  # a touch in four is under the next specimen
     assert "much for a hand (some 3 %): is a touch under the wrong specimen?" in mixed
     single = Calibration.fit(data[::4], MODULI)
     assert "cannot be separated" in single.verdict
@@ -149,17 +168,28 @@ def test_verdicts() -> None:
         (lambda _: Calibration.fit([2.0, 3.0], [1.0]), "moduli: got shape (1,)"),
         (lambda _: Calibration.fit([2.0, nan, 3.0], [1.0, 2.0, 3.0]), "ratios: got nan"),
         (lambda _: Calibration.fit([2.0, 3.0, 4.0], [1.0, 0.0, 3.0]), "moduli: got 0.0"),
-        (lambda _: Calibration.fit(MODULI, MODULI, standard_errors=np.full(10, -1.0)), "standard_errors: got -1.0"),
+        (
+            lambda _: Calibration.fit(MODULI, MODULI, standard_errors=np.full(10, -1.0)),
+            "standard_errors: got -1.0",
+        ),
         (lambda _: Calibration.fit(MODULI, MODULI, touches=0), "touches: got 0.0"),
-        (lambda _: Calibration.fit([2.0, 2.1, 3.0], [1.0, 1.0, 2.0]), "got 2 specimens, allowed: 3 or more"),
-        (lambda _: Calibration.fit([2, 3, 4], [1, 2, 3], soft_ratio=None), "got 3 specimens, allowed: 4 or more"),
+        (
+            lambda _: Calibration.fit([2.0, 2.1, 3.0], [1.0, 1.0, 2.0]),
+            "got 2 specimens, allowed: 3 or more",
+        ),
+        (
+            lambda _: Calibration.fit([2, 3, 4], [1, 2, 3], soft_ratio=None),
+            "got 3 specimens, allowed: 4 or more",
+        ),
         (lambda _: Calibration.fit(MODULI[::-1], MODULI), "do not follow the S-shaped curve"),
         (lambda made: made.modulus(nan), "ratio: got nan"),
         (lambda made: made.modulus(5.0, -1.0), "standard_error: got -1.0"),
         (lambda made: made.modulus(5.0, level=1.0), "level: got 1.0"),
     ],
 )
-def test_what_is_refused(calibration: Calibration, call: Callable[[Calibration], object], message: str) -> None:
+def test_what_is_refused(
+    calibration: Calibration, call: Callable[[Calibration], object], message: str
+) -> None:
     with pytest.raises((ValueError, CalibrationError), match=re.escape(message)):
         call(calibration)
 
@@ -191,7 +221,11 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
         ("touch_freedom = 30", "touch_freedom = -1", "touch_freedom: got -1"),
         ("touch_variance = ", "touch_variance = -", "touch_variance: got -"),
         ("[units]", "[units", "not a calibration"),
-        ("touches = [\n    1.0", "touches = [\n    0.0", "touches: got no value, or a value that is not positive"),
+        (
+            "touches = [\n    1.0",
+            "touches = [\n    0.0",
+            "touches: got no value, or a value that is not positive",
+        ),
         ("specimen_share = ", "specimen_share = 1", "specimen_share: got 1"),
     ],
 )
@@ -207,7 +241,9 @@ def test_a_file_that_is_no_calibration(
     assert message in str(caught.value)
 
 
-FEWEST = 8  # degrees of freedom: with fewer, Student's factor falls faster than a standard error widens
+FEWEST = (
+    8  # degrees of freedom: with fewer, Student's factor falls faster than a standard error widens
+)
 RELATIVE = 1e-5  # of the solver's minimum
 
 
@@ -256,7 +292,12 @@ def contains(wide: tuple[float, float], narrow: tuple[float, float]) -> bool:
 
 
 @examples(100)
-@given(sessions, st.sampled_from([1.0, 2.0**-10, 0.145, 1e3]), st.sampled_from([1.0, 0.5, 0.9, 4.0]), shares)
+@given(
+    sessions,
+    st.sampled_from([1.0, 2.0**-10, 0.145, 1e3]),
+    st.sampled_from([1.0, 0.5, 0.9, 4.0]),
+    shares,
+)
 def test_another_unit_or_gain_changes_the_unit_alone(
     session: Session, factor: float, gain: float, share: float
 ) -> None:
@@ -275,7 +316,9 @@ def test_another_unit_or_gain_changes_the_unit_alone(
 
 @examples(60)
 @given(sessions, st.lists(shares, min_size=2, max_size=6), st.sampled_from([0.0, 0.01, 0.1]))
-def test_a_larger_ratio_is_a_stiffer_object(session: Session, drawn: list[float], error: float) -> None:
+def test_a_larger_ratio_is_a_stiffer_object(
+    session: Session, drawn: list[float], error: float
+) -> None:
     """Value and both ends rise with the ratio; the value is in its interval, and is the inverse of eq. (2)."""
     calibration = session.calibrated()
     found = [calibration.modulus(at(calibration, share), error) for share in sorted(drawn)]
@@ -290,7 +333,9 @@ def test_a_larger_ratio_is_a_stiffer_object(session: Session, drawn: list[float]
 
 @examples(60)
 @given(sessions, shares, st.floats(1e-3, 0.3), st.floats(1.1, 10.0))
-def test_less_knowledge_is_a_wider_interval(session: Session, share: float, error: float, factor: float) -> None:
+def test_less_knowledge_is_a_wider_interval(
+    session: Session, share: float, error: float, factor: float
+) -> None:
     """A larger standard error, a higher level, fewer touches."""
     calibration = session.calibrated()
     ratio = at(calibration, share)
@@ -309,7 +354,11 @@ def test_less_knowledge_is_a_wider_interval(session: Session, share: float, erro
 
 
 PROBES = 2000 if NIGHTLY else 500
-SHARES = (0.5, 0.9, 0.98)  # of the rigid ratio: objects of 1.6, 16 and 88 MPa, the specimens ending at 8.68
+SHARES = (
+    0.5,
+    0.9,
+    0.98,
+)  # of the rigid ratio: objects of 1.6, 16 and 88 MPa, the specimens ending at 8.68
 
 # Hits of probability 0.95 scatter by sqrt(0.95 * 0.05 / PROBES), one sigma: 0.5 % for 2,000, 1 % for 500. Four are allowed.
 NOMINAL = 0.95
@@ -358,9 +407,15 @@ def coverage(scatter: Scatter) -> dict[float, tuple[float, float]]:
     [
         pytest.param(Scatter(oblique=0.03, error=0.001), {0.98}, id="oblique contact dominates"),
         pytest.param(Scatter(oblique=0.01, error=0.01), {0.98}, id="half oblique, half noise"),
-        pytest.param(Scatter(oblique=0.03, error=0.001, touches=1), {0.98}, id="one touch on each specimen"),
-        pytest.param(Scatter(oblique=0.03, error=0.001, probing=4), {0.98}, id="the mean of four touches"),
-        pytest.param(Scatter(oblique=0.01, error=0.001, specimen=0.02), {0.98}, id="moduli that are off"),
+        pytest.param(
+            Scatter(oblique=0.03, error=0.001, touches=1), {0.98}, id="one touch on each specimen"
+        ),
+        pytest.param(
+            Scatter(oblique=0.03, error=0.001, probing=4), {0.98}, id="the mean of four touches"
+        ),
+        pytest.param(
+            Scatter(oblique=0.01, error=0.001, specimen=0.02), {0.98}, id="moduli that are off"
+        ),
         pytest.param(Scatter(oblique=0.001, error=0.001), set(), id="a test stage"),
     ],
 )

@@ -36,7 +36,8 @@ def test_a_session_is_what_was_asked_for() -> None:
         assert [t.ratio for t in found] == pytest.approx(true, rel=1e-3)
         assert not any(t.flags for t in found)
     assert not np.array_equal(
-        session(seed=4, hand=LINEAR, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw
+        session(seed=4, hand=LINEAR, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw,
+        runs["gel"].hard_raw,
     )
     with pytest.raises(ValueError, match="touches: got 0"):
         session(touches=0)

@@ -53,14 +53,23 @@ def tilted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def tracks(runs: dict[str, Any], **settings: float) -> list[Track]:
-    return [Track(each, settings, {t.start: name for t in palpate.touches(each)}) for name, each in runs.items()]
+    return [
+        Track(each, settings, {t.start: name for t in palpate.touches(each)})
+        for name, each in runs.items()
+    ]
 
 
 def test_a_whole_session_with_domes_that_creep() -> None:
     """On three sessions: 60 touches, 15 means; of these one may be missed by chance."""
     found = measure(range(3))
     error, holds, of_mean, means_hold = found.numbers
-    assert (found.missing, error < 2.5, of_mean < 1.5, holds >= 92, means_hold >= 92) == (0, True, True, True, True)
+    assert (found.missing, error < 2.5, of_mean < 1.5, holds >= 92, means_hold >= 92) == (
+        0,
+        True,
+        True,
+        True,
+        True,
+    )
     hold = measure(range(3), kind="hold", contact_exponent=1.0, age=0.0)
     assert hold.numbers[0] > 5 * error
 
@@ -73,11 +82,17 @@ def test_the_exponent_by_the_scatter(exponent: float) -> None:
     assert (chosen.ratio, chosen.settings["contact_exponent"]) == ("level", exponent)
     assert chosen.settings["age"] > 0
     every = tracks({f"{E}": each for E, each in specimens.items()})
-    assert fitted_exponent(every, chosen.settings["age"], ("creep",)) == pytest.approx(exponent, abs=0.1)
+    assert fitted_exponent(every, chosen.settings["age"], ("creep",)) == pytest.approx(
+        exponent, abs=0.1
+    )
     settings: Any = chosen.settings
     for each in specimens.values():
-        for one, live in zip(palpate.offline(each, **settings), palpate.touches(each, **settings), strict=True):
-            assert one.level_ratio == pytest.approx(live.level_ratio, abs=3 * live.level_standard_error)
+        for one, live in zip(
+            palpate.offline(each, **settings), palpate.touches(each, **settings), strict=True
+        ):
+            assert one.level_ratio == pytest.approx(
+                live.level_ratio, abs=3 * live.level_standard_error
+            )
             assert one.level(exponent) == (one.level_ratio, one.level_standard_error)
             assert one.level(3.0) != one.level(exponent)
 
@@ -97,7 +112,8 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
     once = {
         name: each[0.0:10.0]
         for name, each in (
-            (n, palpate.Recording(r.t_hard_s, r.t_soft_s, r.hard, r.soft)) for n, r in level_held.items()
+            (n, palpate.Recording(r.t_hard_s, r.t_soft_s, r.hard, r.soft))
+            for n, r in level_held.items()
         )
     }
     assert "too few touches are repeated" in choose(tracks(once)).about["ratio"]
@@ -107,8 +123,12 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
 def test_the_share_of_the_errors_that_shows() -> None:
     random = np.random.default_rng(2)
     for factor in (0.2, 0.7, 2.0):
-        groups = [[(4 + 0.01 * factor * e, 0.01) for e in random.standard_normal(4)] for _ in range(50)]
-        assert error_share(groups) == pytest.approx(min(factor, 1.0), rel=0.2)  # 150 degrees of freedom: 6 %
+        groups = [
+            [(4 + 0.01 * factor * e, 0.01) for e in random.standard_normal(4)] for _ in range(50)
+        ]
+        assert error_share(groups) == pytest.approx(
+            min(factor, 1.0), rel=0.2
+        )  # 150 degrees of freedom: 6 %
     assert error_share([[(4.0, 0.1), (4.1, 0.1)], []]) == 1.0
 
 
@@ -119,24 +139,50 @@ def test_what_does_not_exclude_a_touch() -> None:
 
     assert objections(touch("tilt", "changed", "short")) == ()
     assert objections(touch("offset", "drift", "creep")) == ("offset", "drift", "creep")
-    assert objections(touch("offset", "drift", "creep", "curve"), ratio_of=level) == ("drift", "creep", "curve")
+    assert objections(touch("offset", "drift", "creep", "curve"), ratio_of=level) == (
+        "drift",
+        "creep",
+        "curve",
+    )
     assert objections(touch("drift", "creep", "short", age_s=1.3)) == ("short",)
     assert objections(touch(level_ratio=math.nan), ratio_of=level) == ("no level ratio",)
 
 
 def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
-    printed, probe, gel = (tilted / "printed.txt").read_text(), tilted / "probe.toml", tilted / "gel" / "gel.csv"
-    assert re.search(
-        r"^ratio: level, which scatters by 0\.1\d % within the specimens; hold \d\.\d %$", printed, re.MULTILINE
+    printed, probe, gel = (
+        (tilted / "printed.txt").read_text(),
+        tilted / "probe.toml",
+        tilted / "gel" / "gel.csv",
     )
-    assert re.search(r"^contact exponent: 1, as the scatter is least at 1\.0", printed, re.MULTILINE)
+    assert re.search(
+        r"^ratio: level, which scatters by 0\.1\d % within the specimens; hold \d\.\d %$",
+        printed,
+        re.MULTILINE,
+    )
+    assert re.search(
+        r"^contact exponent: 1, as the scatter is least at 1\.0", printed, re.MULTILINE
+    )
     found = Calibration.load(probe)
-    assert (found.ratio, found.contact_exponent, found.age_s, [*found.accepted]) == ("level", 1.0, 0.0, ["offset"])
+    assert (found.ratio, found.contact_exponent, found.age_s, [*found.accepted]) == (
+        "level",
+        1.0,
+        0.0,
+        ["offset"],
+    )
     assert found.about["ratio"] in printed
     [*touches] = palpate.touches(palpate.read(gel))
-    for touch, shown in zip(touches, document("replay", gel, "--calibration", probe)["touches"], strict=True):
-        assert found.ratio_of(touch) == (touch.level_ratio, found.error_share * touch.level_standard_error)
-        assert shown["modulus"]["value_MPa"] == found.modulus_of(touch).value == pytest.approx(1.1, rel=0.01)
+    for touch, shown in zip(
+        touches, document("replay", gel, "--calibration", probe)["touches"], strict=True
+    ):
+        assert found.ratio_of(touch) == (
+            touch.level_ratio,
+            found.error_share * touch.level_standard_error,
+        )
+        assert (
+            shown["modulus"]["value_MPa"]
+            == found.modulus_of(touch).value
+            == pytest.approx(1.1, rel=0.01)
+        )
         assert {"tilt", "offset"} & {*shown["flags"]}
     assert palpate.most_reliable(touches, accept=["offset"], ratio_of=found.ratio_of) in touches
     made = palpate.report.write(tilted / "gel.html", [gel], probe)
@@ -146,7 +192,9 @@ def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
 
 def test_a_touch_that_was_measured_otherwise_has_no_modulus(tilted: Path) -> None:
     probe, gel = tilted / "probe.toml", tilted / "gel" / "gel.csv"
-    other = run("replay", gel, "--calibration", probe, "--set", "age=1", "--set", "contact_exponent=1.5").stdout
+    other = run(
+        "replay", gel, "--calibration", probe, "--set", "age=1", "--set", "contact_exponent=1.5"
+    ).stdout
     assert (
         "no modulus: measured with age 1 and contact_exponent 1.5, but calibrated with age 0 and contact_exponent 1: use --set"
         in other
@@ -164,13 +212,25 @@ def test_files_with_and_without_a_choice(tilted: Path, tmp_path: Path) -> None:
     older = tmp_path / "older.toml"
     older.write_text(re.sub(r"\[touch\].*?\n\n", "", text, flags=re.DOTALL))
     found = Calibration.load(older)
-    assert (found.ratio, found.contact_exponent, found.age_s, found.error_share) == ("hold", 1.0, 0.0, 1.0)
-    for wrong, said in {'ratio = "luck"': "ratio: got 'luck'", 'ratio = "hold"\nage_s = -1.0': "age_s: got"}.items():
-        older.write_text(text.replace('ratio = "level"\n', f"{wrong}\n", 1).replace("\nage_s = 0.0", ""))
+    assert (found.ratio, found.contact_exponent, found.age_s, found.error_share) == (
+        "hold",
+        1.0,
+        0.0,
+        1.0,
+    )
+    for wrong, said in {
+        'ratio = "luck"': "ratio: got 'luck'",
+        'ratio = "hold"\nage_s = -1.0': "age_s: got",
+    }.items():
+        older.write_text(
+            text.replace('ratio = "level"\n', f"{wrong}\n", 1).replace("\nage_s = 0.0", "")
+        )
         with pytest.raises(palpate.CalibrationError, match=said):
             Calibration.load(older)
     runs = hand.session(0, moduli=MODULI)
-    mixed = [Specimen(n, E, palpate.touches(runs[n], age=float(n == "40 A"))) for n, E in MODULI.items()]
+    mixed = [
+        Specimen(n, E, palpate.touches(runs[n], age=float(n == "40 A"))) for n, E in MODULI.items()
+    ]
     with pytest.raises(palpate.CalibrationError, match="several ages, exponents or kinds"):
         calibrate(mixed)
 
@@ -178,11 +238,15 @@ def test_files_with_and_without_a_choice(tilted: Path, tmp_path: Path) -> None:
 def test_a_replay_shows_the_ratio_of_the_session(tilted: Path, tmp_path: Path) -> None:
     path = tmp_path / "gel.csv"
     for suffix in (".csv", ".json"):
-        path.with_suffix(suffix).write_bytes((tilted / "gel" / "gel.csv").with_suffix(suffix).read_bytes())
+        path.with_suffix(suffix).write_bytes(
+            (tilted / "gel" / "gel.csv").with_suffix(suffix).read_bytes()
+        )
     held = run("replay", path).stdout
     read = sidecar.load(path)
     assert read
-    sidecar.save(path.with_suffix(".json"), {**read, "session": stored.Plan(ratio="level").as_dict()})
+    sidecar.save(
+        path.with_suffix(".json"), {**read, "session": stored.Plan(ratio="level").as_dict()}
+    )
     shown = run("replay", path).stdout
     assert "The ratios are level ratios" in shown
     assert "The ratios are level ratios" not in held
@@ -196,12 +260,24 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     whole = reduce(add, specimens.values())
     np.savetxt(tmp_path / "table.csv", np.column_stack([whole.t_hard_s, whole.hard, whole.soft]), delimiter=",", header="time s,hard pF,soft pF", comments="")  # fmt: skip
     path = tmp_path / "run.csv"
-    assert run("convert", tmp_path / "table.csv", "-o", path, "--map", "time=1,hard=2,soft=3").exit_code == 0
+    assert (
+        run(
+            "convert", tmp_path / "table.csv", "-o", path, "--map", "time=1,hard=2,soft=3"
+        ).exit_code
+        == 0
+    )
     touches = iter(enumerate(palpate.touches(palpate.read(path)), 1))
-    known = [KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens]
-    used, plan = list[Calibration](), SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str)
+    known = [
+        KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens
+    ]
+    used, plan = (
+        list[Calibration](),
+        SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str),
+    )
     for recorder in (SimpleNamespace(path=path), None):
-        bench = SimpleNamespace(files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None)
+        bench = SimpleNamespace(
+            files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None
+        )
         GuidedCalibration(bench, plan).save_calibration()  # type: ignore[arg-type]
         used.append(plan.progress.calibration)
     assert [found.ratio for found in used] == ["level", "hold"]

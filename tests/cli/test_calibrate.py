@@ -27,15 +27,24 @@ def values(printed: str) -> int:
 
 def test_the_session(folder: Path, tmp_path: Path) -> None:
     written = ("-o", tmp_path / "probe.toml", "--plot", tmp_path / "probe.png")
-    result = run("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *written)
+    result = run(
+        "calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *written
+    )
     lines = result.stdout.splitlines()
     assert lines[0].split()[:3] == ["specimen", "MPa", "touches"]
-    assert [line.split()[:3] for line in lines[1:3]] == [["30", "OO", "0.143"], ["40", "OO", "0.186"]]
+    assert [line.split()[:3] for line in lines[1:3]] == [
+        ["30", "OO", "0.143"],
+        ["40", "OO", "0.186"],
+    ]
     assert lines[11].split() == ["rises", "yes", "yes", "yes", "yes"]
     assert lines[-1].startswith("The curve fits. 10 specimens, ")
-    assert 36 <= values(lines[-1]) <= 40  # the gauges are not quite linear: some touches have the flag "curve"
+    assert (
+        36 <= values(lines[-1]) <= 40
+    )  # the gauges are not quite linear: some touches have the flag "curve"
     for name, true in {"rigid_ratio": 10.0, "half_modulus": 2.0}.items():
-        [(low, high)] = re.findall(rf"^{name} .*?([\d.]+) to ([\d.]+)", "\n".join(lines), re.MULTILINE)
+        [(low, high)] = re.findall(
+            rf"^{name} .*?([\d.]+) to ([\d.]+)", "\n".join(lines), re.MULTILINE
+        )
         assert float(low) < true < float(high)
     assert (tmp_path / "probe.png").read_bytes().startswith(b"\x89PNG")
 
@@ -43,14 +52,19 @@ def test_the_session(folder: Path, tmp_path: Path) -> None:
 def test_replay_adds_the_modulus(folder: Path) -> None:
     plain = run("replay", folder / "gel" / "gel.csv").stdout.splitlines()
     result = run("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
-    assert (result.exit_code, result.stderr.split(": ", 1)[1]) == (0, "simulated: no probe was used\n")
+    assert (result.exit_code, result.stderr.split(": ", 1)[1]) == (
+        0,
+        "simulated: no probe was used\n",
+    )
     lines = result.stdout.splitlines()
     assert len(lines) == len(plain) + 2 == 7
     for before, after in zip(plain, lines, strict=False):
         assert after.split()[:3] == before.split()[:3]
     assert all("(calibration)" in line for line in lines[1:5])
     assert lines[5].startswith("mean of 4 touches: 4.20")
-    assert re.fullmatch(r"The intervals include the scatter from touch to touch \(2\.\d %\)\.", lines[6])
+    assert re.fullmatch(
+        r"The intervals include the scatter from touch to touch \(2\.\d %\)\.", lines[6]
+    )
     [(low, high)] = re.findall(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[5])
     assert float(low) < 1.1 < float(high)
 
@@ -70,22 +84,38 @@ def test_doubts_of_a_calibration_are_told(folder: Path, tmp_path: Path) -> None:
     """Another scene; rows that were changed, wherever the calibration is used."""
     gel = folder / "gel" / "gel.csv"
     other = run("replay", gel, "--scene", "paper", "--calibration", folder / "probe.toml")
-    assert (other.exit_code, "with scene handheld, but this is scene paper" in other.stderr) == (0, True)
+    assert (other.exit_code, "with scene handheld, but this is scene paper" in other.stderr) == (
+        0,
+        True,
+    )
     shutil.copytree(folder / "ten", tmp_path / "ten")
     changed = specimens(tmp_path)[0]
     changed.write_bytes(changed.read_bytes().replace(b",0\n", b",1\n", 1))
     probe = tmp_path / "probe.toml"
     assert (
-        run("calibrate", *specimens(tmp_path), "--moduli", tmp_path / "ten" / "moduli.csv", "-o", probe).exit_code == 5
+        run(
+            "calibrate",
+            *specimens(tmp_path),
+            "--moduli",
+            tmp_path / "ten" / "moduli.csv",
+            "-o",
+            probe,
+        ).exit_code
+        == 5
     )
     result = run("replay", gel, "--calibration", probe)
-    assert "was made from recordings that were not as written, so the moduli may be wrong" in result.stderr
+    assert (
+        "was made from recordings that were not as written, so the moduli may be wrong"
+        in result.stderr
+    )
     assert f"{changed.name}: the rows were changed" in result.stderr
 
 
 def test_calibrate_as_json(folder: Path, tmp_path: Path) -> None:
     how = ("--by", "covariance", "--scene", "paper", "-o", tmp_path / "p.toml")
-    found = document("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *how)
+    found = document(
+        "calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *how
+    )
     assert (found["sound"], found["about"]) == (True, {"scene": "paper", "fitted on": "covariance"})
     assert [len(each) for each in (found["specimens"], found["data"]["ratios"])] == [10, 10]
     assert found["specimens"][0]["smallest error"] is None  # the scene has no standard error
@@ -95,15 +125,27 @@ def test_a_calibration_that_is_not_to_be_relied_on(folder: Path, tmp_path: Path)
     moduli = tmp_path / "moduli.csv"
     moduli.write_text((folder / "ten" / "moduli.csv").read_text().replace("30 A,0.87", "30 A,5.0"))
     result = run("calibrate", *specimens(folder), "--moduli", moduli, "-o", tmp_path / "p.toml")
-    assert (result.exit_code, "not reliable" in result.stdout, (tmp_path / "p.toml").exists()) == (5, True, True)
+    assert (result.exit_code, "not reliable" in result.stdout, (tmp_path / "p.toml").exists()) == (
+        5,
+        True,
+        True,
+    )
     later = run("replay", folder / "gel" / "gel.csv", "--calibration", tmp_path / "p.toml")
-    assert (later.exit_code, "calibration: This calibration is not reliable." in later.stderr) == (5, True)
+    assert (later.exit_code, "calibration: This calibration is not reliable." in later.stderr) == (
+        5,
+        True,
+    )
     moduli.write_text((folder / "ten" / "moduli.csv").read_text().replace("modulus_MPa", "modulus"))
     assumed = run("calibrate", *specimens(folder), "--moduli", moduli, "-o", tmp_path / "q.toml")
-    assert f"{moduli}: no unit of the moduli is named in its first line, MPa is assumed\n" in assumed.stderr
+    assert (
+        f"{moduli}: no unit of the moduli is named in its first line, MPa is assumed\n"
+        in assumed.stderr
+    )
 
 
-def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp_path: Path) -> None:
+def test_specimens_without_a_recording_and_touches_with_a_flag(
+    folder: Path, tmp_path: Path
+) -> None:
     table, probe = folder / "ten" / "moduli.csv", tmp_path / "p.toml"
     few = run("calibrate", *specimens(folder)[:7], "--moduli", table, "-o", probe)
     assert few.stderr.count("the specimen is left out") == 3
@@ -116,18 +158,32 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp
     assert f"30 OO: touch 4 of 30OO.csv is left out: {reason}\n" in flagged.stderr
     short += ["--accept", "short", "--accept", "gap"]
     accepted = run("calibrate", *specimens(folder), "--moduli", table, "-o", probe, *short)
-    assert (accepted.exit_code, accepted.stderr) == (0, "--accept gap: no touch has this flag; those found: short\n")
+    assert (accepted.exit_code, accepted.stderr) == (
+        0,
+        "--accept gap: no touch has this flag; those found: short\n",
+    )
     assert palpate.Calibration.load(probe).about["accepted flags"] == "short gap"
 
 
-def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(folder: Path, tmp_path: Path) -> None:
+def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(
+    folder: Path, tmp_path: Path
+) -> None:
     """Its sidecar has touches without a specimen: the name of the file still names it, and flags can be accepted."""
     shutil.copytree(folder / "ten", tmp_path / "ten")
     path = tmp_path / "ten" / "40A.csv"
     first, second, *_ = palpate.touches(path)
-    left_out = Plan(touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None)))
+    left_out = Plan(
+        touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None))
+    )
     sidecar.amend(path, left_out, Plan())
-    said = run("calibrate", *specimens(tmp_path), "--moduli", folder / "ten" / "moduli.csv", "-o", tmp_path / "p.toml")
+    said = run(
+        "calibrate",
+        *specimens(tmp_path),
+        "--moduli",
+        folder / "ten" / "moduli.csv",
+        "-o",
+        tmp_path / "p.toml",
+    )
     assert "10 specimens, " in said.stdout
     assert "40 A: touch 1 of 40A.csv is left out: discarded" in said.stderr
 
@@ -138,13 +194,20 @@ MODEL = ("offset", "drift", "lag", "curve", "creep")
 def test_the_cord(recordings: Path, tmp_path: Path) -> None:
     """Real touches, all of them short: a calibration that eq. (2) does not describe is written, and named unreliable."""
     moduli = {"m": 0.07, "l": 4.2, "ca": 4.6, "h": 12.8}  # a cord has none: these follow eq. (2)
-    (tmp_path / "moduli.csv").write_text("place,MPa\n" + "".join(f"{name},{E}\n" for name, E in moduli.items()))
+    (tmp_path / "moduli.csv").write_text(
+        "place,MPa\n" + "".join(f"{name},{E}\n" for name, E in moduli.items())
+    )
     files = [tmp_path / f"{name}-{number}.csv" for name in moduli for number in range(1, 16)]
     for file in files:
         shutil.copy(recordings / "cord" / file.name.replace("-", ""), file)
     how = ["--map", "soft=4,hard=8", "--free-soft-ratio", *(f"--accept={flag}" for flag in MODEL)]
-    result = run("calibrate", *files, "--moduli", tmp_path / "moduli.csv", *how, "-o", tmp_path / "cord.toml")
-    assert (result.exit_code, "This calibration is not reliable. 4 specimens" in result.stdout) == (5, True)
+    result = run(
+        "calibrate", *files, "--moduli", tmp_path / "moduli.csv", *how, "-o", tmp_path / "cord.toml"
+    )
+    assert (result.exit_code, "This calibration is not reliable. 4 specimens" in result.stdout) == (
+        5,
+        True,
+    )
     made = palpate.Calibration.load(tmp_path / "cord.toml")
     left_out = re.findall(r": touch 1 of \S+ is left out: ", result.stderr)
     assert len(made.ratios) == 60 - len(left_out) > 30
@@ -160,9 +223,19 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
         (["--free-soft-ratio"], 4, "got 3 specimens, allowed: 4 or more"),
     ],
 )
-def test_errors(folder: Path, tmp_path: Path, arguments: list[str], code: int, message: str) -> None:
+def test_errors(
+    folder: Path, tmp_path: Path, arguments: list[str], code: int, message: str
+) -> None:
     table = folder / "ten" / "moduli.csv"
-    result = run("calibrate", *specimens(folder)[:3], "--moduli", table, "-o", tmp_path / "p.toml", *arguments)
+    result = run(
+        "calibrate",
+        *specimens(folder)[:3],
+        "--moduli",
+        table,
+        "-o",
+        tmp_path / "p.toml",
+        *arguments,
+    )
     assert result.exit_code == code
     assert message in result.stderr
     assert not (tmp_path / "p.toml").exists()

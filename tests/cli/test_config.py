@@ -39,7 +39,10 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
     found = document("--config", other, "replay", FOUR)
     given = {"threshold": "inf", "drift": 0.5, "samples": 80, "seconds": None}
     assert (found["scene"], found["settings"]) == ("handheld", given)
-    assert json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout) == found
+    assert (
+        json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout)
+        == found
+    )
 
 
 def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path]) -> None:
@@ -60,30 +63,47 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[replay]\nscne = 1\n", "palpate.toml: [replay]: got 'scne', allowed: map, unit, time-unit, rate"),
-        ("[relay]\nscene = 1\n", "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]"),
+        (
+            "[replay]\nscne = 1\n",
+            "palpate.toml: [replay]: got 'scne', allowed: map, unit, time-unit, rate",
+        ),
+        (
+            "[relay]\nscene = 1\n",
+            "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]",
+        ),
         ("[replay\n", "palpate.toml: not TOML: "),
         ("[replay]\nsamples = 0\n", "0 is not in the range x>=1"),
-        ("[kit.noise]\nreading = 4\n", "palpate.toml: [kit.noise]: got 'reading', allowed: source, firmware, capf"),
+        (
+            "[kit.noise]\nreading = 4\n",
+            "palpate.toml: [kit.noise]: got 'reading', allowed: source, firmware, capf",
+        ),
     ],
 )
 def test_what_is_refused(places: tuple[Path, Path], text: str, message: str) -> None:
     places[1].write_text(text)
     result = run(*(["kit", "noise", "sim:"] if "[kit" in text else ["replay", FOUR]))
-    assert (result.exit_code, result.stdout, message in result.stderr) == (2, "", True), result.stderr
+    assert (result.exit_code, result.stdout, message in result.stderr) == (2, "", True), (
+        result.stderr
+    )
 
 
 def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Path, Path]) -> None:
     user, here = places
-    guarded = ("live no-token true", "convert force true", "doctor install-udev true", "kit.noise firmware 'x.hex'")
+    guarded = (
+        "live no-token true",
+        "convert force true",
+        "doctor install-udev true",
+        "kit.noise firmware 'x.hex'",
+    )
     for command, key, value in map(str.split, guarded):
         words = command.split(".")
         here.write_text(f"[{command}]\n{key} = {value}\n")
         refused, asked = run(*words), run("--config", here, *words, "--nope")
-        said = (
-            f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or"
-        )
-        assert (refused.exit_code, f"{said} this key in {user}; see palpate --help" in refused.stderr) == (2, True)
+        said = f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or"
+        assert (
+            refused.exit_code,
+            f"{said} this key in {user}; see palpate --help" in refused.stderr,
+        ) == (2, True)
         here.rename(user)
         assert "No such option '--nope'" in run(*words, "--nope").stderr
         assert "No such option '--nope'" in asked.stderr
@@ -92,10 +112,15 @@ def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Pat
     assert "[live]: host: got it in the working folder" in run("live").stderr
 
 
-def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refused(places: tuple[Path, Path]) -> None:
+def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refused(
+    places: tuple[Path, Path],
+) -> None:
     places[0].write_text('[replay]\nscene = "sliding"\n')
     result = run("replay", FOUR, PALPATE_REPLAY_JOBS="2")
-    printed = [f"defaults of replay from {places[0]}: scene", "defaults of replay from the environment: jobs"]
+    printed = [
+        f"defaults of replay from {places[0]}: scene",
+        "defaults of replay from the environment: jobs",
+    ]
     assert result.stderr.splitlines()[:2] == printed
     result = run("replay", FOUR, PALPATE_REPLAY_SCNE="paper")
     assert "the environment: [replay]: got 'scne', allowed: map, " in result.stderr
@@ -106,12 +131,17 @@ def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refus
 @pytest.mark.parametrize("name", [" ".join(names) for names, _ in commands() if names])
 def test_every_command_has_keys_a_short_help_and_an_example(name: str) -> None:
     command = dict(commands())[tuple(name.split())]
-    assert ({"debug"} if isinstance(command, click.Group) else {"json", "debug"}) <= set(keys(command))
+    assert ({"debug"} if isinstance(command, click.Group) else {"json", "debug"}) <= set(
+        keys(command)
+    )
     long = [option for p in command.params for option in p.opts if option.startswith("--")]
     assert len(keys(command)) >= len(long)
     if name in COMMANDS:
         assert command.get_short_help_str(limit=1000).rstrip(".") == COMMANDS[name][1].rstrip(".")
-    assert f"palpate {name}" in run(*name.split(), "--help").stdout.split("Example:\n")[1].split("Options:")[0]
+    assert (
+        f"palpate {name}"
+        in run(*name.split(), "--help").stdout.split("Example:\n")[1].split("Options:")[0]
+    )
 
 
 @pytest.mark.parametrize(
@@ -126,12 +156,17 @@ def test_every_command_has_keys_a_short_help_and_an_example(name: str) -> None:
 def test_the_word_that_was_likely_meant(arguments: list[str], meant: str) -> None:
     result = run(*arguments)
     assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (2, "", 1)
-    assert (f"; did you mean {meant!r}? See palpate" if meant else "; see palpate") in result.stderr, result.stderr
+    assert (
+        f"; did you mean {meant!r}? See palpate" if meant else "; see palpate"
+    ) in result.stderr, result.stderr
 
 
 def test_what_the_shell_offers() -> None:
     def offered(*words: str) -> list[str]:
-        environment = {"_PALPATE_COMPLETE": "zsh_complete", "COMP_WORDS": " ".join(("palpate", *words))}
+        environment = {
+            "_PALPATE_COMPLETE": "zsh_complete",
+            "COMP_WORDS": " ".join(("palpate", *words)),
+        }
         return run(**environment, COMP_CWORD=str(len(words))).stdout.split("\n")[1::3]
 
     assert offered("re") == ["record", "replay", "report"]

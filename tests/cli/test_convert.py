@@ -25,7 +25,12 @@ def block(path: Path) -> Block:
 def own(tmp_path: Path) -> Path:
     """Gaps, a lost sample, a saturated one."""
     bad = [sample(9, status=Status.LOST), sample(10, status=Status.HARD_SATURATED)]
-    return record(tmp_path / "own.csv", [*map(sample, (0, 1, 2, 7, 8)), *bad], name="script", full_scale_pF=4.0)
+    return record(
+        tmp_path / "own.csv",
+        [*map(sample, (0, 1, 2, 7, 8)), *bad],
+        name="script",
+        full_scale_pF=4.0,
+    )
 
 
 def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
@@ -35,9 +40,14 @@ def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
     assert "1 of 7 rows have no usable value: kept, marked as lost" in result.stderr
     schema = parquet.read_table(out).schema
     assert schema.names[:4] == ["seq", "t_hard_ns", "t_soft_ns", "hard_raw"]
-    assert [schema.field(name).metadata[b"unit"] for name in ("hard_pF", "t_soft_ns")] == [b"pF", b"ns"]
+    assert [schema.field(name).metadata[b"unit"] for name in ("hard_pF", "t_soft_ns")] == [
+        b"pF",
+        b"ns",
+    ]
     made, known = json.loads(parquet.read_metadata(out).metadata[b"palpate"]), load(own) or {}
-    assert [made[name] == known[name] for name in ("device", "started", "versions", "end")] == [True] * 4
+    assert [made[name] == known[name] for name in ("device", "started", "versions", "end")] == [
+        True
+    ] * 4
     assert made["notes"][-1].startswith("converted from own.csv by palpate ")
 
 
@@ -57,7 +67,9 @@ TABLE = "time (s),C hard (fF),C soft (fF),T (C)\n" + "".join(
 def test_another_loggers_table(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text(TABLE)
     out = tmp_path / "run.csv"
-    result = run("convert", tmp_path / "t.csv", "--map", "hard=C hard,soft=C soft", "-o", out, "--json")
+    result = run(
+        "convert", tmp_path / "t.csv", "--map", "hard=C hard,soft=C soft", "-o", out, "--json"
+    )
     assert result.exit_code == 0, result.stderr
     made = json.loads(result.stdout)
     assert (made["rows"], made["lost"], "columns left out: T (C)" in made["notes"]) == (6, 1, True)
@@ -79,8 +91,13 @@ def test_times_are_not_invented(tmp_path: Path) -> None:
     assert run(*asked, "--rate", "40").exit_code == 0
     assert block(out)["t_hard_ns"].tolist() == [25_000_000 * i for i in range(5)]
     path.write_text(TABLE)
-    result = run("convert", path, "--map", "hard=2,soft=3", "-o", tmp_path / "b.csv", "--rate", "40")
-    assert (result.exit_code, "the times of the file are not used: a rate was given" in result.stderr) == (0, True)
+    result = run(
+        "convert", path, "--map", "hard=2,soft=3", "-o", tmp_path / "b.csv", "--rate", "40"
+    )
+    assert (
+        result.exit_code,
+        "the times of the file are not used: a rate was given" in result.stderr,
+    ) == (0, True)
 
 
 def test_a_running_recording_is_not_replaced(own: Path, tmp_path: Path) -> None:
@@ -98,7 +115,11 @@ def test_nothing_is_replaced_unasked_and_a_copy_is_equal(own: Path, tmp_path: Pa
     out = tmp_path / "out.csv"
     out.with_suffix(".json").write_text("precious")  # the sidecar is an output, too
     result = run("convert", own, "-o", out)
-    assert (result.exit_code, out.with_suffix(".json").read_text(), out.exists()) == (4, "precious", False)
+    assert (result.exit_code, out.with_suffix(".json").read_text(), out.exists()) == (
+        4,
+        "precious",
+        False,
+    )
     assert run("convert", own, "-o", out, "--force").exit_code == 0
     assert (check(out).clean, out.read_bytes()) == (True, own.read_bytes())
 
@@ -114,17 +135,27 @@ def test_a_failure_leaves_nothing(own: Path, tmp_path: Path) -> None:
 def test_import_shows_what_is_understood_and_what_is_open(own: Path, tmp_path: Path) -> None:
     path = tmp_path / "other.csv"
     rows = zip(*measurement(), strict=True)
-    path.write_text("t (s);A;B\n" + "".join(f"{t:.4f};{1e3 * h:.3f};{1e3 * s:.3f}\n" for t, h, s in rows))
+    path.write_text(
+        "t (s);A;B\n" + "".join(f"{t:.4f};{1e3 * h:.3f};{1e3 * s:.3f}\n" for t, h, s in rows)
+    )
     both = ("--map", "hard=2,soft=3")
     cases: dict[tuple[str, ...], tuple[int, str]] = {
         (): (2, r"    2  A      6900\.(.|\n)*columns: got none"),
         both: (2, "unit: got none"),
-        ("--map", "hard=3,soft=2", "--unit", "fF"): (0, r"\nswapped: the soft channel changed more (.|\n)*\n2 touches"),
-        (*both, "--unit", "fF"): (0, r"hard = A, fF; soft = B, fF; 38.4 pairs .*; 880 rows\n2 touches: ratio 2.0"),
+        ("--map", "hard=3,soft=2", "--unit", "fF"): (
+            0,
+            r"\nswapped: the soft channel changed more (.|\n)*\n2 touches",
+        ),
+        (*both, "--unit", "fF"): (
+            0,
+            r"hard = A, fF; soft = B, fF; 38.4 pairs .*; 880 rows\n2 touches: ratio 2.0",
+        ),
     }
     for options, (code, said) in cases.items():
         result = run("import", path, *options)
-        assert (result.exit_code, bool(re.search(said, result.output))) == (code, True), result.output
+        assert (result.exit_code, bool(re.search(said, result.output))) == (code, True), (
+            result.output
+        )
     asked = document("import", path, *both, "--unit", "fF")["asked"]
     assert asked == {"columns": {"hard": "2", "soft": "3"}, "unit": "fF"}
     assert run("import", own).exit_code == 2

@@ -33,7 +33,9 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(click, "get_app_dir", lambda name: str(tmp_path / name))
 
 
-def plug(monkeypatch: pytest.MonkeyPatch, *, loaded: bool = True, allowed: bool | None = None) -> KitTwin:
+def plug(
+    monkeypatch: pytest.MonkeyPatch, *, loaded: bool = True, allowed: bool | None = None
+) -> KitTwin:
     """Have a simulated board, usb:1/2."""
     clock = VirtualClock()
     backend = TwinBackend(clock)
@@ -50,7 +52,12 @@ def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPa
         raise DeviceNotFound("no permission to look")
 
     found = [devices.Found("usb:1/2", "AD7746 evaluation kit")]
-    for name, look in (("boards", lambda: found), ("chips", refused), ("_i2c", list), ("_ports", list)):
+    for name, look in (
+        ("boards", lambda: found),
+        ("chips", refused),
+        ("_i2c", list),
+        ("_ports", list),
+    ):
         monkeypatch.setattr(devices, name, look)
     result = run("devices")
     assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
@@ -66,7 +73,9 @@ def test_nothing_is_wrong_here() -> None:
     assert {line[:2] for line in result.stdout.splitlines()} <= {"ok", "--", "  "}
     found = document("doctor")
     assert found["wrong"] == 0
-    assert {"palpate", "extra usb", "firmware"} <= {finding["what"] for finding in found["findings"]}
+    assert {"palpate", "extra usb", "firmware"} <= {
+        finding["what"] for finding in found["findings"]
+    }
 
 
 BOARDS = [
@@ -81,7 +90,12 @@ BOARDS = [
 
 @pytest.mark.parametrize(("rule", "how", "code", "said"), BOARDS)
 def test_a_board_and_its_rule(
-    rule: str, how: dict[str, bool], code: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    rule: str,
+    how: dict[str, bool],
+    code: int,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if rule:
         (tmp_path / "rules.d").mkdir()
@@ -101,7 +115,10 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(metadata, "version", version)
     found = {finding.what: finding for finding in cli_devices.extras()}
-    assert (found["extra lsl"].state, found["extra lsl"].do) == ("free", "pip install 'palpate[lsl]'")
+    assert (found["extra lsl"].state, found["extra lsl"].do) == (
+        "free",
+        "pip install 'palpate[lsl]'",
+    )
     assert found["extra usb"].state == "ok"
     assert not {"extra test", "extra docs"} & set(found)
 
@@ -142,7 +159,8 @@ def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -
     assert f"{file} is there already" in again
     assert "--  udev: udevadm is not installed\n      unplug the board for a moment" in again
     assert (
-        "      sudo groupadd --system --force plugdev && sudo usermod -aG plugdev $USER  # then log in again" in again
+        "      sudo groupadd --system --force plugdev && sudo usermod -aG plugdev $USER  # then log in again"
+        in again
     )
 
 
@@ -150,7 +168,10 @@ def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_a_file_with_other_rules_stays(file: Path) -> None:
     file.parent.mkdir()
     whole = f"{UDEV_RULE}\n{OLDER}\n"
-    for before, code, said in (("# none\n", 0, "ok  udev rule: wrote "), (whole, 4, "has other rules, stays as it is")):
+    for before, code, said in (
+        ("# none\n", 0, "ok  udev rule: wrote "),
+        (whole, 4, "has other rules, stays as it is"),
+    ):
         file.write_text(before)
         result = run("doctor", "--install-udev")
         assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
@@ -163,7 +184,9 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
         raise PermissionError(13, "Permission denied", str(file))
 
     monkeypatch.setattr(udev, "install", refuse)
-    assert run("doctor", "--install-udev").exit_code == 4  # root itself is refused: sudo would not help
+    assert (
+        run("doctor", "--install-udev").exit_code == 4
+    )  # root itself is refused: sudo would not help
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     result = run("doctor", "--install-udev")
     command = f"      sudo {sys.executable} -P -m palpate doctor --install-udev\n"
@@ -180,7 +203,9 @@ def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
 @linux
 def test_udev_reads_and_applies_the_rules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = tmp_path / "udevadm"
-    monkeypatch.setattr(shutil, "which", lambda name, path=None: str(program) if program.exists() else None)
+    monkeypatch.setattr(
+        shutil, "which", lambda name, path=None: str(program) if program.exists() else None
+    )
     assert udev.reload().endswith("udevadm is not installed")
     program.write_text("#!/bin/sh\necho Running in chroot >&2; exit 1\n")
     program.chmod(0o755)
@@ -192,7 +217,9 @@ def test_udev_reads_and_applies_the_rules(tmp_path: Path, monkeypatch: pytest.Mo
     assert {"trigger", "--action=change", "--attr-match=idVendor=0456"} <= set(trigger.split())
 
 
-def test_permission_is_that_of_the_device_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_permission_is_that_of_the_device_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     node = tmp_path / "001" / "002"
     assert find.may_open(find.Board(1, 2, ()), tmp_path) is None
     node.parent.mkdir()

@@ -14,11 +14,15 @@ from palpate.cli import COMMANDS
 from project import FOUR, ROOT
 
 
-def process(*words: str, before: str = "", **environment: str) -> "subprocess.CompletedProcess[str]":
+def process(
+    *words: str, before: str = "", **environment: str
+) -> "subprocess.CompletedProcess[str]":
     """Run the program in a process of its own, after some lines of Python."""
     code = f"import sys; sys.argv = ['palpate', *{words!r}]\n{before}\nfrom palpate.__main__ import main; main()"
     given = {**os.environ, **environment}
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=given, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=given, check=False
+    )
 
 
 def no_space(*_: object) -> None:
@@ -46,9 +50,18 @@ def imported(*words: str) -> set[str]:
 @pytest.mark.parametrize(
     ("words", "heavy"),
     [
-        (["--help"], "numpy usb serial smbus2 asyncio jinja2 pandas palpate.sources palpate.stream"),
-        (["record", "--help"], "numpy usb serial smbus2 pylsl asyncio jinja2 pandas palpate.sources palpate.stream"),
-        (["replay", str(FOUR)], "importlib.metadata email tempfile pandas palpate.offline_touches palpate.sources"),
+        (
+            ["--help"],
+            "numpy usb serial smbus2 asyncio jinja2 pandas palpate.sources palpate.stream",
+        ),
+        (
+            ["record", "--help"],
+            "numpy usb serial smbus2 pylsl asyncio jinja2 pandas palpate.sources palpate.stream",
+        ),
+        (
+            ["replay", str(FOUR)],
+            "importlib.metadata email tempfile pandas palpate.offline_touches palpate.sources",
+        ),
     ],
 )
 def test_only_what_is_needed_is_imported(words: list[str], heavy: str) -> None:
@@ -75,7 +88,9 @@ def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )  # fmt: skip
-def test_errors_are_one_line(error: BaseException, code: int, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_are_one_line(
+    error: BaseException, code: int, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail(*_: object, **__: object) -> None:
         raise error
 
@@ -118,17 +133,27 @@ def test_an_error_is_a_document_too(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     for command, several in (("replay", None), ("check", "unreadable")):
         found = document(command, str(FOUR), "no.csv")
         [failed] = [each for each in (found[several] if several else found) if "error" in each]
-        assert (failed["file"], failed["error"]["code"], "touches" in failed) == ("no.csv", 4, False)
+        assert (failed["file"], failed["error"]["code"], "touches" in failed) == (
+            "no.csv",
+            4,
+            False,
+        )
     monkeypatch.setattr("palpate.recording.writer.write", no_space)
-    found = document("record", "sim:step-up", "-o", "b.csv")  # one document with what was measured until then
+    found = document(
+        "record", "sim:step-up", "-o", "b.csv"
+    )  # one document with what was measured until then
     assert found["error"]["code"] == 4
 
 
-@pytest.mark.parametrize("name", sorted({*COMMANDS} - {"live"}))  # which ends when it is interrupted
+@pytest.mark.parametrize(
+    "name", sorted({*COMMANDS} - {"live"})
+)  # which ends when it is interrupted
 def test_json_is_one_document(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     arguments = JSON[name]
-    Path("table.csv").write_text("t_s,C1,C2\n" + "".join(f"{i / 40},{6 + i % 3},{4 + i % 2}\n" for i in range(40)))
+    Path("table.csv").write_text(
+        "t_s,C1,C2\n" + "".join(f"{i / 40},{6 + i % 3},{4 + i % 2}\n" for i in range(40))
+    )
     if name == "calibrate":
         assert run("simulate", "-o", "ten", "--touches", "1").exit_code == 0
         arguments = [*map(str, Path("ten").glob("*.csv")), *arguments]
@@ -140,7 +165,9 @@ def test_a_pipe_that_is_closed(tmp_path: Path) -> None:
     os.close(reader)
     for words in (["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv")], ["--version"]):
         command = [sys.executable, "-m", "palpate", *words]
-        done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(
+            command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False
+        )
         assert done.returncode == 1
     assert (done.stderr, check(tmp_path / "run.csv").clean) == ("", True)
     os.close(writer)
@@ -163,7 +190,9 @@ def test_a_missing_extra_leaves_nothing(
     extra: str, package: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "probe.toml").write_bytes((ROOT / "tests/fuzz/corpus/calibration/probe.toml").read_bytes())
+    (tmp_path / "probe.toml").write_bytes(
+        (ROOT / "tests/fuzz/corpus/calibration/probe.toml").read_bytes()
+    )
     (tmp_path / "moduli.csv").write_text("name,MPa\nfour,1\n")
     before = set(tmp_path.rglob("*"))
     done = process(*words, before=raising(f"ModuleNotFoundError(name={package!r})", package))

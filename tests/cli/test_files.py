@@ -8,12 +8,25 @@ from typing import Any
 import click
 import pytest
 from command_lines import commands, run
-from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, Recordings, require_free, require_free_in
+from palpate.cli.paths import (
+    OUTPUT,
+    OUTPUT_FOLDER,
+    InputFile,
+    Recordings,
+    require_free,
+    require_free_in,
+)
 from project import copied
 
 OURS = (InputFile, Recordings, type(OUTPUT))
-WRITTEN = {names for names, command in commands() if any(p.type in (OUTPUT, OUTPUT_FOLDER) for p in command.params)}
-FORCED = {names for names, command in commands() if any("--force" in p.opts for p in command.params)}
+WRITTEN = {
+    names
+    for names, command in commands()
+    if any(p.type in (OUTPUT, OUTPUT_FOLDER) for p in command.params)
+}
+FORCED = {
+    names for names, command in commands() if any("--force" in p.opts for p in command.params)
+}
 
 
 @pytest.fixture(autouse=True)
@@ -34,25 +47,38 @@ def contents(folder: Path) -> dict[str, bytes | None]:
     return {str(path.relative_to(folder)): data for path, data in there.items()}
 
 
-def filled(names: tuple[str, ...], command: click.Command, wanted: click.Parameter, file: str) -> list[str]:
+def filled(
+    names: tuple[str, ...], command: click.Command, wanted: click.Parameter, file: str
+) -> list[str]:
     """Return a whole command line with this file as the value of the wanted parameter."""
     words = list(names)
     for parameter in command.params:
         if parameter.required or parameter is wanted or parameter.name == "source":
             other = "new.csv" if parameter.type in (OUTPUT, OUTPUT_FOLDER) else "run.csv"
             value = file if parameter is wanted else "sim:" if parameter.name == "source" else other
-            words += [value] if isinstance(parameter, click.Argument) else [parameter.opts[0], value]
+            words += (
+                [value] if isinstance(parameter, click.Argument) else [parameter.opts[0], value]
+            )
     return [*words, *([] if names else ["check", "run.csv"])]
 
 
 def lines(wanted: Callable[[Any], bool], file: str) -> list[list[str]]:
-    return [filled(names, command, p, file) for names, command in commands() for p in command.params if wanted(p.type)]
+    return [
+        filled(names, command, p, file)
+        for names, command in commands()
+        for p in command.params
+        if wanted(p.type)
+    ]
 
 
 def test_every_command_takes_files_by_these_types() -> None:
     """What is computed can be replaced with --force; a measurement, which cannot be repeated, never."""
     found = [(*names, p.name, p.type) for names, command in commands() for p in command.params]
-    plain = [each[:-1] for each in found if isinstance(each[-1], click.Path) and not isinstance(each[-1], OURS)]
+    plain = [
+        each[:-1]
+        for each in found
+        if isinstance(each[-1], click.Path) and not isinstance(each[-1], OURS)
+    ]
     assert plain == [("live", "folder")]  # one that exists
     assert {("record",), ("live",), ("kit", "accept")} == WRITTEN - FORCED
     assert WRITTEN >= FORCED
@@ -75,7 +101,9 @@ def test_each_command_with_a_wrong_file(line: list[str], folder: Path) -> None:
     before = contents(folder)
     result = run(*line)
     assert (result.exit_code, result.stdout, contents(folder)) == (4, "", before), result.output
-    assert re.fullmatch(r"Error: (nowhere.csv|taken.csv|folder): .*\n", result.stderr), result.stderr
+    assert re.fullmatch(r"Error: (nowhere.csv|taken.csv|folder): .*\n", result.stderr), (
+        result.stderr
+    )
 
 
 @pytest.mark.parametrize(

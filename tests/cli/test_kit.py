@@ -44,21 +44,40 @@ def test_report_prints_what_accept_printed(folder: Path) -> None:
     assert done.stderr.endswith(f"report: {path.name}\n")
     again = run("report", path.name)
     title, *lines = again.stdout.splitlines()
-    assert (again.exit_code, title[:20], lines) == (5, "sim:?wiring=exca, 20", done.stdout.splitlines())
+    assert (again.exit_code, title[:20], lines) == (
+        5,
+        "sim:?wiring=exca, 20",
+        done.stdout.splitlines(),
+    )
     assert run("report", path.name, "--json").stdout == path.read_text()
-    assert document("kit", "accept", "sim:", "-o", "a.json") == json.loads((folder / "a.json").read_text())
+    assert document("kit", "accept", "sim:", "-o", "a.json") == json.loads(
+        (folder / "a.json").read_text()
+    )
 
 
 def test_the_probe_of_a_simulated_board_is_pressed(folder: Path) -> None:
-    done = run("accept", "sim:?idle=25", "-o", "a.json", "--prompt", "--skip", "replug", text="\n\n")
+    done = run(
+        "accept", "sim:?idle=25", "-o", "a.json", "--prompt", "--skip", "replug", text="\n\n"
+    )
     assert "ok  press: hard bump +" in done.stdout, done.stdout
     assert "--  known capacitor: left out" in done.stdout
-    done = run("accept", "sim:?idle=25&wiring=swapped", "-o", "b.json", "--prompt", "--skip", "replug", text="\n\n")
+    done = run(
+        "accept",
+        "sim:?idle=25&wiring=swapped",
+        "-o",
+        "b.json",
+        "--prompt",
+        "--skip",
+        "replug",
+        text="\n\n",
+    )
     assert (done.exit_code, "the inputs are swapped" in done.stdout) == (5, True)
     assert "--  press: left out" in run("accept", "sim:", "--prompt", text="s\ns\n\n").stdout
 
 
-def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unplugged_board_leaves_the_report_so_far(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     fail(monkeypatch, Fault("unplug", float("inf"), skip=400))
     done = run("accept", "sim:", "-o", "a.json")
     assert re.search("ended early: .*the board was unplugged", done.stdout)
@@ -71,17 +90,27 @@ def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: 
     ("fault", "step", "words"),
     [
         ("unplug:1.5@0", "losses", "the board was unplugged and came back"),
-        ("wire-off:2@1", "status of the pairs", "CIN2+ and EXCB: a wire came off after the inputs were measured"),
+        (
+            "wire-off:2@1",
+            "status of the pairs",
+            "CIN2+ and EXCB: a wire came off after the inputs were measured",
+        ),
         ("chip-absent@1", "pairs", "the chip stopped answering: check link LK2"),
     ],
 )
-def test_what_fails_after_the_inputs_is_not_blamed_on_them(fault: str, step: str, words: str) -> None:
-    steps = {each["name"]: each for each in document("kit", "accept", f"sim:?fault={fault}")["steps"]}
+def test_what_fails_after_the_inputs_is_not_blamed_on_them(
+    fault: str, step: str, words: str
+) -> None:
+    steps = {
+        each["name"]: each for each in document("kit", "accept", f"sim:?fault={fault}")["steps"]
+    }
     assert (steps[step]["verdict"], words in " ".join(steps[step]["do"])) == ("wrong", True)
     assert not re.search("too busy|see the inputs", str(steps))
 
 
-@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)])
+@pytest.mark.parametrize(
+    ("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)]
+)
 def test_what_ends_it_is_in_the_report(
     error: BaseException, code: int, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -111,18 +140,26 @@ def test_scan() -> None:
 
 
 def test_noise_is_that_of_the_data_sheet() -> None:
-    rows = document("kit", "noise", "sim:?idle=600", "--readings", "400", "--capf", "0", "--capf", "7")["noise"]
+    rows = document(
+        "kit", "noise", "sim:?idle=600", "--readings", "400", "--capf", "0", "--capf", "7"
+    )["noise"]
     assert [row["capf"] for row in rows] == [0, 7]
     for row in rows:  # 5 sigma of 400 readings
-        assert [row["cin1_aF"], row["cin2_aF"]] == pytest.approx([row["data_sheet_aF"]] * 2, rel=0.25)
+        assert [row["cin1_aF"], row["cin2_aF"]] == pytest.approx(
+            [row["data_sheet_aF"]] * 2, rel=0.25
+        )
     done = run("noise", "sim:?wiring=soft-open", "--capf", "0")
     assert "       -" in done.stdout
-    assert done.stderr.startswith("CIN2 is not measured: it has 0.003 pF on EXCA and 0.003 pF on EXCB")
+    assert done.stderr.startswith(
+        "CIN2 is not measured: it has 0.003 pF on EXCA and 0.003 pF on EXCB"
+    )
 
 
 def test_dump() -> None:
     rows = document("kit", "dump", "sim:")["registers"]
-    assert "".join(row["content"] for row in rows) == "0700000000000000 0003a0000080 0066cc5c90".replace(" ", "")
+    assert "".join(
+        row["content"] for row in rows
+    ) == "0700000000000000 0003a0000080 0066cc5c90".replace(" ", "")
     shown = run("dump", "sim:").stdout
     assert "0A  CONFIG      a0      idle; CAPF 4: 62.0 ms, VTF 2: 62.1 ms" in shown
 

@@ -10,7 +10,9 @@ from palpate import Status, check
 from palpate.recording.sidecar import load
 from recording_bench import killed, record, sample
 
-linux = pytest.mark.skipif(sys.platform != "linux", reason="a folder that root cannot write to, either")
+linux = pytest.mark.skipif(
+    sys.platform != "linux", reason="a folder that root cannot write to, either"
+)
 
 
 def rows(printed: str) -> dict[int, str]:
@@ -26,7 +28,9 @@ def told(printed: str) -> set[str]:
 
 def test_record_check_replay(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    recorded = run("record", "sim:four-specimens?seed=1", "-o", path, "--touches", "4", "--note", "on the desk")
+    recorded = run(
+        "record", "sim:four-specimens?seed=1", "-o", path, "--touches", "4", "--note", "on the desk"
+    )
     assert recorded.exit_code == 0, recorded.stderr
     lines = len(path.read_text().splitlines()) - 1
     assert recorded.stderr == f"{path}: {lines} rows; file closed\n"
@@ -43,17 +47,27 @@ def test_the_recorded_scene_is_replayed_unless_another_is_asked_for(tmp_path: Pa
     path = tmp_path / "run.csv"
     how = ("--scene", "paper", "--samples", "80", "--set", "threshold=inf")
     live, again = document("record", "sim:stiff-steady", "-o", path, *how), document("replay", path)
-    assert (again["scene"], again["settings"]["threshold"], again["settings"]["samples"]) == ("paper", "inf", 80)
+    assert (again["scene"], again["settings"]["threshold"], again["settings"]["samples"]) == (
+        "paper",
+        "inf",
+        80,
+    )
     assert again["touches"] == live["touches"]
     other = document("replay", path, "--scene", "handheld")
-    assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == ("handheld", {}, 208)
+    assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == (
+        "handheld",
+        {},
+        208,
+    )
     settings = document("replay", path, "--touch-seconds", "2")["settings"]
     assert (settings["samples"], settings["seconds"]) == (None, 2.0)
 
 
 def test_unplugged_for_good(tmp_path: Path) -> None:
     path = tmp_path / "gone.csv"
-    recorded = run("record", "sim:four-specimens?fault=unplug:inf@13&replug=5", "-o", path, "--touches", "4")
+    recorded = run(
+        "record", "sim:four-specimens?fault=unplug:inf@13&replug=5", "-o", path, "--touches", "4"
+    )
     assert (recorded.exit_code, list(rows(recorded.stdout))) == (3, [1, 2])
     assert recorded.stderr.splitlines()[-1].startswith("Error: ")
     assert "touch 2: short: the recording ended during this touch\n" in recorded.stdout
@@ -63,7 +77,9 @@ def test_unplugged_for_good(tmp_path: Path) -> None:
     assert rows(run("replay", path).stdout) == rows(recorded.stdout)
 
 
-def test_so_many_seconds_or_fewer_touches_than_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_so_many_seconds_or_fewer_touches_than_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cut, few = tmp_path / "a.csv", tmp_path / "b.csv"
     told = "short: the recording ended during this touch"
     recorded = run("record", "sim:step-up", "-o", cut, "--seconds", "4", "--json")
@@ -86,7 +102,9 @@ def test_so_many_seconds_or_fewer_touches_than_asked_for(tmp_path: Path, monkeyp
         (["sim:", "-o", "x.csv", "--scene", "moon"], 2, "scene: got 'moon'"),
         (["iio:/nowhere", "-o", "x.csv"], 3, "not found"),
         (["sim:", "-o", f"{__file__}/x.csv"], 4, "is no folder: make it, or name another one"),
-        pytest.param(["sim:", "-o", "/proc/x.csv"], 4, "/proc/x.json: cannot be written: ", marks=linux),
+        pytest.param(
+            ["sim:", "-o", "/proc/x.csv"], 4, "/proc/x.json: cannot be written: ", marks=linux
+        ),
     ],
 )
 def test_how_it_ends(
@@ -102,17 +120,24 @@ def test_how_it_ends(
 
 def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:
     good = record(tmp_path / "good.csv", [sample(i) for i in range(100)])
-    gaps = record(tmp_path / "gaps.csv", [sample(i) for i in (1, 2, 5)] + [sample(6, status=Status.LOST)])
+    gaps = record(
+        tmp_path / "gaps.csv", [sample(i) for i in (1, 2, 5)] + [sample(6, status=Status.LOST)]
+    )
     torn = killed(tmp_path / "torn.csv", 99, 99, torn=50)
     letter = tmp_path / "letter.csv"
     letter.write_text("Dear colleague,\n")
     assert [run("check", good, *more).exit_code for more in ([], [gaps], [gaps, torn])] == [0, 5, 4]
     assert run("check", good, letter).exit_code == 4
     found = document("check", good, letter)
-    assert ([entry["clean"] for entry in found["recordings"]], len(found["unreadable"])) == ([True], 1)
+    assert ([entry["clean"] for entry in found["recordings"]], len(found["unreadable"])) == (
+        [True],
+        1,
+    )
     table = tmp_path / "table.csv"
     table.write_text("time,hard,soft\n0,1,2\n0.1,1,3\n0.2,1,3\n")
     result = run("check", table, "--map", "hard=2,soft=3", "--unit", "pF")
-    said = "time = time, s (by its steps); hard = hard, pF; soft = soft, pF; 10 pairs a second; 3 rows"
+    said = (
+        "time = time, s (by its steps); hard = hard, pF; soft = soft, pF; 10 pairs a second; 3 rows"
+    )
     shown = f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n  {said}\n"
     assert (result.exit_code, result.stdout) == (0, shown)

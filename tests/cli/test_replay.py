@@ -31,14 +31,26 @@ def table(folder: Path, name: str, unit: str = "pF", *, from_s: float = 0.0) -> 
 
 def test_one_row_a_touch_or_one_document() -> None:
     head, *lines = run("replay", FOUR).stdout.splitlines()
-    assert " ".join(head.split()) == "touch start_s samples ratio ± uncertainty covariance alarm result flags"
+    assert (
+        " ".join(head.split())
+        == "touch start_s samples ratio ± uncertainty covariance alarm result flags"
+    )
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines, touches, strict=True):
-        assert line.split()[1:7] == [f"{touch.start_s:.3f}", str(touch.samples), *str(Uncertainty.of(touch)).split()]
+        assert line.split()[1:7] == [
+            f"{touch.start_s:.3f}",
+            str(touch.samples),
+            *str(Uncertainty.of(touch)).split(),
+        ]
     found = document("replay", FOUR, "--scene", "paper")
     touches = palpate.touches(palpate.read(FOUR), scene="paper")
     assert (found["scene"], found["rows"]) == ("paper", 1411)
-    none: dict[str, Any] = {"flags": [], "advice": [], "uncertainty": None, "uncertainty_from": "assumed"}
+    none: dict[str, Any] = {
+        "flags": [],
+        "advice": [],
+        "uncertainty": None,
+        "uncertainty_from": "assumed",
+    }
     assert found["touches"] == [touch.as_dict() | none for touch in touches]
 
 
@@ -51,20 +63,27 @@ def test_windows_are_touches() -> None:
         done = run("replay", FOUR, "--window", wrong)
         assert (done.exit_code, text in done.stderr) == (2, True)
     assert "allowed one of them" in run("replay", FOUR, "--window", "3:7", "--offline").stderr
-    assert "recordings, allowed: with one FILE" in run("replay", FOUR, FOUR.parent, "--window", "3:7").stderr
+    assert (
+        "recordings, allowed: with one FILE"
+        in run("replay", FOUR, FOUR.parent, "--window", "3:7").stderr
+    )
 
 
 def test_offline_shows_its_method_and_the_live_result_beside(tmp_path: Path) -> None:
     found = palpate.offline(palpate.read(FOUR))
     head, *lines, last = run("replay", FOUR, "--offline").stdout.splitlines()
     assert " ".join(head.split()) == "touch start_s samples ratio std. error live std. error flags"
-    assert last == "touch 1, 2, 3, 4: offline: matched pair of 5 + 6 points, baseline before and after"
+    assert (
+        last == "touch 1, 2, 3, 4: offline: matched pair of 5 + 6 points, baseline before and after"
+    )
     for line, touch in zip(lines, found, strict=True):
         live = touch.live
         assert line.split()[3] == number_format.number(touch.ratio, touch.standard_error)
         assert line.split()[5] == number_format.number(live.ratio, live.standard_error)
     whole = document("replay", FOUR, "--offline")
-    assert [record.pop("offline") for record in whole["touches"]] == [touch.as_dict() for touch in found]
+    assert [record.pop("offline") for record in whole["touches"]] == [
+        touch.as_dict() for touch in found
+    ]
     assert whole == document("replay", FOUR)
 
 
@@ -77,7 +96,9 @@ def test_a_length_in_seconds_or_in_samples(tmp_path: Path) -> None:
     both = run("replay", FOUR, "--samples", "70", "--touch-seconds", "2")
     assert (both.exit_code, "allowed: only one of them" in both.stderr) == (2, True)
     untimed = tmp_path / "untimed.csv"
-    untimed.write_text("".join(",".join(line.split(",")[5:7]) + "\n" for line in FOUR.read_text().splitlines()))
+    untimed.write_text(
+        "".join(",".join(line.split(",")[5:7]) + "\n" for line in FOUR.read_text().splitlines())
+    )
     columns = ("--map", "hard=1,soft=2")
     assert samples(untimed, *columns) == [250] * 4
     assert run("replay", untimed, *columns).stdout.splitlines()[1].split()[1] == "-"
@@ -96,17 +117,26 @@ def presses(folder: Path, period_s: float, rows: tuple[int, ...]) -> Path:
     down = np.repeat(np.arange(len(rows)) % 2, rows)
     random, path = np.random.default_rng(1), folder / f"{period_s}.csv"
     t = period_s * np.arange(len(down))
-    columns = [t, t + period_s / 2, *(4 + np.outer([0.75, 0.25], down) + 7e-5 * random.standard_normal((2, len(down))))]
+    columns = [
+        t,
+        t + period_s / 2,
+        *(4 + np.outer([0.75, 0.25], down) + 7e-5 * random.standard_normal((2, len(down)))),
+    ]
     names = ["time (s)", "soft time (s)", "hard (pF)", "soft (pF)"]
     keep = slice(0 if period_s else 2, 4)
-    np.savetxt(path, np.transpose(columns[keep]), delimiter=",", header=",".join(names[keep]), comments="")
+    np.savetxt(
+        path, np.transpose(columns[keep]), delimiter=",", header=",".join(names[keep]), comments=""
+    )
     return path
 
 
 @pytest.mark.parametrize(
-    ("period_s", "takes"), [(0.0, ""), (0.001, ", 0.8 s here"), (0.01, ", 0.32 s here"), (0.1, ", 3.2 s here")]
+    ("period_s", "takes"),
+    [(0.0, ""), (0.001, ", 0.8 s here"), (0.01, ", 0.32 s here"), (0.1, ", 3.2 s here")],
 )
-def test_a_pause_that_is_too_short_for_a_baseline_is_noted(period_s: float, takes: str, tmp_path: Path) -> None:
+def test_a_pause_that_is_too_short_for_a_baseline_is_noted(
+    period_s: float, takes: str, tmp_path: Path
+) -> None:
     scale = 25 if period_s == 0.001 else 1
     soon, late = (tuple(scale * n for n in (60, 60, pause, 60, 60)) for pause in (20, 170))
     said = f"1 of 2 touches were followed too soon by the next one: a baseline takes 32 pairs without contact{takes}; a drift"
@@ -118,7 +148,9 @@ def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Pat
     short = run("replay", presses(tmp_path, 0.1, (20, 40, 50, 40, 50)))
     assert short.exit_code == 5
     assert "no touch found: a baseline takes 32 pairs without contact, 3.2 s here" in short.stderr
-    slow, fast = (run("replay", presses(tmp_path, period_s, (60, 60, 60))).stderr for period_s in (0.05, 0.03))
+    slow, fast = (
+        run("replay", presses(tmp_path, period_s, (60, 60, 60))).stderr for period_s in (0.05, 0.03)
+    )
     assert "1 of 1 touches: the model was not tested" in slow
     assert "the model was not tested" not in fast
 
@@ -134,7 +166,9 @@ def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Pat
 def test_a_file_without_touches(text: str, code: int, said: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     result = run("replay", tmp_path / "a.csv", "--map", "hard=2,soft=3,time=1", "--unit", "pF")
-    assert (result.exit_code, result.stdout, said in result.stderr) == (code, "", True), result.stderr
+    assert (result.exit_code, result.stdout, said in result.stderr) == (code, "", True), (
+        result.stderr
+    )
 
 
 @pytest.mark.parametrize(
@@ -150,7 +184,9 @@ def test_a_file_without_touches(text: str, code: int, said: str, tmp_path: Path)
 )
 def test_usage_errors(arguments: list[str], message: str) -> None:
     result = run("replay", FOUR, *arguments)
-    assert (result.exit_code, result.stdout, message in result.stderr) == (2, "", True), result.stderr
+    assert (result.exit_code, result.stdout, message in result.stderr) == (2, "", True), (
+        result.stderr
+    )
 
 
 @pytest.fixture
@@ -159,7 +195,14 @@ def week(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name in ("b.csv", "a.csv", "tuesday/c.CSV"):
         copied(Path("week") / name)
-    for name in ("b.torn", "b.csv.unrepaired", "b.json.unrepaired", ".d.csv", "moduli.csv", "notes.md"):
+    for name in (
+        "b.torn",
+        "b.csv.unrepaired",
+        "b.json.unrepaired",
+        ".d.csv",
+        "moduli.csv",
+        "notes.md",
+    ):
         (Path("week") / name).write_text("no recording")
     copied(Path("week/.ipynb_checkpoints/a-checkpoint.csv"))
     Path("week/a-folder.csv").mkdir()
@@ -189,19 +232,29 @@ def test_folders_and_patterns_stand_for_the_recordings_in_them(week: Path) -> No
 def test_the_rows_and_documents_are_those_of_each_file(week: Path, jobs: str) -> None:
     head, *rows = run("replay", FOUR).stdout.splitlines()
     result = run("replay", week, "--jobs", jobs)
-    assert (result.exit_code, result.stderr) == (0, f"{Path('week/a.csv')}: simulated: no probe was used\n")
+    assert (result.exit_code, result.stderr) == (
+        0,
+        f"{Path('week/a.csv')}: simulated: no probe was used\n",
+    )
     names = ("week/a.csv", "week/b.csv", "week/tuesday/c.CSV")
     expected = [f"{Path(name)!s:18}  {row}" for name in names for row in rows]
     assert result.stdout.splitlines() == [f"{'file':18}  {head}", *expected]
     options = ("--scene", "paper", "--set", "threshold=0.1")
     one = document("replay", "week/a.csv", *options)
-    assert document("replay", week, *options, "--jobs", jobs)[:2] == [one, one | {"file": str(Path("week/b.csv"))}]
+    assert document("replay", week, *options, "--jobs", jobs)[:2] == [
+        one,
+        one | {"file": str(Path("week/b.csv"))},
+    ]
 
 
 def test_sentences_stand_below_with_the_file_and_how_tables_are_read_once(tmp_path: Path) -> None:
     paths = [table(tmp_path, name, "fF") for name in ("tremor", "not-level")]
     shown, alone = run("replay", *paths, *MAP), [run("replay", path, *MAP) for path in paths]
-    below = [f"{path}: {line}" for path, one in zip(paths, alone, strict=True) for line in one.stdout.splitlines()[2:]]
+    below = [
+        f"{path}: {line}"
+        for path, one in zip(paths, alone, strict=True)
+        for line in one.stdout.splitlines()[2:]
+    ]
     assert shown.stdout.splitlines()[3:] == below != []
     understood = alone[0].stderr.splitlines()[0].partition(": ")[2]
     assert (shown.stderr.count(understood), shown.exit_code) == (1, 0)
@@ -213,12 +266,22 @@ def test_a_bad_file_does_not_stop_the_others(week: Path) -> None:
     (week / "idle.csv").write_text("".join(["t (s),hard (pF),soft (pF)\n", *rows]))
     result = run("replay", week, week / "none.csv", "--jobs", "2")
     assert result.exit_code == 4
-    said = [f"Error: {week / 'aa.csv'}, line 1: not a recording", f"{week / 'idle.csv'}: no touch found: ", "none.csv"]
+    said = [
+        f"Error: {week / 'aa.csv'}, line 1: not a recording",
+        f"{week / 'idle.csv'}: no touch found: ",
+        "none.csv",
+    ]
     assert all(text in result.stderr for text in said), result.stderr
-    assert ["error" in each for each in document("replay", week, week / "none.csv")].count(True) == 2
+    assert ["error" in each for each in document("replay", week, week / "none.csv")].count(
+        True
+    ) == 2
     assert run("replay", week / "a.csv", week / "idle.csv").exit_code == 5
     wrong = run("replay", week / "a.csv", week / "b.csv", "--set", "treshold=6")
-    assert (wrong.exit_code, wrong.stdout, wrong.stderr.count("did you mean 'threshold'?")) == (4, "", 2)
+    assert (wrong.exit_code, wrong.stdout, wrong.stderr.count("did you mean 'threshold'?")) == (
+        4,
+        "",
+        2,
+    )
 
 
 @pytest.mark.parametrize("jobs", ["1", "3"])

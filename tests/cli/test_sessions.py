@@ -21,7 +21,9 @@ def planned(path: Path, plan: Plan | None, source: Path = FOUR) -> Path:
     """Copy a recording, with a plan in its sidecar."""
     shutil.copy(source, path)
     document = sidecar.load(source) or {}
-    sidecar.save(sidecar.sidecar_path(path), document | ({"session": plan.as_dict()} if plan else {}))
+    sidecar.save(
+        sidecar.sidecar_path(path), document | ({"session": plan.as_dict()} if plan else {})
+    )
     return path
 
 
@@ -40,7 +42,9 @@ def test_replay_shows_what_was_touched(plan: Plan, tmp_path: Path) -> None:
     plain, shown = run("replay", bare), run("replay", path)
     assert (plain.exit_code, shown.exit_code) == (0, 0)
     ends = ["specimen", "30 OO, left out: discarded", "70 OO", "40 A", "-"]
-    for line, before, end in zip(shown.stdout.splitlines(), plain.stdout.splitlines(), ends, strict=False):
+    for line, before, end in zip(
+        shown.stdout.splitlines(), plain.stdout.splitlines(), ends, strict=False
+    ):
         assert line.startswith(before.rstrip())
         assert line.endswith(f"  {end}")
     first, *_, last = document("replay", path)["touches"]
@@ -64,8 +68,15 @@ def test_it_is_the_calibration_of_the_same_touches_in_files_with_names(tmp_path:
 
 
 def test_what_is_left_out_is_told(plan: Plan, tmp_path: Path) -> None:
-    changes: tuple[dict[str, Any], ...] = ({"left_out": "discarded"}, {}, {"specimen": None}, {"specimen": "gel"})
-    entries = tuple(replace(entry, **change) for entry, change in zip(plan.touches, changes, strict=True))
+    changes: tuple[dict[str, Any], ...] = (
+        {"left_out": "discarded"},
+        {},
+        {"specimen": None},
+        {"specimen": "gel"},
+    )
+    entries = tuple(
+        replace(entry, **change) for entry, change in zip(plan.touches, changes, strict=True)
+    )
     path = planned(tmp_path / "run.csv", replace(plan, touches=entries))
     result = run("calibrate", path, "-o", tmp_path / "probe.toml")
     assert result.stderr.splitlines()[:-1] == [
@@ -76,9 +87,14 @@ def test_what_is_left_out_is_told(plan: Plan, tmp_path: Path) -> None:
     ], result.stderr
 
 
-def test_a_table_wins_and_says_so_and_recordings_that_disagree_are_refused(plan: Plan, tmp_path: Path) -> None:
+def test_a_table_wins_and_says_so_and_recordings_that_disagree_are_refused(
+    plan: Plan, tmp_path: Path
+) -> None:
     other = replace(plan, specimens=(Specimen("30OO", 0.2), *plan.specimens[1:]))
-    paths, table = (planned(tmp_path / "a.csv", plan), planned(tmp_path / "b.csv", other)), tmp_path / "moduli.csv"
+    paths, table = (
+        (planned(tmp_path / "a.csv", plan), planned(tmp_path / "b.csv", other)),
+        tmp_path / "moduli.csv",
+    )
     result = run("calibrate", *paths, "-o", tmp_path / "probe.toml")
     assert result.exit_code == 4
     assert f"{paths[1]}: 30 OO: got 0.2 MPa, allowed: 0.143 MPa, as in" in result.stderr
@@ -94,4 +110,8 @@ def test_without_a_plan_the_table_is_needed(plan: Plan, tmp_path: Path) -> None:
     paths = planned(tmp_path / "a.csv", plan), planned(tmp_path / "b.csv", WHOLE)
     result = run("calibrate", *paths, "-o", tmp_path / "probe.toml")
     missing = "--moduli: missing: allowed: a table of moduli"
-    assert (result.exit_code, missing in result.stderr, str(paths[1]) in result.stderr) == (2, True, True)
+    assert (result.exit_code, missing in result.stderr, str(paths[1]) in result.stderr) == (
+        2,
+        True,
+        True,
+    )

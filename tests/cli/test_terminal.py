@@ -15,7 +15,9 @@ from palpate import check
 from project import FOUR
 
 PATIENCE_S = 60
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
+pytestmark = pytest.mark.skipif(
+    not hasattr(os, "fork"), reason="no signals and terminals on this system"
+)
 SOURCE = "sim:four-specimens?speed=1"
 RECORD, LIVE = ["record", SOURCE, "-o"], ["live", SOURCE, "--no-open", "--port", "0", "--record"]
 PLAIN = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
@@ -73,7 +75,9 @@ def test_ctrl_c_twice_closes_the_file(tmp_path: Path) -> None:
         told = process.communicate(timeout=PATIENCE_S)[1]
     report = check(path)
     assert (process.returncode, report.clean) == (130, True)
-    assert re.search(rf"run.csv: {report.survey.rows} rows(, 1 late)?, no touch; file closed\n$", told), told
+    assert re.search(
+        rf"run.csv: {report.survey.rows} rows(, 1 late)?, no touch; file closed\n$", told
+    ), told
 
 
 def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> None:
@@ -109,7 +113,9 @@ def on_a_terminal(words: list[str]) -> tuple[str, str]:
 
 
 def test_progress_is_shown_on_a_terminal_only(tmp_path: Path) -> None:
-    printed, drawn = on_a_terminal(["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"])
+    printed, drawn = on_a_terminal(
+        ["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"]
+    )
     assert (" pairs, 0 lost, " in drawn, "\r" in printed) == (True, False)
     check_words = ["check", str(FOUR), str(FOUR)]
     assert "check  [##" in on_a_terminal(check_words)[1]
@@ -134,9 +140,13 @@ os.fsync = hang  # when all is written, and the file does not have its name yet
         (["simulate", "-o", "ten", "--object", "gel=1.1"], "SIGHUP"),
     ],
 )
-def test_a_command_that_is_ended_leaves_no_half_file(words: list[str], number: str, tmp_path: Path) -> None:
+def test_a_command_that_is_ended_leaves_no_half_file(
+    words: list[str], number: str, tmp_path: Path
+) -> None:
     code = f"{HANGS}\nfrom palpate.cli import main; main({words!r}, prog_name='palpate')"
-    with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, cwd=tmp_path) as running:
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    ) as running:
         until((tmp_path / "writing").exists, running)
         assert len(list(tmp_path.rglob("*"))) > 1
         running.send_signal(getattr(signal, number))

@@ -14,20 +14,31 @@ from report_session import change
 BAD = "\x1b]0;t\x07\x9b2J\u202e\r"  # a window title, a cleared screen, a changed direction, a line begun again
 
 
-def test_no_control_sequence_from_outside_reaches_the_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_control_sequence_from_outside_reaches_the_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     rows = "".join(f"{k / 40:.3f},{6.9 + k % 7 / 100},{4.6 + k % 5 / 100},x\n" for k in range(60))
     Path("a.csv").write_text(f"time (s),C{BAD}1 (pF),C{BAD}2 (pF),w{BAD}\n{rows}".replace("\r", ""))
-    Path("b.csv").write_text(f"time (s),C1 (pF),C2 (pF)\n{rows.replace(',x', '')}0.9,6{BAD[:-1]},4\n")
+    Path("b.csv").write_text(
+        f"time (s),C1 (pF),C2 (pF)\n{rows.replace(',x', '')}0.9,6{BAD[:-1]},4\n"
+    )
     week = Path(f"week{BAD}")
     week.mkdir()
-    for name, text in {"good": FOUR.read_text(), "cut": FOUR.read_text()[:-9], "none": BAD, "table": rows}.items():
+    for name, text in {
+        "good": FOUR.read_text(),
+        "cut": FOUR.read_text()[:-9],
+        "none": BAD,
+        "table": rows,
+    }.items():
         (week / f"{name}{BAD}.csv").write_text(text)
     own = week / f"own{BAD}.csv"
     assert run("record", "sim:step-up", "-o", own, "--note", BAD).exit_code == 0
     change(own, {"device": {"name": BAD, BAD: BAD}, "marks": [{"t_s": 1.0, "seq": 3, "text": BAD}]})
     Path("moduli.csv").write_text("name,MPa\n\u202egel,1\n")
-    Path("palpate.toml").write_text('[plot]\n"k\\u001b[2J" = "\\u202e"\n[devices]\nlsl = "\\u001b[2J"\n')
+    Path("palpate.toml").write_text(
+        '[plot]\n"k\\u001b[2J" = "\\u202e"\n[devices]\nlsl = "\\u001b[2J"\n'
+    )
     lines: list[list[str | Path]] = [
         *(["replay", name] for name in ("a.csv", "b.csv", week, f"none{BAD}.csv", f"{BAD}/*.csv", own)),
         ["replay", "a.csv", "--map", f"hard=C{BAD}1,soft=3"], ["import", "a.csv"], ["import", "b.csv"],
@@ -146,6 +157,8 @@ def test_a_mistake_is_one_line_with_a_way_out(
 
 def test_things_that_are_no_recordings_are_named() -> None:
     assert len(CASES) >= 60
-    with pytest.raises(SomeFailed, match=r"3 of 3 recordings failed; the first: recording: got 1, allowed: ") as caught:
+    with pytest.raises(
+        SomeFailed, match=r"3 of 3 recordings failed; the first: recording: got 1, allowed: "
+    ) as caught:
         touches([1, 2, 3])  # type: ignore[list-item]
     assert len(caught.value.results) == 3

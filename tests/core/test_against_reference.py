@@ -33,7 +33,10 @@ def unlimited(exact: reference.Trace, k: int, drift: float) -> Decimal:
 
 
 def check(
-    kind: Any, samples: tuple[list[float], list[float]], settings: dict[str, float], most_eps: float = inf
+    kind: Any,
+    samples: tuple[list[float], list[float]],
+    settings: dict[str, float],
+    most_eps: float = inf,
 ) -> int:
     """Compare the core with the reference at every sample, up to the first at which rounding may decide the alarm."""
     output, regressor = samples
@@ -93,12 +96,16 @@ def test_the_reference_is_weighted_least_squares() -> None:
     # 50 steps of the printed form, whose subtraction costs P x^2 <= 100 times eps each.
     assert trace.ratio[-1] == pytest.approx(expected, rel=50 * 100 * 2.3e-16)
     assert 1 / trace.covariance[-1] == pytest.approx(information, rel=50 * 100 * 2.3e-16)
-    assert palpate.Rls(forgetting=0.97, **settings).process(output, regressor)[-1] == pytest.approx(expected, rel=1e-14)
+    assert palpate.Rls(forgetting=0.97, **settings).process(output, regressor)[-1] == pytest.approx(
+        expected, rel=1e-14
+    )
 
 
 def test_the_reference_follows_the_paper_by_hand() -> None:
     """Two samples worked out from PAPER's equations: lambda 0.995, then 0.9 as g = 0.24 + 0.01... > h."""
-    trace = reference.adaptive_rls([1.0, 1.5], [0.5, 0.5], initial_ratio=1.0, initial_covariance=4.0)
+    trace = reference.adaptive_rls(
+        [1.0, 1.5], [0.5, 0.5], initial_ratio=1.0, initial_covariance=4.0
+    )
     first_gain = 4 * 0.5 / (0.9 + 0.25 * 4)  # |e| = 0.5, g = 0.49 > 0.05: the alarm is on at once
     first_ratio = 1 + first_gain * 0.5
     first_covariance = (4 - 4 * 0.25 * 4 / (0.9 + 0.25 * 4)) / 0.9
@@ -106,4 +113,6 @@ def test_the_reference_follows_the_paper_by_hand() -> None:
     second_gain = first_covariance * 0.5 / (0.9 + 0.25 * first_covariance)
     assert trace.alarm.tolist() == [True, True]
     assert trace.statistic == pytest.approx([0.49, 0.49 + abs(second) - 0.01], rel=1e-14)
-    assert trace.ratio == pytest.approx([first_ratio, first_ratio + second_gain * second], rel=1e-14)
+    assert trace.ratio == pytest.approx(
+        [first_ratio, first_ratio + second_gain * second], rel=1e-14
+    )

@@ -25,7 +25,9 @@ def mismatch(period_s: float, a: float, b: float) -> float:
     return float(np.sqrt(np.mean(np.abs(hard - soft) ** 2)))
 
 
-@pytest.mark.parametrize("period_s", [0.004, 0.01, 0.018, 0.022, 0.026, 0.0285, 0.0315, 0.036, 0.04])
+@pytest.mark.parametrize(
+    "period_s", [0.004, 0.01, 0.018, 0.022, 0.026, 0.0285, 0.0315, 0.036, 0.04]
+)
 def test_the_responses_of_the_filters_agree_as_far_as_any_can(period_s: float) -> None:
     w = 2 * np.pi * period_s * np.linspace(3, 13, 400)
     terms = np.stack([2 * np.cos(w) - 2, 2 * np.cos(w / 2) - 2 * np.cos(1.5 * w)], axis=1)
@@ -45,14 +47,20 @@ def readings(draw: st.DrawFn) -> tuple[NDArray[Any], ...]:
     """Draw times, ns, and values: an even grid with jitter, gaps, lost readings, both orders, times that go back."""
     count = draw(st.integers(4, 60))
     period = draw(
-        st.sampled_from([1e-4, 0.001, 0.026, 0.0285, 0.0286, 0.0315, 0.04, 0.0405, 0.3, 1.2]) | st.floats(1e-4, 1.5)
+        st.sampled_from([1e-4, 0.001, 0.026, 0.0285, 0.0286, 0.0315, 0.04, 0.0405, 0.3, 1.2])
+        | st.floats(1e-4, 1.5)
     )
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     jitter = period * draw(st.sampled_from([0.0, 0.01, 0.1, 0.2, 0.3]))
     phase = draw(st.sampled_from([0.5, -0.5, 0.0, 0.3, 0.9]))
-    k = np.arange(count) + np.cumsum(draw(st.sampled_from([0, 0, 1, 40])) * (random.random(count) < 0.05))
+    k = np.arange(count) + np.cumsum(
+        draw(st.sampled_from([0, 0, 1, 40])) * (random.random(count) < 0.05)
+    )
     begin = draw(st.sampled_from([0.0, 3600.0, -5.0]))
-    times = [begin + period * (k + shift) + jitter * random.uniform(-1, 1, count) for shift in (0.0, phase)]
+    times = [
+        begin + period * (k + shift) + jitter * random.uniform(-1, 1, count)
+        for shift in (0.0, phase)
+    ]
     t_hard, t_soft = (np.rint(t * 1e9).astype(np.int64) for t in times)
     if phase == 0.0:
         t_soft = t_hard.copy()
@@ -61,7 +69,10 @@ def readings(draw: st.DrawFn) -> tuple[NDArray[Any], ...]:
         t_hard[at:] -= back
         t_soft[at:] -= back
     scale = 10.0 ** draw(st.integers(-9, 9))
-    values = [scale * (level + random.standard_normal(count)) for level in draw(st.sampled_from([(0, 0), (9, -4)]))]
+    values = [
+        scale * (level + random.standard_normal(count))
+        for level in draw(st.sampled_from([(0, 0), (9, -4)]))
+    ]
     for channel in values:
         channel[random.random(count) < draw(st.sampled_from([0.0, 0.05, 0.4]))] = draw(SPECIAL)
     return t_hard, t_soft, *values
@@ -77,7 +88,11 @@ def allowed(t_soft: NDArray[Any], soft: NDArray[Any], hard: NDArray[Any]) -> flo
         if (np.diff(window) > 0).all():
             ends = (int(window[1]), int(window[2]))
             largest = max(
-                largest, *(np.abs(align.lagrange(window.tolist(), at)).sum() for at in (*ends, sum(ends) // 2))
+                largest,
+                *(
+                    np.abs(align.lagrange(window.tolist(), at)).sum()
+                    for at in (*ends, sum(ends) // 2)
+                ),
             )
     both = np.concatenate([s, hard[np.isfinite(hard)], [0.0]])
     return float(50 * EPS * largest * np.abs(both).max())
@@ -104,14 +119,20 @@ def smoothed(times: ArrayLike) -> NDArray[np.float64]:
 
 
 def arrivals(n: int, late_ms: float = 3.0, seed: int = 0) -> NDArray[np.float64]:
-    return 1e12 + PERIOD * np.arange(n) + 1e6 * np.random.default_rng(seed).uniform(-late_ms, late_ms, n)
+    return (
+        1e12
+        + PERIOD * np.arange(n)
+        + 1e6 * np.random.default_rng(seed).uniform(-late_ms, late_ms, n)
+    )
 
 
 @pytest.mark.parametrize("n", [3, 8, 60])
 def test_the_first_stamps_are_a_least_squares_line(n: int) -> None:
     times = arrivals(n)
     line = np.polyfit(np.arange(n), times - times[0], 1)
-    assert smoothed(times)[-1] - times[0] == pytest.approx(np.polyval(line, n - 1), abs=2 * n)  # whole ns each time
+    assert smoothed(times)[-1] - times[0] == pytest.approx(
+        np.polyval(line, n - 1), abs=2 * n
+    )  # whole ns each time
 
 
 @pytest.mark.parametrize("lost", [2, 500])

@@ -15,7 +15,14 @@ READY, LEVEL, EXPECTED, SLOPE, SPREAD, VARIANCE, MEAN_AGE = range(7)
 
 
 def idle(
-    seed: int, count: int, scale: float, noise: float, drift: float, spikes: float, jump: float, code: float
+    seed: int,
+    count: int,
+    scale: float,
+    noise: float,
+    drift: float,
+    spikes: float,
+    jump: float,
+    code: float,
 ) -> NDArray[np.float64]:
     """Return a channel without contact: noise relative to the scale, a drift in noises a value, spikes, a jump, codes."""
     random, k = np.random.default_rng(seed), np.arange(count)
@@ -32,7 +39,8 @@ channels = st.builds(
     count=st.integers(1, 400),
     scale=st.sampled_from([0.6, -4.0, 1e-6, 1e6]),
     noise=st.sampled_from([0.0, 1e-7, 1e-4, 1.0]),
-    drift=st.sampled_from([0.0, 0.0, 0.02, -0.3, 5.0]) | st.floats(0.45, 0.65),  # the limit is 10 / 16
+    drift=st.sampled_from([0.0, 0.0, 0.02, -0.3, 5.0])
+    | st.floats(0.45, 0.65),  # the limit is 10 / 16
     spikes=st.sampled_from([0.0, 0.0, 0.02, 0.3]),
     jump=st.sampled_from([0.0, 0.0, 30.0, -1e4]),
     code=st.sampled_from([0.0, 0.0, 0.5, 3.0]),
@@ -45,7 +53,9 @@ def by_reference(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDAr
     for value in values.tolist():
         baseline.add(value)
         now = baseline.now
-        rows.append([baseline.ready, now.level, now.expected, now.slope, now.noise, now.variance, now.age])
+        rows.append(
+            [baseline.ready, now.level, now.expected, now.slope, now.noise, now.variance, now.age]
+        )
         trend = abs(now.fast - now.slow)
         clear.append(abs(trend - now.noise * (4 / 32) ** 0.5) > 1e-6 * now.noise)
     return np.array(rows, float), np.array(clear)
@@ -111,7 +121,9 @@ def decided(course: list[Row]) -> tuple[list[list[float]], NDArray[np.float64]]:
         between = wished and gate.state == "idle"
         given_.append([change, noise, waited, between])
         gate.update_between(change, noise) if between else gate.update(change, noise, waited)
-        right.append([gate.state == "contact", gate.age, gate.state == "idle", gate.fell, gate.suspects])
+        right.append(
+            [gate.state == "contact", gate.age, gate.state == "idle", gate.fell, gate.suspects]
+        )
     return given_, np.array(right, float)
 
 

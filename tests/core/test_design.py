@@ -15,13 +15,17 @@ drifts = st.floats(0.1, 1.2)
 clips = st.sampled_from([2.0, 3.0, 6.0])
 
 
-def simulated(drift: float, threshold: float, shift: float, clip: float, *, two_sided: bool) -> float:
+def simulated(
+    drift: float, threshold: float, shift: float, clip: float, *, two_sided: bool
+) -> float:
     """Return the mean run length of many runs."""
     random, alive = np.random.default_rng(5), RUNS
     sides, total = np.zeros((2, RUNS)), 0
     while alive:
         z = np.clip(shift + random.standard_normal(alive), -clip, clip)
-        sides = np.maximum(0, sides + np.stack([z, -z if two_sided else np.full(alive, -np.inf)]) - drift)
+        sides = np.maximum(
+            0, sides + np.stack([z, -z if two_sided else np.full(alive, -np.inf)]) - drift
+        )
         total += alive
         sides = sides[:, (sides <= threshold).all(axis=0)]
         alive = sides.shape[1]
@@ -30,7 +34,9 @@ def simulated(drift: float, threshold: float, shift: float, clip: float, *, two_
 
 @examples(10, 150)
 @given(drifts, st.floats(0.5, 5.0), st.floats(0.0, 2.0), clips)
-def test_a_run_is_as_long_as_simulated(drift: float, threshold: float, shift: float, clip: float) -> None:
+def test_a_run_is_as_long_as_simulated(
+    drift: float, threshold: float, shift: float, clip: float
+) -> None:
     expected = run_length(drift, threshold, shift=shift, clip=clip)
     assume(expected < 300)
     found = simulated(drift, threshold, shift, clip, two_sided=False)

@@ -13,17 +13,30 @@ from project import ROOT, kept_json, need
 from bench.embedded import firmware
 
 EMBEDDED = ROOT / "bench" / "embedded"
-SIMULATED = ("m0", "m3", "m4f", "m7") if ALL else ("m0", "m4f")  # without and with arithmetic of its own
+SIMULATED = (
+    ("m0", "m3", "m4f", "m7") if ALL else ("m0", "m4f")
+)  # without and with arithmetic of its own
 
 
 @cache
 def table(target: str) -> dict[str, Any]:
     """Run bench/embedded/size.py for one target."""
     need("arm-none-eabi-g++")
-    programs = need("c++"), need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm")
+    programs = (
+        need("c++"),
+        need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm"),
+    )
 
     def measure(made: Path) -> None:
-        command = [sys.executable, "-m", "bench.embedded.size", "--target", target, "--json", str(made)]
+        command = [
+            sys.executable,
+            "-m",
+            "bench.embedded.size",
+            "--target",
+            target,
+            "--json",
+            str(made),
+        ]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         assert made.exists(), done.stdout + done.stderr
 
@@ -54,7 +67,9 @@ def test_the_same_bits_as_on_this_machine(target: str) -> None:
         "HandheldFull",
         "Sliding",
     ):
-        expected = 4 if scene in ("HandheldTilted", "HandheldFull") else 2  # each one again when it is revised
+        expected = (
+            4 if scene in ("HandheldTilted", "HandheldFull") else 2
+        )  # each one again when it is revised
         assert sum(line.startswith(f"{scene} touch ") for line in found["results"]) == expected
 
 
@@ -72,7 +87,10 @@ def test_no_heap_no_unwinder_no_double(target: str) -> None:
         ("PaperSafe", {"text": 220, "worst": 54, "state": 12, "stack": 0}),
         # QEMU counts ticks of 40 instructions. The worst of the full one comes once, at the end of a touch: the flags.
         ("Handheld", {"text": 5990, "mean": 470, "worst": 655, "state": 580, "stack": 216}),
-        ("HandheldFull", {"text": 17220, "mean": 1190, "worst": 15610, "state": 1516, "stack": 840}),
+        (
+            "HandheldFull",
+            {"text": 17220, "mean": 1190, "worst": 15610, "state": 1516, "stack": 840},
+        ),
     ],
 )
 def test_what_it_may_cost_on_a_cortex_m4f(subject: str, allowed: dict[str, int]) -> None:
@@ -83,11 +101,19 @@ def test_what_it_may_cost_on_a_cortex_m4f(subject: str, allowed: dict[str, int])
     assert told.get(subject, "").format(found["state"]) in (ROOT / "docs" / "cpp.md").read_text()
 
 
-@pytest.mark.parametrize("absent", ["qemu-system-arm", "riscv64-unknown-elf-g++", "arm-none-eabi-g++"])
-def test_the_bench_names_what_is_not_installed_before_it_compiles(absent: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "absent", ["qemu-system-arm", "riscv64-unknown-elf-g++", "arm-none-eabi-g++"]
+)
+def test_the_bench_names_what_is_not_installed_before_it_compiles(
+    absent: str, tmp_path: Path
+) -> None:
     for program in {"c++", *firmware.PACKAGES} - {absent}:
         (tmp_path / program).symlink_to("/bin/true")
     command = [sys.executable, "-m", "bench.embedded.size"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env={"PATH": str(tmp_path)}, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=ROOT, env={"PATH": str(tmp_path)}, check=False
+    )
     said = f"not installed:\n{absent}: apt install {firmware.PACKAGES[absent]}\nor leave out the targets"
-    assert (done.returncode, done.stdout, done.stderr.startswith(said)) == (2, "", True), done.stderr
+    assert (done.returncode, done.stdout, done.stderr.startswith(said)) == (2, "", True), (
+        done.stderr
+    )

@@ -13,7 +13,11 @@ from palpate.simulation import scenarios
 
 from bench.accuracy.extremes import TWINS, Case, exact_cases, outcome, press
 
-CASES = [pytest.param(kind, case, id=f"{kind.__name__}-{case.name}") for kind in TWINS for case in exact_cases(kind)]
+CASES = [
+    pytest.param(kind, case, id=f"{kind.__name__}-{case.name}")
+    for kind in TWINS
+    for case in exact_cases(kind)
+]
 
 
 @pytest.mark.parametrize(("kind", "case"), CASES)
@@ -38,7 +42,9 @@ def test_data_without_noise_keep_normal_numbers(kind: Any) -> None:
     """Arithmetic with subnormal numbers takes ten times as long; in float32 the noise is what the ratio is off."""
     estimator = kind()
     estimator.process(np.full(300_000, 2.5 * 0.3), np.full(300_000, 0.3))
-    numbers = np.abs([number for number in estimator.__getstate__()[1] if isinstance(number, float)])
+    numbers = np.abs(
+        [number for number in estimator.__getstate__()[1] if isinstance(number, float)]
+    )
     assert numbers[numbers > 0].min() >= np.finfo(dtype_of(kind)).tiny
 
 
@@ -50,7 +56,9 @@ def test_a_change_while_the_regressor_is_around_zero(noise: float) -> None:
     for _ in range(runs):
         x = rng.standard_normal(600)
         estimator = palpate.HandoverRls()
-        estimator.process(np.where(np.arange(600) < 400, 1.2, 0.6) * x + noise * rng.standard_normal(600), x)
+        estimator.process(
+            np.where(np.arange(600) < 400, 1.2, 0.6) * x + noise * rng.standard_normal(600), x
+        )
         off.append(estimator.ratio - 0.6)
         held.append(abs(off[-1]) < 1.96 * estimator.standard_error)
     assert np.sqrt(np.mean(np.square(off))) < 1.4 * noise / math.sqrt(200)
@@ -59,7 +67,9 @@ def test_a_change_while_the_regressor_is_around_zero(noise: float) -> None:
 
 REGRESSORS: dict[str, Callable[[np.random.Generator, int], NDArray[np.float64]]] = {
     "white": lambda random, n: random.standard_normal(n),
-    "of one size, either sign": lambda random, n: random.choice([-1.0, 1.0], n) * (1 + 0.1 * random.standard_normal(n)),
+    "of one size, either sign": lambda random, n: (
+        random.choice([-1.0, 1.0], n) * (1 + 0.1 * random.standard_normal(n))
+    ),
     "a sine": lambda random, n: np.sin(0.7 * np.arange(n)),
     "of one sign, any size": lambda random, n: 1 + 0.9 * random.uniform(-1, 1, n),
 }
@@ -101,7 +111,9 @@ def test_correlated_noise_beside_a_regressor_around_zero_is_no_drift(correlation
 
 @every
 def test_a_million_idle_samples_leave_the_ratio(kind: Any) -> None:
-    estimator = kind(**dict.fromkeys({"forgetting", "steady", "alarmed"} & set(kind().settings), 0.9))
+    estimator = kind(
+        **dict.fromkeys({"forgetting", "steady", "alarmed"} & set(kind().settings), 0.9)
+    )
     before = estimator.process(*press(100))[-1]
     estimator.process(*np.zeros((2, 1_000_000)))
     assert estimator.ratio == before
@@ -116,13 +128,20 @@ def test_clocks_that_stand_jump_or_go_back(scene: Any) -> None:
     truth = run.true_ratio[np.isfinite(run.true_ratio)][-1]
     n, half = len(run.hard), len(run.hard) // 2
     later = np.arange(n) > half
-    shifts = {"jumps on": 100.0 * later, "goes back": -3.0 * later, "to zero": -run.t_hard_s[half] * later, "late": 1e6}
+    shifts = {
+        "jumps on": 100.0 * later,
+        "goes back": -3.0 * later,
+        "to zero": -run.t_hard_s[half] * later,
+        "late": 1e6,
+    }
     clocks = {name: (run.t_hard_s + shift, run.t_soft_s + shift) for name, shift in shifts.items()}
     clocks["stands"] = run.t_hard_s.copy(), run.t_soft_s.copy()
     for t in clocks["stands"]:
         t[151:160] = t[150]
     for name, (t_hard, t_soft) in clocks.items():
-        [touch] = palpate.touches(palpate.Recording(t_hard, t_soft, run.hard, run.soft), scene=scene)[:1]
+        [touch] = palpate.touches(
+            palpate.Recording(t_hard, t_soft, run.hard, run.soft), scene=scene
+        )[:1]
         assert touch.ratio == pytest.approx(truth, rel=0.02), name
 
 

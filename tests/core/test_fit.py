@@ -32,7 +32,9 @@ def touch_of(
     is output, regressor, number; or change, 0, -1 at the hand-over.
     """
     random, k = np.random.default_rng(seed), np.arange(count)
-    waves = [np.sin(2 * np.pi * (pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
+    waves = [
+        np.sin(2 * np.pi * (pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)
+    ]
     x = 1 + sway * np.sum(waves, axis=0)
     x[:press] *= (k[:press] + 1) / (press + 1)
     later = k >= count // 2
@@ -40,7 +42,9 @@ def touch_of(
     terms = offset + drift * k / count + lag * np.gradient(x) if count > 1 else 0
     y = ratio * (1 + change * later) * (x + terms + curve * (x - 1) ** 2)
     x, y = (depth * (v + 0.65 * noise * random.standard_normal(count)) for v in (x, y))
-    rows: list[list[float]] = np.column_stack([y, x, k + 1000])[random.random(count) >= lost].tolist()
+    rows: list[list[float]] = np.column_stack([y, x, k + 1000])[
+        random.random(count) >= lost
+    ].tolist()
     if change:
         at = next((i for i, row in enumerate(rows) if row[2] >= 1000 + count // 2), len(rows))
         rows.insert(at + 1, [change, 0.0, -1.0])  # after a sample of the new depth, as at an alarm
@@ -74,7 +78,9 @@ touches = st.builds(
 )
 
 
-def by_reference(rows: list[list[float]], noise: float, ratio: float) -> tuple[Misfit, float, float, float]:
+def by_reference(
+    rows: list[list[float]], noise: float, ratio: float
+) -> tuple[Misfit, float, float, float]:
     """Return what the reference finds, how much the core's sums amplify rounding, and the outputs over regressor and slope."""
     fit = Fit()
     for output, regressor, number in rows:
@@ -83,8 +89,12 @@ def by_reference(rows: list[list[float]], noise: float, ratio: float) -> tuple[M
         else:
             fit.add(output, regressor, int(number))
     terms = fit.terms()
-    outputs, regressors, slopes = (float(np.linalg.norm(terms[name])) for name in ("y", "x", "slope"))
-    over_regressor, over_slope = (outputs / (ratio * size) if size else 0.0 for size in (regressors, slopes))
+    outputs, regressors, slopes = (
+        float(np.linalg.norm(terms[name])) for name in ("y", "x", "slope")
+    )
+    over_regressor, over_slope = (
+        outputs / (ratio * size) if size else 0.0 for size in (regressors, slopes)
+    )
     return fit.result(noise, noise, ratio), amplification(terms, noise), over_regressor, over_slope
 
 
@@ -94,14 +104,18 @@ def amplification(terms: dict[str, NDArray[np.float64]], noise: float) -> float:
     if len(x) < FEWEST:
         return 1.0
     columns = model(x, terms["time"], terms["slope"], noise)
-    matrix = np.column_stack([x**2 if name == "square" else column for name, column in columns.items()])
+    matrix = np.column_stack(
+        [x**2 if name == "square" else column for name, column in columns.items()]
+    )
     matrix /= np.sqrt((matrix**2).sum(axis=0))
     return float((np.linalg.norm(np.linalg.pinv(matrix, rcond=1e-15), axis=1) ** 2).max())
 
 
 def squares_to_noise(rows: list[list[float]], noise: float, ratio: float) -> float:
     """Return the mean square of the outputs over the least that the residuals can have."""
-    outputs = np.array([output for output, _, number in rows if number >= 0])  # the rest are hand-overs
+    outputs = np.array(
+        [output for output, _, number in rows if number >= 0]
+    )  # the rest are hand-overs
     return float((outputs**2).mean() / (NOISE_GAIN * (1 + ratio**2) * noise**2))
 
 
@@ -142,8 +156,12 @@ FLAGS = [(name, most, {"noise": noise, "sway": 0.1}) for noise in (1e-5, 3e-3)
          for name, most in (("offset", 0.2), ("drift", 0.2), ("lag", 0.9), ("curve", 0.9))]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "most", "settings"), [*FLAGS, ("pace", 0.5, {"noise": 3e-3, "sway": 0.2})])
-def test_each_limit_is_that_of_the_reference(name: str, most: float, settings: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("name", "most", "settings"), [*FLAGS, ("pace", 0.5, {"noise": 3e-3, "sway": 0.2})]
+)
+def test_each_limit_is_that_of_the_reference(
+    name: str, most: float, settings: dict[str, Any]
+) -> None:
     """Of a flag, and of the pace at which a slope is more than noise."""
 
     def touch(size: float) -> Touch:

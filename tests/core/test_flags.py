@@ -28,7 +28,9 @@ def size(sentence: str) -> float:
 
 @pytest.mark.parametrize("offset", [0.05, -0.03])
 def test_an_offset_is_told_with_its_size_its_side_and_the_ratio_without_it(offset: float) -> None:
-    [touch] = palpate.touches(simulate(replace(EFFECTS["not-level"], bumps=Bumps(offset=offset)), seed=2))
+    [touch] = palpate.touches(
+        simulate(replace(EFFECTS["not-level"], bumps=Bumps(offset=offset)), seed=2)
+    )
     sentence = of(touch)["offset"]
     # The share is of the mean depth, a little less than the deepest, and the fit's error is some parts in a thousand.
     assert size(sentence) == pytest.approx(abs(offset), rel=0.15)
@@ -47,7 +49,9 @@ def test_a_drift_of_a_baseline_is_told_with_the_correction_that_was_made() -> No
     tracker.process(*(column[~pressed] for column in columns))
     [touch] = tracker.touches
     made = touch.ratio / touch.first_ratio - 1
-    assert size(of(touch)["drift"]) == pytest.approx(made, abs=0.006 * abs(made) + 5e-5)  # two digits
+    assert size(of(touch)["drift"]) == pytest.approx(
+        made, abs=0.006 * abs(made) + 5e-5
+    )  # two digits
 
 
 @pytest.mark.parametrize("lag_s", [0.1, -0.05])
@@ -68,7 +72,11 @@ def test_a_lag_is_told_in_milliseconds_and_as_the_cause_of_the_rest(lag_s: float
         ("tilt-ramp", "drift", "the ratio changed during the touch"),
         ("power-gauge", "curve", "a bump bottoms out, or a gauge is not linear"),
         ("bottoms-out", "offset", "because of the curve"),
-        ("bottoms-out", "curve", "more than 100 %"),  # an effect larger than the signal has no number
+        (
+            "bottoms-out",
+            "curve",
+            "more than 100 %",
+        ),  # an effect larger than the signal has no number
         ("creep", "creep", "not corrected"),
         ("saturating", "saturated", "TOUCH.saturated readings are outside"),
         ("lost-10", "refused", "TOUCH.refused of"),
@@ -82,12 +90,17 @@ def test_the_cause_and_the_count_are_told(name: str, flag: str, said: str) -> No
 
 
 def test_a_touch_without_samples_is_told_to_press_neither_less_nor_more() -> None:
-    change, noise = np.repeat([0.0, 0.25, 0.0], 60), 40e-6 * np.random.default_rng(1).standard_normal((2, 180))
+    change, noise = (
+        np.repeat([0.0, 0.25, 0.0], 60),
+        40e-6 * np.random.default_rng(1).standard_normal((2, 180)),
+    )
     t, tracker = np.arange(180) * 0.026, palpate.Tracker("handheld", full_scale=9.5)
     tracker.process(t, t + 0.013, 9 + 2.5 * change + noise[0], 8 + change + noise[1])
     [touch] = tracker.touches
     assert touch.samples == 0
-    assert of(touch)["saturated"].startswith(f"all {touch.saturated} readings are outside the range of the converter")
+    assert of(touch)["saturated"].startswith(
+        f"all {touch.saturated} readings are outside the range of the converter"
+    )
     assert "press" not in "".join(of(touch).values())
 
 
@@ -102,4 +115,6 @@ def test_swapped_inputs_of_short_touches_are_told_where_three_agree(samples: int
 
     assert count(exchanged) == (4 if samples >= 10 else 0)
     assert count(exchanged[:2]) == (2 if samples >= 20 else 0)
-    assert count([*exchanged[:3], *palpate.touches(right)[:1]]) == (3 if samples >= 20 else 0), "one contradicts"
+    assert count([*exchanged[:3], *palpate.touches(right)[:1]]) == (3 if samples >= 20 else 0), (
+        "one contradicts"
+    )

@@ -35,7 +35,9 @@ def test_a_hand_does_not_hold_the_alarm_on() -> None:
             for seed, (_, rows) in enumerate(found):
                 run = scenarios.run(name, seed)
                 steady = (rows["touch"] == 1) & (run.t_hard_s > 3)
-                relative.append(np.sqrt(np.mean((rows["ratio"][steady] / run.true_ratio[steady] - 1) ** 2)))
+                relative.append(
+                    np.sqrt(np.mean((rows["ratio"][steady] / run.true_ratio[steady] - 1) ** 2))
+                )
                 alarms.setdefault(scene, []).append(rows["alarm"][steady].mean())
             errors[scene] = float(np.median(relative))
         assert errors["handheld"] < errors["paper"] / 10
@@ -45,9 +47,16 @@ def test_a_hand_does_not_hold_the_alarm_on() -> None:
 
 @pytest.mark.parametrize(
     ("name", "seeds", "most"),
-    [("tremor", 100, 1.0), ("strong-tremor", 100, 1.0), ("soft-steady", 200, 0.98), ("stiff-steady", 200, 0.98)],
+    [
+        ("tremor", 100, 1.0),
+        ("strong-tremor", 100, 1.0),
+        ("soft-steady", 200, 0.98),
+        ("stiff-steady", 200, 0.98),
+    ],
 )
-def test_the_standard_error_knows_of_tones_and_baselines(name: str, seeds: int, most: float) -> None:
+def test_the_standard_error_knows_of_tones_and_baselines(
+    name: str, seeds: int, most: float
+) -> None:
     """A tone cancels itself: as ordinary correlated noise it would give an error five times too large.
 
     Nearly all of the error of a quiet, steady touch is the baselines'; without them the interval covers half.
@@ -58,7 +67,10 @@ def test_the_standard_error_knows_of_tones_and_baselines(name: str, seeds: int, 
         _, rows = process("handheld", run)
         last = np.flatnonzero(rows["touch"] == 1)[-1]
         ends.append(
-            (rows["ratio"][last] / run.true_ratio[last] - 1, rows["standard_error"][last] / run.true_ratio[last])
+            (
+                rows["ratio"][last] / run.true_ratio[last] - 1,
+                rows["standard_error"][last] / run.true_ratio[last],
+            )
         )
     errors, believed = np.transpose(ends)
     assert 0.9 <= np.mean(np.abs(errors) < 1.96 * believed) <= most
@@ -114,5 +126,7 @@ def test_a_slow_disturbance_is_noise_at_1000_pairs_a_second() -> None:
             longest = max(tracker.touches, key=lambda touch: touch.samples)
             found.append(longest.ratio / float(np.nanmedian(run.true_ratio)) - 1)
             flags[averaged] += bool(longest.flags)
-    assert np.sqrt(np.mean(np.square(errors[0.025]))) < 2e-3 < np.sqrt(np.mean(np.square(errors[0.0])))
+    assert (
+        np.sqrt(np.mean(np.square(errors[0.025]))) < 2e-3 < np.sqrt(np.mean(np.square(errors[0.0])))
+    )
     assert flags[0.025] == 0 < flags[0.0]

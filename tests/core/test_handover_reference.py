@@ -64,7 +64,9 @@ tuning = st.fixed_dictionaries(
 
 def exactly(output: Any, regressor: Any, **chosen: Any) -> reference.HandoverTrace:
     with localcontext(prec=50):
-        decimals = [np.array([Decimal(v) for v in values.tolist()]) for values in (output, regressor)]
+        decimals = [
+            np.array([Decimal(v) for v in values.tolist()]) for values in (output, regressor)
+        ]
         return reference.handover_rls(*decimals, number=Decimal, **chosen)
 
 
@@ -78,7 +80,9 @@ def exactly(output: Any, regressor: Any, **chosen: Any) -> reference.HandoverTra
 @example(hand(0), {})
 @example(hand(0, tone=0.01), {})
 @example(hand(0, reversal=True), {})
-def test_the_core_is_the_reference(samples: tuple[NDArray[np.float64], ...], chosen: dict[str, float]) -> None:
+def test_the_core_is_the_reference(
+    samples: tuple[NDArray[np.float64], ...], chosen: dict[str, float]
+) -> None:
     """Only the core rounds: 1e-10 is 5e5 eps, for what cancels; in the standard error correlations near 1 do, twice.
 
     The covariance of a drift depends on what its offset has above the allowed one, in units of a roughness of 1e-4: a
@@ -96,4 +100,6 @@ def test_the_core_is_the_reference(samples: tuple[NDArray[np.float64], ...], cho
             np.abs(right) + {"innovation": np.abs(output), "statistic": 10.0}.get(name, 0.0)
         )
         assert np.array_equal(np.isnan(rows[name]), np.isnan(right)), name
-        assert (np.abs(rows[name] - right)[~np.isnan(right)] <= allowed[~np.isnan(right)]).all(), name
+        assert (np.abs(rows[name] - right)[~np.isnan(right)] <= allowed[~np.isnan(right)]).all(), (
+            name
+        )

@@ -13,7 +13,18 @@ import pytest
 from effort import Tally, draws
 from palpate.simulation import Press, Scenario, simulate
 
-from bench.accuracy.modulus import CREEPS, LEVEL, SILENT, SOURCES, AGE_s, drawn, found, longest_touch, rms, scatter
+from bench.accuracy.modulus import (
+    CREEPS,
+    LEVEL,
+    SILENT,
+    SOURCES,
+    AGE_s,
+    drawn,
+    found,
+    longest_touch,
+    rms,
+    scatter,
+)
 from bench.accuracy.other_probe import Way, touch
 
 SEEDS = range(draws(20, nightly=200, at_least=20))
@@ -38,14 +49,24 @@ def test_a_wrong_result_is_never_silent(name: str) -> None:
 @pytest.mark.parametrize("period", [0.026, 0.006, 0.05])
 def test_a_lift_with_another_ratio_changes_nothing(fall: float, period: float) -> None:
     """At 20 pairs a second without tremor, which they would alias."""
-    way = Way(lifted_ratio=0.9, hold=3.0, fall=fall, period=period, tremor=0.03 if period < 0.03 else 0.0, before=3.0)
+    way = Way(
+        lifted_ratio=0.9,
+        hold=3.0,
+        fall=fall,
+        period=period,
+        tremor=0.03 if period < 0.03 else 0.0,
+        before=3.0,
+    )
     assert rms(found(way, SEEDS).ratio) < 0.01
 
 
 @pytest.mark.parametrize("fall", [0.2, 1.0, 2.0, 3.0])
 def test_a_lift_with_another_ratio_at_10_pairs_a_second(fall: float) -> None:
     """There the ratio drifts already in the hold: what is left of the rise, which few pairs saw."""
-    made = found(Way(lifted_ratio=0.9, hold=3.0, fall=fall, period=0.1, tremor=0.0, before=5.0, after=5.0), SEEDS)
+    made = found(
+        Way(lifted_ratio=0.9, hold=3.0, fall=fall, period=0.1, tremor=0.0, before=5.0, after=5.0),
+        SEEDS,
+    )
     assert made.silent == 0
     assert rms(made.ratio) < 0.15
 
@@ -68,7 +89,9 @@ def test_a_touch_that_saw_two_objects_says_so(steps: tuple[float, ...]) -> None:
     """The farthest of the ratios before the last one is reported; 20 runs each."""
     for seed in SEEDS:
         ratios = [(0.0, 2.8), *((1.3 * (n + 1), 2.8 * step) for n, step in enumerate(steps))]
-        [made] = palpate.touches(simulate(Scenario([Press(1.5, ratios, hold_s=5.0)], duration_s=10.0), seed))
+        [made] = palpate.touches(
+            simulate(Scenario([Press(1.5, ratios, hold_s=5.0)], duration_s=10.0), seed)
+        )
         farthest = max([1.0, *steps[:-1]], key=lambda step: abs(step - steps[-1]))
         assert made.ratio == pytest.approx(2.8 * steps[-1], rel=1e-3)
         assert made.ratio_before == pytest.approx(2.8 * farthest, rel=5e-3)
@@ -101,9 +124,16 @@ def test_a_tilt_is_flagged() -> None:
     for seed in SEEDS:
         random = np.random.default_rng((seed, 11))
         angle = float(random.normal(0, 0.5))
-        way = Way(angle=angle, trembling=0.03, rise=random.uniform(0.2, 0.5), exponent=random.choice([1.0, 1.5]))
+        way = Way(
+            angle=angle,
+            trembling=0.03,
+            rise=random.uniform(0.2, 0.5),
+            exponent=random.choice([1.0, 1.5]),
+        )
         if abs(angle) >= 0.3:
-            flagged.append(bool({"tilt", "offset"} & {*longest_touch(drawn(way, seed), seed).flags}))
+            flagged.append(
+                bool({"tilt", "offset"} & {*longest_touch(drawn(way, seed), seed).flags})
+            )
     assert np.mean(flagged) >= 0.95
 
 
@@ -122,7 +152,12 @@ def test_a_healthy_touch_is_right_at_any_rate(period: float, fall: float) -> Non
     way = Way(period=period, fall=fall, tremor=0.08 if period < 0.03 else 0.03, after=4.0)
     touches = [longest_touch(drawn(way, seed), seed) for seed in SEEDS]
     assert not {flag for touch in touches for flag in touch.flags} - {"short"}
-    off = np.array([touch.ratio / drawn(way, seed).ratio - 1 for touch, seed in zip(touches, SEEDS, strict=True)])
+    off = np.array(
+        [
+            touch.ratio / drawn(way, seed).ratio - 1
+            for touch, seed in zip(touches, SEEDS, strict=True)
+        ]
+    )
     errors = np.array([touch.standard_error / touch.ratio for touch in touches])
     assert rms(off) < 0.008 * max(period / 0.026, 0.5)
     assert 0.5 < np.median(errors) / np.sqrt(np.mean(off**2)) < 3
@@ -138,7 +173,9 @@ def test_a_touch_whose_length_ends_in_the_lift_is_right_or_says_so(period: float
 
 @pytest.mark.parametrize("code", [0.01, 0.001])
 @pytest.mark.parametrize("period", [0.05, 0.026, 0.01])
-def test_a_steady_press_of_coarse_codes_knows_its_error(period: float, code: float, tally: Tally) -> None:
+def test_a_steady_press_of_coarse_codes_knows_its_error(
+    period: float, code: float, tally: Tally
+) -> None:
     """On a stand all readings of the hold, and of the baseline, may be the same: only the way down and up shows the step."""
     way = Way(period=period, code=code, tremor=0.0, total=0.95)
     z = []
@@ -147,7 +184,9 @@ def test_a_steady_press_of_coarse_codes_knows_its_error(period: float, code: flo
         z.append((made.ratio - drawn(way, seed).ratio) / made.standard_error)
         assert math.isnan(made.level_ratio)
     held = np.mean(np.abs(z) < 1.96)
-    tally.say(f"95 % intervals of a steady press, codes of {1000 * code:g} fF, {period} s: {100 * held:.0f} %")
+    tally.say(
+        f"95 % intervals of a steady press, codes of {1000 * code:g} fF, {period} s: {100 * held:.0f} %"
+    )
     assert held >= 0.8
 
 
@@ -159,7 +198,9 @@ def test_creep_is_the_same_at_one_age(name: str) -> None:
     reached, missed = (longest_touch(Way(hold=hold), 1, age=AGE_s) for hold in (2.0, 1.0))
     assert (reached.age_s, "short" in reached.flags) == (AGE_s, False)
     assert "short" in missed.flags
-    assert "short" in longest_touch(Way(hold=9.0), 1, age=60.0).flags  # at its length, before this age
+    assert (
+        "short" in longest_touch(Way(hold=9.0), 1, age=60.0).flags
+    )  # at its length, before this age
 
 
 @pytest.mark.parametrize("period", [0.01, 0.0125, 0.016, 0.02])
@@ -170,7 +211,11 @@ def test_a_ratio_that_comes_and_goes_is_said(period: float) -> None:
 
 def test_the_level_ratio_of_a_light_press_is_not_smaller() -> None:
     """The noise of the soft channel is a fiftieth of the depth, or less: then there is no level ratio, or a right one."""
-    for way in (Way(total=0.1, noise=1e-3), Way(total=0.1, noise=1e-3, exponent=1.5), Way(total=0.05, noise=1e-3)):
+    for way in (
+        Way(total=0.1, noise=1e-3),
+        Way(total=0.1, noise=1e-3, exponent=1.5),
+        Way(total=0.05, noise=1e-3),
+    ):
         made = [longest_touch(replace(way, tremor=0.0, code=1e-9), seed) for seed in SEEDS]
         errors = np.array([one.level_ratio / 2.8 - 1 for one in made])
         known = np.isfinite(errors)
@@ -184,7 +229,9 @@ def test_the_level_ratio_of_a_light_press_is_not_smaller() -> None:
 def test_a_touch_in_the_first_baseline_is_found_or_said() -> None:
     """It begins while the first baseline is measured; the next touch is right."""
     for before in np.arange(0.1, 1.05, 0.1):
-        run = touch(Way(before=float(before), hold=2.0, after=3.0), 1) + touch(Way(before=0.3, hold=3.0), 2)
+        run = touch(Way(before=float(before), hold=2.0, after=3.0), 1) + touch(
+            Way(before=0.3, hold=3.0), 2
+        )
         made = palpate.tracking.tracked(run)
         assert made.touches[-1].ratio == pytest.approx(2.8, rel=1e-4)
         assert len(made.touches) == 2 or made.retaken, before

@@ -36,7 +36,9 @@ def touch_samples(ratio: int) -> tuple[list[float], list[float]]:
 
 def touch_hash(name: str) -> str:
     """Hash two touches through an estimator of the extension."""
-    rows = np.concatenate([getattr(palpate, name)().trace(*touch_samples(ratio)) for ratio in (20, 63)])
+    rows = np.concatenate(
+        [getattr(palpate, name)().trace(*touch_samples(ratio)) for ratio in (20, 63)]
+    )
     return fnv(*(rows[f] for f in ("ratio", "innovation", "covariance", "statistic")))
 
 
@@ -45,7 +47,9 @@ def bank_hash(name: str) -> str:
     output, regressor = np.transpose([touch_samples(20 + s) for s in range(21)], (1, 2, 0))
     bank = palpate.Bank(getattr(palpate, name.replace("Bank", ""))(), 21)
     ratios = bank.process(output, regressor)
-    return fnv(np.concatenate([ratios.ravel(), np.ravel([bank.covariance, bank.statistic], order="F")]))
+    return fnv(
+        np.concatenate([ratios.ravel(), np.ravel([bank.covariance, bank.statistic], order="F")])
+    )
 
 
 def has_the_hashes(hashes: dict[str, str]) -> None:

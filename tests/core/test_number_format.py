@@ -39,7 +39,9 @@ def test_numbers(value: float, uncertainty: float, number: str, both: str) -> No
 
 
 @given(st.floats(1e-290, 1e290), st.floats(-290, 290), st.sampled_from([-1, 1]))
-def test_what_is_printed_is_the_value_within_the_last_digit(value: float, power: float, sign: int) -> None:
+def test_what_is_printed_is_the_value_within_the_last_digit(
+    value: float, power: float, sign: int
+) -> None:
     uncertainty = 10.0**power
     printed = float(number_format.number(sign * value, uncertainty))
     # Half of the second digit, 0.05 of an uncertainty of one digit 1, is the most that rounding takes away; or nothing is

@@ -22,7 +22,9 @@ def drawn(count: int) -> list[str]:
     for _ in range(count):
         digits = f"{rng.randrange(10 ** rng.randint(1, 21))}"
         place = rng.randint(0, len(digits))
-        exponent = rng.choice(["", "", f"{rng.choice('eE')}{rng.choice(['', '+', '-'])}{rng.randint(0, 330)}"])
+        exponent = rng.choice(
+            ["", "", f"{rng.choice('eE')}{rng.choice(['', '+', '-'])}{rng.randint(0, 330)}"]
+        )
         found.append(digits[:place] + "." * rng.randint(0, 1) + digits[place:] + exponent)
         found.append(repr(struct.unpack("d", rng.randbytes(8))[0]))
         found.append(repr(rng.randrange(2**24) / 2_048_000))

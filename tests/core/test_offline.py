@@ -71,8 +71,13 @@ def test_the_standard_error_covers(scene: Scenario) -> None:
 
 def test_lost_readings_and_spikes_are_left_out() -> None:
     clean = held(0.05)
-    for faults, most in ((Faults(lost=0.3, lost_run=8.0), 3e-4), (Faults(spikes_per_s=1.0, spike_pF=4e-3), 1e-4)):
-        found = [palpate.offline(run)[0] for run in recordings(replace(clean, faults=faults), range(20))]
+    for faults, most in (
+        (Faults(lost=0.3, lost_run=8.0), 3e-4),
+        (Faults(spikes_per_s=1.0, spike_pF=4e-3), 1e-4),
+    ):
+        found = [
+            palpate.offline(run)[0] for run in recordings(replace(clean, faults=faults), range(20))
+        ]
         assert math.sqrt(np.mean([(touch.ratio / RATIO - 1) ** 2 for touch in found])) < most
     assert found[3].left_out > 0
     assert found[3].samples > 235
@@ -91,7 +96,9 @@ def test_a_recording_that_ends_in_a_touch_has_the_baseline_before() -> None:
     [touch] = palpate.offline(part)
     assert touch.baselines == "before"
     assert not touch.live.revised
-    assert abs(touch.ratio / run.presses[0].ratios[0][1] - 1) < 4 * touch.standard_error / touch.ratio
+    assert (
+        abs(touch.ratio / run.presses[0].ratios[0][1] - 1) < 4 * touch.standard_error / touch.ratio
+    )
 
 
 def test_a_short_touch_has_a_reason_in_place_of_a_result() -> None:

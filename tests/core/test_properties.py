@@ -42,14 +42,16 @@ def test_samples_blocks_and_pickles_give_the_same_bits(width: int, data: st.Data
     whole = fresh.copy().process(output, regressor)
 
     one_by_one = fresh.copy()
-    assert bits(np.array([one_by_one.update(*s) for s in zip(output, regressor, strict=True)], whole.dtype)) == bits(
-        whole
-    )
+    assert bits(
+        np.array([one_by_one.update(*s) for s in zip(output, regressor, strict=True)], whole.dtype)
+    ) == bits(whole)
 
     cut = data.draw(st.integers(0, len(output)))
     split = fresh.copy()
     parts = [split.process(output[:cut], regressor[:cut])]
-    split = data.draw(st.sampled_from([lambda e: pickle.loads(pickle.dumps(e)), copy.copy, copy.deepcopy]))(split)
+    split = data.draw(
+        st.sampled_from([lambda e: pickle.loads(pickle.dumps(e)), copy.copy, copy.deepcopy])
+    )(split)
     parts.append(split.process(output[cut:], regressor[cut:]))
     assert bits(np.concatenate(parts)) == bits(whole)
 
@@ -63,17 +65,35 @@ def test_samples_blocks_and_pickles_give_the_same_bits(width: int, data: st.Data
 
 @widths
 @given(data=st.data())
-def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(width: int, data: st.DataObject) -> None:
+def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(
+    width: int, data: st.DataObject
+) -> None:
     output, regressor = data.draw(numeric.any_samples(width))
     settings = data.draw(numeric.adaptive_settings(width))
     scale = 2.0 ** data.draw(st.integers(-12, 12))
-    powers = {"drift": 1, "threshold": 1, "clear_level": 1, "initial_covariance": -2, "max_covariance": -2}
+    powers = {
+        "drift": 1,
+        "threshold": 1,
+        "clear_level": 1,
+        "initial_covariance": -2,
+        "max_covariance": -2,
+    }
     scaled = {name: value * scale ** powers.get(name, 0) for name, value in settings.items()}
     rows = kind_of("AdaptiveRls", width)(**settings).trace(output, regressor)
-    rows_scaled = kind_of("AdaptiveRls", width)(**scaled).trace(np.array(output) * scale, np.array(regressor) * scale)
-    for name, power in (("ratio", 0), ("alarm", 0), ("innovation", 1), ("statistic", 1), ("covariance", -2)):
+    rows_scaled = kind_of("AdaptiveRls", width)(**scaled).trace(
+        np.array(output) * scale, np.array(regressor) * scale
+    )
+    for name, power in (
+        ("ratio", 0),
+        ("alarm", 0),
+        ("innovation", 1),
+        ("statistic", 1),
+        ("covariance", -2),
+    ):
         real = rows[name].dtype.type
-        assert bits(rows_scaled[name]) == bits(rows[name] * real(scale**power) if power else rows[name])
+        assert bits(rows_scaled[name]) == bits(
+            rows[name] * real(scale**power) if power else rows[name]
+        )
 
 
 @widths
@@ -82,7 +102,9 @@ def test_the_covariance_is_positive_and_bounded(width: int, data: st.DataObject)
     estimator, output, regressor = make(data, width)
     rows = estimator.trace(output, regressor)
     # 1 / fl(1 / max) may round up by one eps.
-    bound = estimator.settings["max_covariance"] * (1 + float(np.finfo(rows["covariance"].dtype).eps))
+    bound = estimator.settings["max_covariance"] * (
+        1 + float(np.finfo(rows["covariance"].dtype).eps)
+    )
     assert ((rows["covariance"] > 0) & (rows["covariance"] <= bound)).all()
 
 

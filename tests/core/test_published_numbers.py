@@ -20,8 +20,18 @@ CHAIN = 5e-4  # error of a run length by a chain of 400 states, relative, where 
 @pytest.mark.parametrize(
     ("regressor", "output", "slope", "deviation"),
     [
-        (np.arange(60.0, 71), np.arange(130.0, 141), 2.07438016528926, 0.0165289256198347),  # NoInt1
-        (np.array([4.0, 5, 6]), np.array([3.0, 4, 4]), 0.727272727272727, 0.0420827318078432),  # NoInt2
+        (
+            np.arange(60.0, 71),
+            np.arange(130.0, 141),
+            2.07438016528926,
+            0.0165289256198347,
+        ),  # NoInt1
+        (
+            np.array([4.0, 5, 6]),
+            np.array([3.0, 4, 4]),
+            0.727272727272727,
+            0.0420827318078432,
+        ),  # NoInt2
     ],
 )
 @pytest.mark.parametrize("covariance", [1e6, 1e300])
@@ -35,7 +45,9 @@ def test_a_line_through_the_origin(
     assert rls.ratio == pytest.approx(slope, abs=prior + 5e-16 + 8 * EPS * slope)
     squares = ((output - rls.ratio * regressor) ** 2).sum() / (len(output) - 1)
     relative = prior / slope + 1 / (covariance * (regressor**2).sum())
-    assert math.sqrt(squares * rls.covariance) == pytest.approx(deviation, rel=1e-14 + 1e3 * EPS + relative)
+    assert math.sqrt(squares * rls.covariance) == pytest.approx(
+        deviation, rel=1e-14 + 1e3 * EPS + relative
+    )
 
 
 # Run lengths, without clipping. Those printed in the examples of xcusum.arl of the R package spc (S. Knoth).
@@ -53,20 +65,48 @@ def two_sided(drift: float, threshold: float, shift: float) -> float:
 @pytest.mark.parametrize(
     ("length", "drift", "threshold", "shift", "published", "unit"),
     [
-        (one_sided, 0.5, 3.0, 0.0, 117.59, 0.01),  # Brook and Evans, Biometrika 59 (1972), section 4.3
+        (
+            one_sided,
+            0.5,
+            3.0,
+            0.0,
+            117.59,
+            0.01,
+        ),  # Brook and Evans, Biometrika 59 (1972), section 4.3
         (one_sided, 0.5, 3.0, 1.0, 6.40, 0.01),
         (one_sided, 0.5, 5.0, 0.0, 930.9, 0.1),  # Montgomery's table 9.3, two-sided 465 and 10.4
-        (one_sided, 0.0, 10.0, -0.25, 2071.51, 0.01),  # Vance, J. Quality Technology 18 (1986), table 1
+        (
+            one_sided,
+            0.0,
+            10.0,
+            -0.25,
+            2071.51,
+            0.01,
+        ),  # Vance, J. Quality Technology 18 (1986), table 1
         (one_sided, 0.0, 10.0, 1.0, 10.75, 0.01),
-        (two_sided, 0.5, 4.0, 0.0, 168, 1),  # Lucas and Crosier, Technometrics 24 (1982), table 1, no head start
+        (
+            two_sided,
+            0.5,
+            4.0,
+            0.0,
+            168,
+            1,
+        ),  # Lucas and Crosier, Technometrics 24 (1982), table 1, no head start
         (two_sided, 0.5, 4.0, 1.0, 8.38, 0.01),
         (two_sided, 0.6, 3.0, -0.2, 65.4, 0.1),  # Waldmann, Technometrics 28 (1986), table 6
     ],
 )
 def test_run_lengths(
-    length: Callable[..., float], drift: float, threshold: float, shift: float, published: float, unit: float
+    length: Callable[..., float],
+    drift: float,
+    threshold: float,
+    shift: float,
+    published: float,
+    unit: float,
 ) -> None:
-    assert length(drift, threshold, shift) == pytest.approx(published, abs=unit / 2 + CHAIN * published)
+    assert length(drift, threshold, shift) == pytest.approx(
+        published, abs=unit / 2 + CHAIN * published
+    )
 
 
 def test_noise_on_both_channels() -> None:
@@ -76,9 +116,16 @@ def test_noise_on_both_channels() -> None:
         random = np.random.default_rng(seed)
         level = 0.25 * (1 + 0.2 * np.sin(2 * np.pi * (np.arange(size) / 200 + random.uniform())))
         samples = [gain * level + noise * random.standard_normal(size) for gain in (ratio, 1)]
-        estimates = palpate.HandoverRls().process(*samples), palpate.Rls(forgetting=0.995).process(*samples)
+        estimates = (
+            palpate.HandoverRls().process(*samples),
+            palpate.Rls(forgetting=0.995).process(*samples),
+        )
         ends.append([estimate[-1] / ratio - 1 for estimate in estimates])
-    allowed = 4 * np.std(ends, axis=0) / math.sqrt(len(ends))  # 0.25 %; a bias of 2nd order, the variance, is 0.01 %
-    biased = -(noise**2) / (0.25**2 * (1 + 0.2**2 / 2) + noise**2)  # E[level^2] = 0.25^2 (1 + 0.2^2 / 2)
+    allowed = (
+        4 * np.std(ends, axis=0) / math.sqrt(len(ends))
+    )  # 0.25 %; a bias of 2nd order, the variance, is 0.01 %
+    biased = -(noise**2) / (
+        0.25**2 * (1 + 0.2**2 / 2) + noise**2
+    )  # E[level^2] = 0.25^2 (1 + 0.2^2 / 2)
     assert biased < -0.01
     assert (np.abs(np.mean(ends, axis=0) - [0, biased]) < allowed).all()

@@ -15,7 +15,9 @@ from palpate.simulation import scenarios
 from scipy import special
 
 
-def touched(ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any) -> palpate.Touch:
+def touched(
+    ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any
+) -> palpate.Touch:
     """Return what the rules read of a touch."""
     known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error}
     known |= {"age_s": 0.0, "contact_exponent": 1.0, **others}
@@ -38,7 +40,9 @@ def touched(ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] =
         (("refused", "lag"), ("refused", "lag"), {}),
     ],
 )
-def test_flags_that_exclude(flags: tuple[str, ...], against: tuple[str, ...], others: dict[str, Any]) -> None:
+def test_flags_that_exclude(
+    flags: tuple[str, ...], against: tuple[str, ...], others: dict[str, Any]
+) -> None:
     touch = touched(4.0, flags=flags, **others)
     assert objections(touch) == against
     assert objections(touch, accept=flags) == ()
@@ -48,7 +52,9 @@ def test_usable_touches() -> None:
     good, short, bent = touched(4.0), touched(4.1, 0.2, ("short",)), touched(5.0, 0.1, ("curve",))
     assert usable([good, short, bent]) == [good, short]
     assert usable([bent], ["curve"]) == [bent]
-    with pytest.raises(ValueError, match=r"touches: got no usable touch \(curve\), allowed: at least one"):
+    with pytest.raises(
+        ValueError, match=r"touches: got no usable touch \(curve\), allowed: at least one"
+    ):
         usable([bent])
     with pytest.raises(ValueError, match="no touches"):
         usable([])
@@ -74,13 +80,17 @@ def test_how_often_touches_of_one_object_are_said_to_differ() -> None:
 def test_chi_squared(degrees: int) -> None:
     for squares in (0.0, 1e-9, 0.5, 3.0, 20.0, 100.0, 1500.0, 1e4):
         expected = float(special.chdtrc(degrees, squares))
-        assert repeatability._chi_squared_above(squares, degrees) == pytest.approx(expected, rel=1e-9, abs=1e-13)
+        assert repeatability._chi_squared_above(squares, degrees) == pytest.approx(
+            expected, rel=1e-9, abs=1e-13
+        )
 
 
 @pytest.mark.parametrize("by", ["agreement", "standard_error", "covariance"])
 def test_the_most_reliable_is_refused_where_touches_differ(by: str) -> None:
     specimens = palpate.touches(scenarios.run("four-specimens", 1))
-    with pytest.raises(ValueError, match=r"touches: the 4 touches differ: .* allowed: touches on one object"):
+    with pytest.raises(
+        ValueError, match=r"touches: the 4 touches differ: .* allowed: touches on one object"
+    ):
         palpate.most_reliable(specimens, by=by)
     assert palpate.most_reliable(specimens, by=by, scatter=None) in specimens
     assert palpate.most_reliable(specimens, by=by, scatter=1.0) in specimens
@@ -89,7 +99,9 @@ def test_the_most_reliable_is_refused_where_touches_differ(by: str) -> None:
 def test_a_calibration_brings_its_own_scatter() -> None:
     moduli = np.repeat(list(SORBOTHANE_MPA.values()), 4)
     ratios = np.array([Elasticity().ratio(E) for E in moduli])
-    found = Calibration.fit(ratios * (1 + 0.10 * np.random.default_rng(2).standard_normal(40)), moduli)
+    found = Calibration.fit(
+        ratios * (1 + 0.10 * np.random.default_rng(2).standard_normal(40)), moduli
+    )
     assert found.touch_spread == pytest.approx(0.10, rel=0.3)  # 30 degrees of freedom: 13 %
     pair = [touched(4.0), touched(4.6)]
     assert not agreement(pair).agree
@@ -97,5 +109,7 @@ def test_a_calibration_brings_its_own_scatter() -> None:
 
 
 def test_the_spread_is_relative_and_of_two_touches_at_least() -> None:
-    assert agreement([touched(2.9), touched(3.1)]).spread == pytest.approx(np.std([2.9, 3.1], ddof=1) / 3.0)
+    assert agreement([touched(2.9), touched(3.1)]).spread == pytest.approx(
+        np.std([2.9, 3.1], ddof=1) / 3.0
+    )
     assert agreement([touched(3.0)]).spread == 0.0

@@ -25,7 +25,9 @@ def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     noise, level = draw(noises), draw(st.sampled_from([0.62, -0.41, 3.9]))
     variances = [noise**2 * draw(st.floats(0.01, 0.05)) for _ in range(2)]
     moved = draw(changes) * (variances[0] + variances[1]) ** 0.5
-    moved = draw(st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))]))  # far below: measured in contact
+    moved = draw(
+        st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))])
+    )  # far below: measured in contact
     ages = [draw(st.floats(0, 63)) for _ in range(2)]
     return (
         Known(level, variances[0], ages[0], noise),
@@ -52,7 +54,11 @@ def mean_age(touch: dict[str, float]) -> float:
     """Return the mean age of the samples: weights forgetting^age; those that a hand-over kept have the same weight."""
     weights = np.zeros(0)  # the newest last
     for i in range(int(touch["samples"])):
-        weights = np.ones(int(touch["kept"])) if i == touch["change"] else np.append(touch["forgetting"] * weights, 1.0)
+        weights = (
+            np.ones(int(touch["kept"]))
+            if i == touch["change"]
+            else np.append(touch["forgetting"] * weights, 1.0)
+        )
     return float(weights @ np.arange(len(weights))[::-1] / weights.sum())
 
 
@@ -60,10 +66,15 @@ def by_both(
     before: tuple[Known, Known], after: tuple[Known, Known], touch: dict[str, float]
 ) -> tuple[Revised, NDArray[np.float64]]:
     """Return what the reference and the core make of a touch."""
-    last, end = touch["start"] + touch["samples"] - 1, touch["start"] + touch["samples"] + touch["wait"]
+    last, end = (
+        touch["start"] + touch["samples"] - 1,
+        touch["start"] + touch["samples"] + touch["wait"],
+    )
     share = line_share(last - mean_age(touch), touch["start"], end, (before[0].age, after[0].age))
     changed = touch["change"] >= 0
-    right = revised(before, after, ratio=touch["ratio"], mean=touch["mean"], share=share, changed=changed)
+    right = revised(
+        before, after, ratio=touch["ratio"], mean=touch["mean"], share=share, changed=changed
+    )
     head = [*(touch[name] for name in ("start", "samples", "forgetting", "change", "kept")), end]
     given_ = [*head, touch["ratio"], touch["mean"], *np.ravel([*before, *after])]
     return right, drive("revise", given_, 5)[0]
@@ -82,9 +93,15 @@ def test_the_core_is_the_reference(
     span = touch["samples"] + touch["wait"]
     place = 4 * EPS * (touch["start"] + span) / span
     moves = [later.level - earlier.level for earlier, later in (hard, soft)]
-    allowed = levels + 1e-11 * abs(right.shift) + place * abs(moves[0] - touch["ratio"] * moves[1]) / abs(touch["mean"])
+    allowed = (
+        levels
+        + 1e-11 * abs(right.shift)
+        + place * abs(moves[0] - touch["ratio"] * moves[1]) / abs(touch["mean"])
+    )
     variances = sum(
-        known.variance * weight for pair, weight in ((hard, 1.0), (soft, touch["ratio"] ** 2)) for known in pair
+        known.variance * weight
+        for pair, weight in ((hard, 1.0), (soft, touch["ratio"] ** 2))
+        for known in pair
     )
     assert KINDS[int(kind)] == right.kind
     assert abs(shift - right.shift) <= allowed
@@ -102,20 +119,40 @@ def test_the_core_is_the_reference(
         (lambda found: found.kind == "creep", 1.0, -4e-5, 1e-3),
         (lambda found: found.kind == "creep", 1e-3, -1.0, 1e-4),
     ],
-    ids=["significant", "drifted", "measured in contact", "creep, by its change", "creep, by its slope"],
+    ids=[
+        "significant",
+        "drifted",
+        "measured in contact",
+        "creep, by its change",
+        "creep, by its slope",
+    ],
 )
 def test_each_limit_is_that_of_the_reference(
     decides: Callable[[Revised], bool], rise: float, slope: float, most: float
 ) -> None:
     """Of a rise or a slope: the one that is 1 is varied."""
     before = (Known(0.62), Known(-0.41))
-    touch = {"start": 100.0, "samples": 200, "forgetting": 0.995, "change": -1, "kept": 1, "wait": 40, "ratio": 2.8}
+    touch = {
+        "start": 100.0,
+        "samples": 200,
+        "forgetting": 0.995,
+        "change": -1,
+        "kept": 1,
+        "wait": 40,
+        "ratio": 2.8,
+    }
 
     def both(size: float) -> tuple[Revised, NDArray[np.float64]]:
         rises = size * rise if abs(rise) == 1 else rise
         slopes = size * slope if abs(slope) == 1 else slope
-        return by_both(before, (Known(0.62 + rises, slope=slopes), Known(-0.41)), touch | {"mean": 0.25})
+        return by_both(
+            before, (Known(0.62 + rises, slope=slopes), Known(-0.41)), touch | {"mean": 0.25}
+        )
 
     for size in around(edge(lambda size: decides(both(size)[0]), 0.0, most)):
         right, (kind, _, _, left_open, significant) = both(size)
-        assert (KINDS[int(kind)], left_open > 0, significant) == (right.kind, right.open > 0, right.significant)
+        assert (KINDS[int(kind)], left_open > 0, significant) == (
+            right.kind,
+            right.open > 0,
+            right.significant,
+        )

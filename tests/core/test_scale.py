@@ -16,8 +16,12 @@ STREAMED = ("start_s", "samples", "flags", "ratio", "standard_error")
 
 def table(folder: Path, scale: float) -> Path:
     path = folder / "signals.csv"
-    columns = np.column_stack([PLAY.t_hard_s, PLAY.t_soft_s, PLAY.hard * scale, PLAY.soft * scale]).tolist()
-    path.write_text("t_hard,t_soft,hard,soft\n" + "".join(",".join(map(repr, row)) + "\n" for row in columns))
+    columns = np.column_stack(
+        [PLAY.t_hard_s, PLAY.t_soft_s, PLAY.hard * scale, PLAY.soft * scale]
+    ).tolist()
+    path.write_text(
+        "t_hard,t_soft,hard,soft\n" + "".join(",".join(map(repr, row)) + "\n" for row in columns)
+    )
     return path
 
 
@@ -37,8 +41,14 @@ def test_any_scale_has_the_same_touches(scene: Any, scale: float, tmp_path: Path
     found = palpate.touches(path, scene=scene, unit="N")
     shown = document("replay", path, "--unit", "N", "--scene", scene)
     assert (found.unit, shown["unit"], len(found)) == ("N", "N", len(expected))
-    for mine, streamed, record, pF in zip(found, stream.touches, shown["touches"], expected, strict=True):
-        assert mine.as_dict() == streamed.as_dict() == {key: record[key] for key in mine.as_dict()} | {"flags": ()}
+    for mine, streamed, record, pF in zip(
+        found, stream.touches, shown["touches"], expected, strict=True
+    ):
+        assert (
+            mine.as_dict()
+            == streamed.as_dict()
+            == {key: record[key] for key in mine.as_dict()} | {"flags": ()}
+        )
         assert (mine.start_s, mine.samples, mine.flags) == (pF.start_s, pF.samples, pF.flags)
         assert mine.ratio == pytest.approx(pF.ratio, rel=1e-9)
         assert mine.standard_error == pytest.approx(pF.standard_error, rel=1e-6)
@@ -46,7 +56,9 @@ def test_any_scale_has_the_same_touches(scene: Any, scale: float, tmp_path: Path
 
 def test_the_reference_agrees_at_another_scale() -> None:
     hard, soft = PLAY.hard[:380] * 1e-6, PLAY.soft[:380] * 1e-6
-    t_hard, t_soft = (np.rint(t[:380] * 1e9).astype(np.int64) for t in (PLAY.t_hard_s, PLAY.t_soft_s))
+    t_hard, t_soft = (
+        np.rint(t[:380] * 1e9).astype(np.int64) for t in (PLAY.t_hard_s, PLAY.t_soft_s)
+    )
     [expected], _ = handheld(t_hard, t_soft, hard, soft)
     tracker = palpate.Tracker("handheld")
     tracker.process(t_hard, t_soft, hard, soft)
@@ -67,12 +79,15 @@ def test_the_unit_is_shown_and_kept(tmp_path: Path) -> None:
 def test_what_is_refused(tmp_path: Path) -> None:
     path = table(tmp_path, 1e3)
     with pytest.raises(
-        ValueError, match="drift, threshold, initial_covariance, max_covariance: got none for signals in N"
+        ValueError,
+        match="drift, threshold, initial_covariance, max_covariance: got none for signals in N",
     ):
         palpate.touches(path, unit="N", scene="paper")
     given: Any = {"drift": 10, "threshold": 50, "initial_covariance": 1e6, "max_covariance": 1e6}
     assert len(palpate.touches(path, unit="N", scene="paper", **given)) == 4
-    with pytest.raises(ValueError, match="initial_covariance, max_covariance: got none for signals in N"):
+    with pytest.raises(
+        ValueError, match="initial_covariance, max_covariance: got none for signals in N"
+    ):
         palpate.Stream(str(path), unit="N", scene="fixed")
     with pytest.raises(ValueError, match="unit: got 'N' with a recording in memory"):
         palpate.touches(PLAY, unit="N")

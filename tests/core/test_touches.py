@@ -42,7 +42,9 @@ def test_the_four_specimens_are_told_apart() -> None:
         assert (touch.samples, touch.alarm_share, touch.flags) == (250, 0.0, ())
 
 
-def press(ends: int, height: float = 0.25, begin: int = 60, size: int = 700) -> tuple[np.ndarray, ...]:
+def press(
+    ends: int, height: float = 0.25, begin: int = 60, size: int = 700
+) -> tuple[np.ndarray, ...]:
     """Return times and readings of a press from row `begin` to row `ends`."""
     rows = np.arange(size)
     depth = height * np.clip(np.minimum(rows - begin, ends - rows) / 10, 0, 1)
@@ -50,7 +52,9 @@ def press(ends: int, height: float = 0.25, begin: int = 60, size: int = 700) -> 
     return rows * 0.026, rows * 0.026 + 0.013, 9 + 2.5 * depth + noise[0], 8 + depth + noise[1]
 
 
-def run(tracker: Tracker, columns: tuple[np.ndarray, ...], begin: int, end: int | None = None) -> None:
+def run(
+    tracker: Tracker, columns: tuple[np.ndarray, ...], begin: int, end: int | None = None
+) -> None:
     tracker.process(*(column[begin:end] for column in columns))
 
 
@@ -73,7 +77,10 @@ def test_a_baseline_of_a_contact_is_flagged_until_the_release_shows_it() -> None
     run(tracker, columns, 0, 200)
     tracker.gap()
     run(tracker, columns, 200, 590)
-    assert [("gap" in touch.flags) for touch in tracker.touches] == [False, True]  # one before, one after
+    assert [("gap" in touch.flags) for touch in tracker.touches] == [
+        False,
+        True,
+    ]  # one before, one after
     run(tracker, columns, 590)
     assert tracker.touches[-1].revised
     assert tracker.touches[-1].flags[-1] == "baseline"
@@ -113,13 +120,17 @@ def test_a_wrong_wire_is_told(wire: str, scene: Any) -> None:
 
 def test_without_times_a_touch_has_250_samples_and_no_lag_in_milliseconds() -> None:
     run = scenarios.run("lag", seed=1)
-    untimed = palpate.Recording(np.full(len(run.hard), np.nan), np.full(len(run.hard), np.nan), run.hard, run.soft)
+    untimed = palpate.Recording(
+        np.full(len(run.hard), np.nan), np.full(len(run.hard), np.nan), run.hard, run.soft
+    )
     [touch] = palpate.touches(untimed)
     assert (touch.samples, "short" in touch.flags) == (250, False)
     assert np.isnan(touch.effects["lag"])
     assert json.loads(json.dumps(touch.as_dict(), allow_nan=False))["start_s"] is None
     assert pickle.loads(pickle.dumps(touch)) == touch
-    with pytest.raises(ValueError, match="seconds: got 3 for a recording without times, allowed: samples"):
+    with pytest.raises(
+        ValueError, match="seconds: got 3 for a recording without times, allowed: samples"
+    ):
         palpate.touches(untimed, seconds=3.0)
 
 
@@ -133,7 +144,9 @@ def typed(t: Any, press: Any, noise: float = 0.0, ratio: float = 3.0) -> dict[st
 @pytest.mark.parametrize("rise", [10, 20, 25])
 def test_a_press_without_noise_that_is_a_ramp_is_exact(rise: int) -> None:
     """Its equal steps are no codes of a converter."""
-    one = np.concatenate([np.zeros(80), np.linspace(0, 0.4, rise), np.full(250, 0.4), np.linspace(0.4, 0, rise)])
+    one = np.concatenate(
+        [np.zeros(80), np.linspace(0, 0.4, rise), np.full(250, 0.4), np.linspace(0.4, 0, rise)]
+    )
     press = np.append(np.tile(one, 3), np.zeros(80))
     found = palpate.touches(typed(0.026 * np.arange(len(press)), press))
     assert len(found) == 3
@@ -158,18 +171,27 @@ def test_a_press_that_lasts_is_one_touch_and_a_jump_ends_after_half_a_minute() -
     t = np.arange(0, 160, 0.026)
     lasting = palpate.touches(typed(t, 0.5 * np.clip(np.minimum(t - 3, 150 - t) / 0.3, 0, 1), 1e-3))
     # A baseline that is measured in contact does not revise it.
-    assert [(round(touch.start_s), round(touch.ratio, 2), touch.revised) for touch in lasting] == [(3, 3.0, False)]
+    assert [(round(touch.start_s), round(touch.ratio, 2), touch.revised) for touch in lasting] == [
+        (3, 3.0, False)
+    ]
     assert any("half a minute" in note for note in lasting.notes)
-    jump, press = (np.clip(np.minimum(t - begin, end - t) / 0.3, 0, 1) for begin, end in ((3, 999), (100, 110)))
+    jump, press = (
+        np.clip(np.minimum(t - begin, end - t) / 0.3, 0, 1) for begin, end in ((3, 999), (100, 110))
+    )
     table = typed(t, 0.5 * press, 1e-3)
     table["hard_pF"] += 0.3 * jump
     table["soft_pF"] += 0.2 * jump
-    assert [(round(one.start_s), round(one.ratio, 1)) for one in palpate.touches(table)] == [(3, 1.5), (100, 3.0)]
+    assert [(round(one.start_s), round(one.ratio, 1)) for one in palpate.touches(table)] == [
+        (3, 1.5),
+        (100, 3.0),
+    ]
 
 
 @pytest.mark.parametrize("channel", [0, 1])
 @pytest.mark.parametrize("off", [1.0, 5.0, -5.0])
-def test_a_reading_far_out_early_in_a_press_does_not_end_the_touch(channel: int, off: float) -> None:
+def test_a_reading_far_out_early_in_a_press_does_not_end_the_touch(
+    channel: int, off: float
+) -> None:
     for row in range(58, 80):
         t_hard, t_soft, *values = press(400)
         values[channel][row] += off
@@ -181,23 +203,37 @@ def test_a_reading_far_out_early_in_a_press_does_not_end_the_touch(channel: int,
 def test_a_press_before_the_lift_is_counted() -> None:
     """Ten presses, and between them a third of the force; two rows are no press."""
     t_hard, t_soft, hard, soft = press(400)
-    force = np.where((np.arange(700) > 70) & (np.arange(700) < 390) & (np.arange(700) // 20 % 2 == 1), 1 / 3, 1)
+    force = np.where(
+        (np.arange(700) > 70) & (np.arange(700) < 390) & (np.arange(700) // 20 % 2 == 1), 1 / 3, 1
+    )
     force[110:112] = 1
     recording = palpate.Recording(t_hard, t_soft, 9 + (hard - 9) * force, 8 + (soft - 8) * force)
     found = palpate.touches(recording)
-    assert (len(found), found.notes) == (1, ("pressed again before it was lifted (9 times): such a press is no touch",))
+    assert (len(found), found.notes) == (
+        1,
+        ("pressed again before it was lifted (9 times): such a press is no touch",),
+    )
 
 
 def test_notes_of_arrays() -> None:
     t_hard, t_soft, hard, soft = press(400)
     assert palpate.touches(palpate.Recording(t_hard, t_soft, hard, soft)).notes == ()
     clipped = palpate.touches(palpate.Recording(t_hard, t_soft, np.minimum(hard, 9.5), soft))
-    assert "readings have exactly the largest value, 9.5: is the channel clipped there?" in clipped.notes[0]
+    assert (
+        "readings have exactly the largest value, 9.5: is the channel clipped there?"
+        in clipped.notes[0]
+    )
     in_ms = palpate.touches(palpate.Recording(1000 * t_hard, 1000 * t_soft, hard, soft))
     assert "pairs are 26 s apart" in in_ms.notes[-1]
     t_hard[7] = np.nan
-    [touch], [note] = (found := palpate.touches(palpate.Recording(t_hard, t_soft, hard, soft))), found.notes
-    assert note == "1 of 700 rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
+    [touch], [note] = (
+        (found := palpate.touches(palpate.Recording(t_hard, t_soft, hard, soft))),
+        found.notes,
+    )
+    assert (
+        note
+        == "1 of 700 rows have a time that is no number: no time is used, pairs are taken for 26 ms apart"
+    )
     assert np.isnan(touch.start_s)
 
 
@@ -222,7 +258,9 @@ def test_three_places_of_a_cord_are_told_apart(recordings: Path) -> None:
     for gesture in ("h", "l", "m"):
         ratios = []
         for number in range(1, 16):
-            recording = palpate.read(recordings / "cord" / f"{gesture}{number}.csv", columns={"soft": 4, "hard": 8})
+            recording = palpate.read(
+                recordings / "cord" / f"{gesture}{number}.csv", columns={"soft": 4, "hard": 8}
+            )
             [touch] = palpate.touches(recording)
             ratios.append(touch.ratio)
         quartiles[gesture] = np.percentile(ratios, [25, 50, 75])
@@ -264,7 +302,9 @@ def test_windows_within_one_press_and_from_before_it_to_its_end() -> None:
     (2000, (5.0, 7.5), "without samples"),
     (0, (40.0, 41.0), "within 0.000 to 36.660 s"),
 ])  # fmt: skip
-def test_windows_without_a_touch_say_why(first: int, window: tuple[float, float], text: str) -> None:
+def test_windows_without_a_touch_say_why(
+    first: int, window: tuple[float, float], text: str
+) -> None:
     whole = palpate.read(FOUR)
     names = ("t_hard_s", "t_soft_s", "hard", "soft")
     later = dataclasses.replace(whole, **{name: getattr(whole, name)[first:] for name in names})

@@ -27,7 +27,14 @@ from palpate.simulation import (
 
 MISFITS = {"offset", "drift", "lag", "curve", "tilt", "changed", "creep", "baseline"}
 NUMBERS = (
-    *("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance", "offset_ratio"),
+    *(
+        "ratio",
+        "standard_error",
+        "first_ratio",
+        "first_standard_error",
+        "covariance",
+        "offset_ratio",
+    ),
     *(
         "level_ratio",
         "level_standard_error",
@@ -47,9 +54,14 @@ def readings_of(
     run = simulate(scenario, seed)
     t_hard, t_soft = (np.rint(1e9 * t).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
     hard, soft = (  # a saturated reading is a missing one
-        scale * np.where(np.abs(values) < run.full_scale_pF, values, np.inf) for values in (run.hard, run.soft)
+        scale * np.where(np.abs(values) < run.full_scale_pF, values, np.inf)
+        for values in (run.hard, run.soft)
     )
-    return (t_hard[1:], t_soft[:-1], hard[1:], soft[:-1]) if soft_first else (t_hard, t_soft, hard, soft)
+    return (
+        (t_hard[1:], t_soft[:-1], hard[1:], soft[:-1])
+        if soft_first
+        else (t_hard, t_soft, hard, soft)
+    )
 
 
 @st.composite
@@ -59,7 +71,9 @@ def presses(draw: st.DrawFn) -> list[Press]:
     for _ in range(draw(st.sampled_from([1, 2, 3, 0]))):
         ratios = [(0.0, draw(st.sampled_from([1.1, 2.8, 8.0])))]
         if draw(st.booleans()):
-            ratios.append((draw(st.floats(0.5, 4.0)), ratios[0][1] * draw(st.sampled_from([0.7, 1.01, 1.3]))))
+            ratios.append(
+                (draw(st.floats(0.5, 4.0)), ratios[0][1] * draw(st.sampled_from([0.7, 1.01, 1.3])))
+            )
         press = Press(
             start,
             ratios,
@@ -111,7 +125,9 @@ scenarios = st.builds(
         jitter_s=st.sampled_from([0.0002, 0.0, 0.001]),
         together=st.booleans(),
     ),
-    stamps=st.builds(Stamps, host_s=st.sampled_from([0.0, 0.0, 0.003]), skew_s=st.sampled_from([0.0, 0.0, 0.003])),
+    stamps=st.builds(
+        Stamps, host_s=st.sampled_from([0.0, 0.0, 0.003]), skew_s=st.sampled_from([0.0, 0.0, 0.003])
+    ),
     faults=st.builds(
         Faults,
         lost=st.sampled_from([0.0, 0.02, 0.2]),
@@ -131,20 +147,28 @@ recordings = st.builds(
 
 
 def numbers_of(touch: palpate.Touch) -> dict[str, float]:
-    return {name: getattr(touch, name) for name in NUMBERS} | {name: touch.effects[name] for name in EFFECTS}
+    return {name: getattr(touch, name) for name in NUMBERS} | {
+        name: touch.effects[name] for name in EFFECTS
+    }
 
 
 def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
     shift = touch.revision.shift / touch.first_ratio if touch.revision else 0.0
-    own = {"offset_ratio": touch.misfit.offset_ratio} | dict(zip(NUMBERS[-4:], touch.before + touch.after, strict=True))
+    own = {"offset_ratio": touch.misfit.offset_ratio} | dict(
+        zip(NUMBERS[-4:], touch.before + touch.after, strict=True)
+    )
     found = {name: own[name] if name in own else getattr(touch, name) for name in NUMBERS}
     effects = {name: getattr(touch.misfit, name) for name in EFFECTS[:3]}
     return found | effects | {"tilt": touch.tilt, "shift": shift}
 
 
 def flags_by_reference(touch: reference.Touch) -> set[str]:
-    found = set(touch.misfit.flags) | (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
-    return found | ({"tilt"} if touch.tilted and not found & {"offset", "drift", "lag", "curve"} else set())
+    found = set(touch.misfit.flags) | (
+        MISFITS & {touch.revision.kind} if touch.revision else set()
+    ) - {"drift"}
+    return found | (
+        {"tilt"} if touch.tilted and not found & {"offset", "drift", "lag", "curve"} else set()
+    )
 
 
 def rounding(soft: NDArray[Any], rows: NDArray[Any], largest: float) -> float:
@@ -192,7 +216,11 @@ def check(readings: tuple[NDArray[Any], ...], settings: Any = None) -> None:
     assert len(tracker.touches) == len(touches)
     largest = max(float(np.abs(values[np.isfinite(values)]).max()) for values in readings[2:])
     for number, (touch, expected) in enumerate(zip(tracker.touches, touches, strict=True), 1):
-        assert (touch.start, touch.samples, touch.refused) == (expected.start, expected.samples, expected.refused)
+        assert (touch.start, touch.samples, touch.refused) == (
+            expected.start,
+            expected.samples,
+            expected.refused,
+        )
         assert ("short" in touch.flags) == (not expected.full)
         assert MISFITS & set(touch.flags) == flags_by_reference(expected)
         assert touch.revised == (expected.revision is not None)
@@ -201,6 +229,10 @@ def check(readings: tuple[NDArray[Any], ...], settings: Any = None) -> None:
         for name, more in (("ratio", 1), ("standard_error", 100), ("statistic", 100)):
             found, wanted = rows[name][inside], getattr(right, name)[inside]
             size = np.nanmax(np.abs(wanted), initial=1.0) if name != "standard_error" else 0.0
-            assert np.allclose(found, wanted, rtol=more * allowed, atol=more * allowed * size, equal_nan=True), name
+            assert np.allclose(
+                found, wanted, rtol=more * allowed, atol=more * allowed * size, equal_nan=True
+            ), name
         found_numbers, wanted_numbers = numbers_of(touch), numbers_by_reference(expected)
-        assert found_numbers == pytest.approx(wanted_numbers, rel=1e3 * allowed, abs=1e3 * allowed, nan_ok=True)
+        assert found_numbers == pytest.approx(
+            wanted_numbers, rel=1e3 * allowed, abs=1e3 * allowed, nan_ok=True
+        )

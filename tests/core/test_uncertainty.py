@@ -44,7 +44,9 @@ def test_linearity_is_that_of_the_levels_of_the_touch(name: str) -> None:
     wanted = math.hypot(error_pF, error_pF * touch.ratio) / press.depth_pF
     found = Uncertainty.of(touch, linearity_pF=linearity_pF(SATURATED_PF))
     assert wanted < found.linearity < 1.15 * wanted
-    assert Uncertainty.of(touch, linearity_pF=linearity_pF(math.inf)).linearity == 0  # another converter, another unit
+    assert (
+        Uncertainty.of(touch, linearity_pF=linearity_pF(math.inf)).linearity == 0
+    )  # another converter, another unit
 
 
 def test_repeated_touches_of_a_session_show_their_scatter() -> None:
@@ -52,7 +54,9 @@ def test_repeated_touches_of_a_session_show_their_scatter() -> None:
     random = np.random.default_rng(1)
     true = np.repeat(random.uniform(1.5, 8, 200), 4)
     ratios = true * (1 + math.hypot(0.05, 0.03) * random.standard_normal(800))
-    touches = [(str(n // 4), touched(float(r), standard_error=0.03 * r)) for n, r in enumerate(ratios)]
+    touches = [
+        (str(n // 4), touched(float(r), standard_error=0.03 * r)) for n, r in enumerate(ratios)
+    ]
     assert Scatter.of_session(touches).share == pytest.approx(0.05, rel=0.15)
     few = [(name, touch) for name, touch in touches[:6] if name == "0"]
     assert Scatter.of_session(few).source == "session"  # 3 degrees of freedom
@@ -63,12 +67,18 @@ def test_repeated_touches_of_a_session_show_their_scatter() -> None:
 def test_the_budget_of_a_modulus() -> None:
     moduli = np.repeat(list(SORBOTHANE_MPA.values()), 4)
     ratios = np.array([Elasticity().ratio(E) for E in moduli])
-    made = Calibration.fit(ratios * (1 + 0.03 * np.random.default_rng(2).standard_normal(40)), moduli)
+    made = Calibration.fit(
+        ratios * (1 + 0.03 * np.random.default_rng(2).standard_normal(40)), moduli
+    )
     parts = {part.name: part for part in made.budget(4.0, 0.08, touches=4, linearity=0.04)}
     together = parts.pop("together")
     assert (parts["noise"].of_ratio, parts["linearity"].of_ratio) == pytest.approx((2, 1))
-    assert parts["scatter from touch to touch"].of_ratio == pytest.approx(100 * made.touch_spread / 2, rel=0.02)
-    assert math.hypot(*(part.of_ratio for part in parts.values())) == pytest.approx(together.of_ratio)
+    assert parts["scatter from touch to touch"].of_ratio == pytest.approx(
+        100 * made.touch_spread / 2, rel=0.02
+    )
+    assert math.hypot(*(part.of_ratio for part in parts.values())) == pytest.approx(
+        together.of_ratio
+    )
     step = made.probe.modulus(4.004) / made.probe.modulus(3.996) - 1  # for .2 % of the ratio
     assert together.of_modulus == pytest.approx(100 * step * together.of_ratio / 0.2, rel=0.01)
     with pytest.raises(ValueError, match="ratio: got 11"):

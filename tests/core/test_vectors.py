@@ -42,9 +42,13 @@ def decimals(values: NDArray[Any]) -> Any:
     ],
     ids=str,
 )
-def test_it_agrees_with_the_reference_in_decimal_digits(size: int, settings: dict[str, float]) -> None:
+def test_it_agrees_with_the_reference_in_decimal_digits(
+    size: int, settings: dict[str, float]
+) -> None:
     output, regressors = data(size, 90, size)
-    bounded = {"max_covariance": 1e12} | settings  # so that 80 digits hold the prior beside the samples
+    bounded = {
+        "max_covariance": 1e12
+    } | settings  # so that 80 digits hold the prior beside the samples
     bounded = {"initial_covariance": bounded["max_covariance"]} | bounded
     trace = palpate.VectorRls(size, **bounded).trace(output, regressors)  # type: ignore[arg-type]
     with localcontext(prec=80):
@@ -58,16 +62,26 @@ def test_it_agrees_with_the_reference_in_decimal_digits(size: int, settings: dic
     known = exact.degrees_of_freedom > 0
     assert np.isnan(trace["standard_errors"][~known]).all()
     # Residuals are the squares of innovations, each with an error of some eps of the output, 100 times the noise.
-    assert np.allclose(trace["standard_errors"][known], exact.standard_errors[known], rtol=1e-9, atol=0, equal_nan=True)
+    assert np.allclose(
+        trace["standard_errors"][known],
+        exact.standard_errors[known],
+        rtol=1e-9,
+        atol=0,
+        equal_nan=True,
+    )
 
 
 @pytest.mark.parametrize("steady", [1.0, 0.97])
 @pytest.mark.parametrize("condition", [1e0, 1e3, 1e6, 1e9, 1e12])
 @pytest.mark.parametrize("size", [2, 4])
-def test_the_error_grows_with_the_condition_and_not_with_its_square(size: int, condition: float, steady: float) -> None:
+def test_the_error_grows_with_the_condition_and_not_with_its_square(
+    size: int, condition: float, steady: float
+) -> None:
     """16 eps (k + k^2 residual / output), k the condition of the weighted regressors: the least-squares bound."""
     random, n = np.random.default_rng(int(condition)), 60
-    base = np.linalg.qr(random.standard_normal((n, size)))[0] * condition ** (-np.arange(size) / (size - 1))
+    base = np.linalg.qr(random.standard_normal((n, size)))[0] * condition ** (
+        -np.arange(size) / (size - 1)
+    )
     regressors = base @ np.linalg.qr(random.standard_normal((size, size)))[0]
     output = regressors @ np.ones(size) + 1e-9 * random.standard_normal(n)
     found = palpate.VectorRls(size, steady=steady, clip=100.0).process(output, regressors)[-1]
@@ -97,9 +111,14 @@ def test_of_size_1_with_alarmed_it_is_adaptive_rls() -> None:
     random = np.random.default_rng(8)
     regressor = 0.25 + 0.02 * random.standard_normal(2000)
     output = 2.5 * regressor + 1e-3 * random.standard_normal(2000)
-    paper = palpate.AdaptiveRls(initial_ratio=0.0, initial_covariance=1e280, max_covariance=1e280, threshold=np.inf)
+    paper = palpate.AdaptiveRls(
+        initial_ratio=0.0, initial_covariance=1e280, max_covariance=1e280, threshold=np.inf
+    )
     vector = palpate.VectorRls(1, alarmed=0.9, threshold=np.inf)
-    ratios, coefficients = paper.process(output, regressor), vector.process(output, regressor[:, None])[:, 0]
+    ratios, coefficients = (
+        paper.process(output, regressor),
+        vector.process(output, regressor[:, None])[:, 0],
+    )
     assert np.abs(coefficients / ratios - 1).max() <= 32 * EPS
 
 
@@ -126,7 +145,9 @@ def test_a_change_is_found_and_noise_is_not() -> None:
 def test_a_spike_changes_nothing_and_a_larger_noise_is_learnt() -> None:
     random = np.random.default_rng(2)
     regressors = random.standard_normal((3000, 2))
-    output = regressors @ [1.0, 2.0] + np.where(np.arange(3000) < 1000, 0.01, 0.1) * random.standard_normal(3000)
+    output = regressors @ [1.0, 2.0] + np.where(
+        np.arange(3000) < 1000, 0.01, 0.1
+    ) * random.standard_normal(3000)
     output[500] += 100
     trace = palpate.VectorRls(2).trace(output, regressors)
     assert (trace["coefficients"][500] == trace["coefficients"][499]).all()
@@ -174,8 +195,15 @@ def test_every_call_gives_the_same_bits(size: int) -> None:
     assert one == block == traced == pickle.loads(pickle.dumps(one)) == copy.copy(one)
     assert (one.samples, one.rejected) == (199, 1)
     again = pickle.loads(pickle.dumps(one))
-    assert again.process(output, regressors).tobytes() == block.process(output, regressors).tobytes()
-    kinds_of_rows = (regressors[0], regressors[0].tolist(), tuple(regressors[0].tolist()), regressors[:, ::-1][0, ::-1])
+    assert (
+        again.process(output, regressors).tobytes() == block.process(output, regressors).tobytes()
+    )
+    kinds_of_rows = (
+        regressors[0],
+        regressors[0].tolist(),
+        tuple(regressors[0].tolist()),
+        regressors[:, ::-1][0, ::-1],
+    )
     assert len({copy.copy(one).update(1.0, row) for row in kinds_of_rows}) == 1
     one.reset()
     assert one == palpate.VectorRls(size) != block
@@ -186,10 +214,15 @@ def test_an_intercept_is_a_last_regressor_of_1() -> None:
     line, ones = palpate.VectorRls(2, intercept=True), palpate.VectorRls(3)
     block = line.process(output, regressors)
     assert block.shape == (150, 3)
-    assert block.tobytes() == ones.process(output, np.column_stack([regressors, np.ones(150)])).tobytes()
+    assert (
+        block.tobytes()
+        == ones.process(output, np.column_stack([regressors, np.ones(150)])).tobytes()
+    )
     settings: dict[str, Any] = line.settings
     assert palpate.VectorRls(**settings).settings == settings
-    assert repr(palpate.VectorRls(2, intercept=True)).startswith("<VectorRls(size=2, intercept=True): coefficients 0.0")
+    assert repr(palpate.VectorRls(2, intercept=True)).startswith(
+        "<VectorRls(size=2, intercept=True): coefficients 0.0"
+    )
 
 
 def test_a_bank_has_the_bits_of_single_ones() -> None:
@@ -197,10 +230,15 @@ def test_a_bank_has_the_bits_of_single_ones() -> None:
     output, regressors = np.stack([y for y, _ in pieces], 1), np.stack([x for _, x in pieces], 1)
     bank, singles = palpate.Bank(palpate.VectorRls(2), 5), [palpate.VectorRls(2) for _ in range(5)]
     found = bank.process(output, regressors)
-    right = np.stack([single.process(y, x) for single, (y, x) in zip(singles, pieces, strict=True)], 1)
+    right = np.stack(
+        [single.process(y, x) for single, (y, x) in zip(singles, pieces, strict=True)], 1
+    )
     assert found.tobytes() == right.tobytes()
     assert [bank[i] for i in range(5)] == singles
-    assert bank.coefficients.tobytes() == np.stack([single.coefficients for single in singles]).tobytes()
+    assert (
+        bank.coefficients.tobytes()
+        == np.stack([single.coefficients for single in singles]).tobytes()
+    )
     assert bank.standard_errors.shape == (5, 2)
     assert bank.update(output[0], regressors[0]).shape == (5, 2)
     assert pickle.loads(pickle.dumps(bank)) == bank
@@ -216,27 +254,51 @@ VectorRls: Any = palpate.VectorRls
     [
         (lambda: VectorRls(0), ValueError, "size: got 0.0, allowed: a whole number, 1 to 8"),
         (lambda: VectorRls(9), ValueError, "size: got 9.0, allowed: a whole number, 1 to 8"),
-        (lambda: VectorRls(8, intercept=True), ValueError, "size: got 8.0, allowed: 1 to 7 with an intercept"),
+        (
+            lambda: VectorRls(8, intercept=True),
+            ValueError,
+            "size: got 8.0, allowed: 1 to 7 with an intercept",
+        ),
         (lambda: VectorRls(), TypeError, "VectorRls: got 0 values without a name, allowed: size"),
         (lambda: VectorRls(2, 3), TypeError, "VectorRls: got 2 values without a name"),
         (lambda: VectorRls(2, steady=1.5), ValueError, "steady: got 1.5, allowed: 0 < steady <= 1"),
-        (lambda: VectorRls(2, alarmed=1.0), ValueError, "alarmed: got 1.0, allowed: 0, or alarmed <= steady"),
+        (
+            lambda: VectorRls(2, alarmed=1.0),
+            ValueError,
+            "alarmed: got 1.0, allowed: 0, or alarmed <= steady",
+        ),
         (lambda: VectorRls(2, stady=0.9), TypeError, "did you mean 'steady'"),
         (lambda: VectorRls(2).update(1.0), TypeError, "takes exactly an output and regressors"),
-        (lambda: VectorRls(2).update("x", (1.0, 2.0)), TypeError, "output: got 'x', allowed: a number"),
-        (lambda: VectorRls(2).update(1.0, (1.0, "x")), TypeError, "regressors: got 'x', allowed: a number"),
+        (
+            lambda: VectorRls(2).update("x", (1.0, 2.0)),
+            TypeError,
+            "output: got 'x', allowed: a number",
+        ),
+        (
+            lambda: VectorRls(2).update(1.0, (1.0, "x")),
+            TypeError,
+            "regressors: got 'x', allowed: a number",
+        ),
         (
             lambda: VectorRls(2).update(1.0, (1.0,)),
             ValueError,
             r"regressors: got shape \(1,\), allowed: \(2,\)",
         ),
-        (lambda: VectorRls(2).update(1.0, 2.0), ValueError, r"regressors: got shape \(\), allowed: \(2,\)"),
+        (
+            lambda: VectorRls(2).update(1.0, 2.0),
+            ValueError,
+            r"regressors: got shape \(\), allowed: \(2,\)",
+        ),
         (
             lambda: VectorRls(2).process([1.0], [1.0, 2.0]),
             ValueError,
             r"regressors: got shape \(2,\), allowed: \(1, 2\)",
         ),
-        (lambda: VectorRls(2).process([1j], [[1.0, 2.0]]), TypeError, "output: got dtype complex128"),
+        (
+            lambda: VectorRls(2).process([1j], [[1.0, 2.0]]),
+            TypeError,
+            "output: got dtype complex128",
+        ),
     ],
 )
 def test_bad_input_is_refused_in_words(make: Any, error: type[Exception], said: str) -> None:
@@ -271,7 +333,9 @@ def test_the_unit_of_the_signals_does_not_matter(scale: float) -> None:
 
 
 @pytest.mark.parametrize(("offset", "most"), [(0, 1.0), (1e4, 1.0), (1e9, 1.42), (1.7e12, 1.42)])
-def test_an_offset_leaves_the_standard_error_right_or_a_little_large(offset: float, most: float) -> None:
+def test_an_offset_leaves_the_standard_error_right_or_a_little_large(
+    offset: float, most: float
+) -> None:
     random = np.random.default_rng(6)
     x = random.standard_normal(400)
     y = 2 * x + 1 + 0.02 * random.standard_normal(400)

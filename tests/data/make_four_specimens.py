@@ -45,7 +45,10 @@ def code(channel: str, t: float, noise: random.Random) -> int:
     steps = [press(t - CONVERSION_S * (i + 0.5) / 8) for i in range(8)]
     gains = [ratio(MODULI_MPA[s]) if channel == "hard" else 1.0 for _, s in steps]
     change = sum(p * g for (p, _), g in zip(steps, gains, strict=True)) / 8
-    return round((BASELINE_PF[channel] + change + noise.gauss(0.0, NOISE_PF)) * 2**24 / 8.192) + 0x800000
+    return (
+        round((BASELINE_PF[channel] + change + noise.gauss(0.0, NOISE_PF)) * 2**24 / 8.192)
+        + 0x800000
+    )
 
 
 def lines() -> list[str]:
@@ -56,7 +59,10 @@ def lines() -> list[str]:
         t_hard = 2 * SKEW_S * seq
         t_soft = t_hard + SKEW_S
         # A conversion is dated at its middle.
-        hard, soft = code("hard", t_hard + CONVERSION_S / 2, noise), code("soft", t_soft + CONVERSION_S / 2, noise)
+        hard, soft = (
+            code("hard", t_hard + CONVERSION_S / 2, noise),
+            code("soft", t_soft + CONVERSION_S / 2, noise),
+        )
         values = ",".join(f"{(raw - 0x800000) * 8.192 / 2**24:.7f}" for raw in (hard, soft))
         result.append(f"{seq},{t_hard:.3f},{t_soft:.3f},{hard},{soft},{values},0")
     return result
@@ -67,7 +73,10 @@ def described(rows: bytes) -> str:
     from palpate.ad7746.datasheet import SATURATED_PF
     from palpate.recording import sidecar
 
-    device = {"name": "simulated probe, tests/data/make_four_specimens.py", "full_scale_pF": SATURATED_PF}
+    device = {
+        "name": "simulated probe, tests/data/make_four_specimens.py",
+        "full_scale_pF": SATURATED_PF,
+    }
     return sidecar.text_of({**sidecar.made(device, rows.count(b"\n") - 1, rows), "versions": {}})
 
 

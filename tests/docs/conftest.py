@@ -25,7 +25,17 @@ def build_site(folder: Path) -> None:
             (source / shown).symlink_to(ROOT / shown)
         for beside in BESIDE:
             shutil.copy(ROOT / beside, source)
-        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
+        command = [
+            sys.executable,
+            "-m",
+            "sphinx",
+            "-W",
+            "--keep-going",
+            "-n",
+            "-q",
+            str(source / "docs"),
+            str(folder),
+        ]
         done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     assert (done.returncode, done.stderr) == (0, "")
 

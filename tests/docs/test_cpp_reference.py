@@ -12,7 +12,9 @@ from sphinx.util.inventory import InventoryFile
 EXTENSIONS = ROOT / "docs" / "extensions"
 HEADERS = Path(palpate.get_include()) / "palpate"
 # At namespace scope, as the headers are written: not indented.
-_NAME = re.compile(r"^(?:(?:class|struct|enum class|enum) (\w+)\b(?! *<)[^;]*?\{|using (\w+) =)", re.MULTILINE)
+_NAME = re.compile(
+    r"^(?:(?:class|struct|enum class|enum) (\w+)\b(?! *<)[^;]*?\{|using (\w+) =)", re.MULTILINE
+)
 
 
 @pytest.fixture(autouse=True)
@@ -23,12 +25,17 @@ def doxygen() -> str:
 def public_names() -> set[str]:
     """Return the classes and aliases of the headers, without the parts that the reference leaves out."""
     text = (EXTENSIONS / "Doxyfile").read_text() + (EXTENSIONS / "cpp_reference.py").read_text()
-    parts = {*re.findall(r"palpate::(\w+)", text), *re.findall(r'"(\w+)"', text.split("PARTS = ")[1].split("\n")[0])}
+    parts = {
+        *re.findall(r"palpate::(\w+)", text),
+        *re.findall(r'"(\w+)"', text.split("PARTS = ")[1].split("\n")[0]),
+    }
     found = set()
     for header in HEADERS.rglob("*.hpp"):
         if header.name not in re.findall(r"\*/(\w+\.hpp)", text):
             body = header.read_text(encoding="utf-8").split("namespace palpate", 1)[-1]
-            body = re.sub(r"namespace detail \{.*?\}  // namespace detail", "", body, flags=re.DOTALL)
+            body = re.sub(
+                r"namespace detail \{.*?\}  // namespace detail", "", body, flags=re.DOTALL
+            )
             below = "palpate::embedded::" if header.stem == "embedded" else "palpate::"
             found |= {below + (a or b) for a, b in _NAME.findall(body) if (a or b) not in parts}
     return found
@@ -50,8 +57,14 @@ def test_the_pages_show_no_warning_and_nothing_private(site: Path) -> None:
 
 
 def test_a_comment_that_is_missing_is_an_error(doxygen: str, tmp_path: Path) -> None:
-    (tmp_path / "one.hpp").write_text("/// Room.\nnamespace palpate {\n/// Has.\nstruct Has {\n  int bare;\n};\n}\n")
-    text = (EXTENSIONS / "Doxyfile").read_text() + f'\nINPUT = "{tmp_path}"\nOUTPUT_DIRECTORY = "{tmp_path}"\n'
-    done = subprocess.run([doxygen, "-"], input=text, capture_output=True, encoding="utf-8", check=False)
+    (tmp_path / "one.hpp").write_text(
+        "/// Room.\nnamespace palpate {\n/// Has.\nstruct Has {\n  int bare;\n};\n}\n"
+    )
+    text = (
+        EXTENSIONS / "Doxyfile"
+    ).read_text() + f'\nINPUT = "{tmp_path}"\nOUTPUT_DIRECTORY = "{tmp_path}"\n'
+    done = subprocess.run(
+        [doxygen, "-"], input=text, capture_output=True, encoding="utf-8", check=False
+    )
     assert done.returncode != 0
     assert "Member bare" in done.stderr

@@ -18,7 +18,9 @@ TEXTS = [
     for path in sorted((ROOT / folder).glob("*.md"))
 ]
 TODAY = [path for path in TEXTS if path.name != "CHANGELOG.md"]  # which names what was there once
-each = pytest.mark.parametrize("path", [pytest.param(path, id=str(path.relative_to(ROOT))) for path in TODAY])
+each = pytest.mark.parametrize(
+    "path", [pytest.param(path, id=str(path.relative_to(ROOT))) for path in TODAY]
+)
 _SHELL = re.compile(r"^ *```(?:sh|console)\n(.*?)^ *```$", re.DOTALL | re.MULTILINE)
 _ANY = re.compile(r"^ *```.*?^ *```$", re.DOTALL | re.MULTILINE)
 
@@ -48,7 +50,9 @@ def test_blocks_of_commands_are_parsed(path: Path) -> None:
 
 @each
 def test_commands_in_sentences_have_these_options(path: Path) -> None:
-    mentioned = [span.removeprefix("palpate ") for span in spans(path) if re.match(r"palpate [a-z-]", span)]
+    mentioned = [
+        span.removeprefix("palpate ") for span in spans(path) if re.match(r"palpate [a-z-]", span)
+    ]
     wrong = {span: why for span in mentioned if (why := has_options(span))}
     assert wrong == {}
 
@@ -58,7 +62,9 @@ def test_modules_and_scripts_in_texts_are_there(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     for module in set(re.findall(r"python -m ((?:bench|tests|palpate)[\w.]*\w)", text)):
         assert importlib.util.find_spec(module), module
-    for script in set(re.findall(r"(?:python|bash) ((?:tests|bench|docs|release|cpp)/[\w./-]+)", text)):
+    for script in set(
+        re.findall(r"(?:python|bash) ((?:tests|bench|docs|release|cpp)/[\w./-]+)", text)
+    ):
         assert (ROOT / script).is_file(), script
     for file, test in re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", text):
         assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file}::{test}"
@@ -77,7 +83,9 @@ def test_names_of_python_in_sentences_exist(path: Path) -> None:
 def test_examples_in_the_help_of_each_command_are_parsed() -> None:
     counted = 0
     for words, command in commands():
-        text = command.get_help(click.Context(command, info_name=" ".join(words), **main.context_settings))
+        text = command.get_help(
+            click.Context(command, info_name=" ".join(words), **main.context_settings)
+        )
         for line in re.findall(r"^ {4}palpate (.*)$", text, re.MULTILINE):
             counted += 1
             parsed(line)
@@ -96,11 +104,17 @@ PRINTED = re.compile(r"^```.*?^```$|^<!-- python.*?<!-- end -->$", re.DOTALL | r
 
 
 def test_pages_and_sources_are_plain() -> None:
-    texts = {path: (PRINTED.sub("", path.read_text(encoding="utf-8")), EVERYWHERE + IN_TEXTS) for path in TEXTS}
+    texts = {
+        path: (PRINTED.sub("", path.read_text(encoding="utf-8")), EVERYWHERE + IN_TEXTS)
+        for path in TEXTS
+    }
     texts |= {path: (path.read_text(encoding="utf-8"), EVERYWHERE) for path in SOURCES}
     assert len(texts) > 250
     found = []
     for path, (text, phrases) in texts.items():
         phrase = rf"\b(?:{'|'.join(phrases)})\b".replace(" ", r"\s+")
-        found += [f"{path.relative_to(ROOT)}: {match[0]}" for match in re.finditer(phrase, text, re.IGNORECASE)]
+        found += [
+            f"{path.relative_to(ROOT)}: {match[0]}"
+            for match in re.finditer(phrase, text, re.IGNORECASE)
+        ]
     assert found == []

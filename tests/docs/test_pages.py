@@ -32,7 +32,11 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 
 def of(*languages: str) -> list[Any]:
     """Return the pages that have such blocks."""
-    return [pytest.param(page, id=page.stem) for page in PAGES if {n for n, _ in blocks(page)} & set(languages)]
+    return [
+        pytest.param(page, id=page.stem)
+        for page in PAGES
+        if {n for n, _ in blocks(page)} & set(languages)
+    ]
 
 
 class Page:
@@ -40,8 +44,12 @@ class Page:
 
     def __init__(self, path: Path) -> None:
         every = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser").find_all(True)
-        self.ids = {str(tag[name]) for tag in every for name in ("id", "name") if tag.has_attr(name)}
-        self.links = [str(tag[name]) for tag in every for name in ("src", "href", "data") if tag.get(name)]
+        self.ids = {
+            str(tag[name]) for tag in every for name in ("id", "name") if tag.has_attr(name)
+        }
+        self.links = [
+            str(tag[name]) for tag in every for name in ("src", "href", "data") if tag.get(name)
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +58,9 @@ def pages(site: Path) -> dict[Path, Page]:
 
 
 def test_every_public_name_is_listed() -> None:
-    listed = re.findall(r"^   (palpate\.\S+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+    listed = re.findall(
+        r"^   (palpate\.\S+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
     public = {id(getattr(palpate, name)) for name in palpate.__all__ if name != "__version__"}
     assert public <= {id(resolve_name(name)) for name in listed}
 
@@ -77,7 +87,11 @@ def test_the_map_of_the_source_names_what_is_there() -> None:
     for what, where, names in rows:
         paths = [ROOT / path for path in re.findall("`(.*?)`", where)]
         files = [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
-        text = "".join(f"{file.name}\n{file.read_text(errors='replace')}" for file in files if not file.is_dir())
+        text = "".join(
+            f"{file.name}\n{file.read_text(errors='replace')}"
+            for file in files
+            if not file.is_dir()
+        )
         for name in re.findall("`(.*?)`", names):
             assert name in text or re.split(r"::|\.", name)[-1] in text, (what, name)
 
@@ -125,18 +139,26 @@ def check_console(text: str, folder: Path) -> None:
         )  # fmt: skip
         assert done.returncode == 0, (command, done.stdout, done.stderr)
         if shown:
-            assert _OUTPUT.check_output(shown, done.stdout, doctest.ELLIPSIS), f"{command}\n{done.stdout}"
+            assert _OUTPUT.check_output(shown, done.stdout, doctest.ELLIPSIS), (
+                f"{command}\n{done.stdout}"
+            )
 
 
 def test_the_page_has_the_udev_rule_of_the_driver() -> None:
     assert UDEV_RULE in (DOCS / "kit.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("page", [page for page in of("cpp") if page.id != "compiler_errors"])  # they must not
+@pytest.mark.parametrize(
+    "page", [page for page in of("cpp") if page.id != "compiler_errors"]
+)  # they must not
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
 def test_cpp_compiles(page: Path, compiler: str, tmp_path: Path) -> None:
     for text in (text for language, text in blocks(page) if language == "cpp"):
-        compiles(compiler, text if "#include" in text else f"#include <palpate/palpate.hpp>\n{text}", tmp_path)
+        compiles(
+            compiler,
+            text if "#include" in text else f"#include <palpate/palpate.hpp>\n{text}",
+            tmp_path,
+        )
 
 
 def test_toml_is_what_palpate_reads(tmp_path: Path) -> None:

@@ -27,7 +27,9 @@ def test_the_first_command_ends_on_the_live_page(tmp_path: Path) -> None:
     assert live == [".venv/bin/palpate", "live"]
     told = tmp_path / "told"
     with told.open("w") as file:
-        done = subprocess.Popen([sys.executable, "-m", "palpate", "live", "--port", "0"], stdout=file, stderr=file)
+        done = subprocess.Popen(
+            [sys.executable, "-m", "palpate", "live", "--port", "0"], stdout=file, stderr=file
+        )
         while "Ctrl-C" not in told.read_text(encoding="utf-8") and done.poll() is None:
             time.sleep(0.1)
         address = re.findall(r"http://[^ ]*", told.read_text(encoding="utf-8"))[0]
@@ -37,7 +39,9 @@ def test_the_first_command_ends_on_the_live_page(tmp_path: Path) -> None:
         assert done.wait() == 130
     assert "<title>palpate</title>" in page
     own = re.compile(r":\d+/\?token=[\w-]{32} ")
-    assert own.sub(":8746/ ", told.read_text(encoding="utf-8")) == own.sub(":8746/ ", f"{shown}ended\n")
+    assert own.sub(":8746/ ", told.read_text(encoding="utf-8")) == own.sub(
+        ":8746/ ", f"{shown}ended\n"
+    )
 
 
 def test_replay_prints_what_the_readme_shows() -> None:
@@ -45,7 +49,11 @@ def test_replay_prints_what_the_readme_shows() -> None:
     replay = shlex.split(command)
     assert replay[0] == ".venv/bin/palpate"
     done = subprocess.run(
-        [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, encoding="utf-8", check=True, cwd=ROOT
+        [sys.executable, "-m", "palpate", *replay[1:]],
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+        cwd=ROOT,
     )
     assert done.stderr + done.stdout == shown
 

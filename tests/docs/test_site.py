@@ -11,7 +11,11 @@ from live_browser import Browser
 
 EACH = 1 if NIGHTLY else 10
 """Of the pages of the API, which are made alike, every tenth; at night all."""
-READ = ("how", "api/palpate.Tracker", *(("cli", "live", "search", "genindex", "index") if NIGHTLY else ()))
+READ = (
+    "how",
+    "api/palpate.Tracker",
+    *(("cli", "live", "search", "genindex", "index") if NIGHTLY else ()),
+)
 """Pages that axe-core looks at, which takes some seconds each."""
 
 SIDEWAYS = """
@@ -59,10 +63,16 @@ def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Browser, site: Path
         asked = opened.requests() - {"about:blank"}
         assert asked
         wrong += [(page, "console", line) for line in opened.complaints()]
-        wrong += [(page, "asks for", each) for each in asked if not each.startswith((inside, "blob:"))]
+        wrong += [
+            (page, "asks for", each) for each in asked if not each.startswith((inside, "blob:"))
+        ]
         for name in ("desk", "phone"):
             opened.size(name)
-            wrong += [(page, name, check, found) for check, script in CHECKS.items() for found in opened.run(script)]
+            wrong += [
+                (page, name, check, found)
+                for check, script in CHECKS.items()
+                for found in opened.run(script)
+            ]
     assert wrong == []
 
 
@@ -93,5 +103,9 @@ def found(opened: Browser, site: Path, words: str) -> list[str]:
 
 
 def test_the_search_finds_what_people_type(opened: Browser, site: Path) -> None:
-    assert {words: pages for words, page in WORDS.items() if page not in (pages := found(opened, site, words))} == {}
+    assert {
+        words: pages
+        for words, page in WORDS.items()
+        if page not in (pages := found(opened, site, words))
+    } == {}
     assert found(opened, site, "flugelhorn") == []

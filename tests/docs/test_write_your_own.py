@@ -11,7 +11,9 @@ from project import ROOT, STRICT, asked, need, run
 
 COMPILERS = pytest.mark.parametrize("compiler", ["g++", "clang++"])
 PAGE = (ROOT / "docs" / "compiler_errors.md").read_text(encoding="utf-8")
-ERRORS = re.findall(r"^## `+(.+?) ?`+\n\n```cpp\n(?:// with (\S+)\n)?(.+?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+ERRORS = re.findall(
+    r"^## `+(.+?) ?`+\n\n```cpp\n(?:// with (\S+)\n)?(.+?)^```$", PAGE, re.DOTALL | re.MULTILINE
+)
 PRINTED = {
     "page_hinkley": "alarm at sample 200, then ratio 3.00, mean |e| 0.010 pF\n",
     "fortescue": "sample 199: ratio 2.50, lambda 1.00\nsample 200: ratio 2.50, lambda 0.20\n"
@@ -23,7 +25,16 @@ PRINTED = {
 def made(compiler: str, name: str, folder: Path) -> Path:
     """Compile an example with all warnings as errors."""
     source = ROOT / "cpp" / "examples" / f"{name}.cpp"
-    run(need(compiler), *STRICT, "-O1", "-ffp-contract=off", asked("--includes"), source, "-o", folder / name)
+    run(
+        need(compiler),
+        *STRICT,
+        "-O1",
+        "-ffp-contract=off",
+        asked("--includes"),
+        source,
+        "-o",
+        folder / name,
+    )
     return folder / name
 
 
@@ -43,17 +54,35 @@ def test_the_ratio_of_a_file_is_that_of_python(compiler: str, tmp_path: Path) ->
     estimator.process(output, regressor)
     program = made(compiler, "ratio_of_file", tmp_path)
     printed = re.findall(r"\d[\d.e-]*", run(program, tmp_path / "columns.txt").replace(",", ""))
-    assert [float(number) for number in printed] == [estimator.ratio, estimator.standard_error, 300, 300]
+    assert [float(number) for number in printed] == [
+        estimator.ratio,
+        estimator.standard_error,
+        300,
+        300,
+    ]
     (tmp_path / "columns.txt").write_text("2.5 1\ntwo 1\n")
-    done = subprocess.run([program, tmp_path / "columns.txt"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [program, tmp_path / "columns.txt"], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (2, "not a file of two columns of numbers: line 2\n")
 
 
 @COMPILERS
-@pytest.mark.parametrize(("sentence", "flag", "text"), ERRORS, ids=[sentence for sentence, _, _ in ERRORS])
-def test_a_compiler_error_has_its_sentence(sentence: str, flag: str, text: str, compiler: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("sentence", "flag", "text"), ERRORS, ids=[sentence for sentence, _, _ in ERRORS]
+)
+def test_a_compiler_error_has_its_sentence(
+    sentence: str, flag: str, text: str, compiler: str, tmp_path: Path
+) -> None:
     (tmp_path / "error.cpp").write_text(f"#include <palpate/palpate.hpp>\n{text}")
-    command = [need(compiler), "-std=c++17", *filter(None, [flag]), asked("--includes"), "-fsyntax-only", "error.cpp"]
+    command = [
+        need(compiler),
+        "-std=c++17",
+        *filter(None, [flag]),
+        asked("--includes"),
+        "-fsyntax-only",
+        "error.cpp",
+    ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert sentence in done.stderr

@@ -23,7 +23,9 @@ def changed(data: bytes, rng: random.Random) -> bytes:
     for _ in range(rng.randint(1, 4)):
         at, size = rng.randint(0, len(out)), rng.randint(0, 8)
         piece = bytes(out[at : at + size])
-        out[at : at + size] = rng.choice([b"", piece * 2, piece[::-1], rng.randbytes(size), b"9" * size, b"-1e999"])
+        out[at : at + size] = rng.choice(
+            [b"", piece * 2, piece[::-1], rng.randbytes(size), b"9" * size, b"-1e999"]
+        )
     return bytes(out)
 
 
@@ -34,13 +36,21 @@ def test_only_documented_errors(target: str) -> None:
     assert files
     for file in files:
         given = file.read_bytes()
-        for data in (given, *(changed(given, rng) for _ in range(CHANGES)), *(given[:n] for n in range(0, 200, 9))):
+        for data in (
+            given,
+            *(changed(given, rng) for _ in range(CHANGES)),
+            *(given[:n] for n in range(0, 200, 9)),
+        ):
             TARGETS[target](data)
 
 
 def test_every_corpus_has_a_target() -> None:
     assert {folder.name for folder in CORPUS.iterdir()} == {*TARGETS, "rows", "tracker"}
-    assert all(isinstance(path, Path) and path.stat().st_size < 4096 for path in CORPUS.rglob("*") if path.is_file())
+    assert all(
+        isinstance(path, Path) and path.stat().st_size < 4096
+        for path in CORPUS.rglob("*")
+        if path.is_file()
+    )
 
 
 STEP = 1 if NIGHTLY else 20 if ALL else 60
@@ -56,6 +66,8 @@ def test_hostile_files_end_as_documented() -> None:
     done = subprocess.run(program, capture_output=True, text=True, check=False, env=surroundings)
     assert done.returncode == 0, done.stderr
     endings = {
-        (parser, name): error for parser, files in json.loads(done.stdout).items() for name, error in files.items()
+        (parser, name): error
+        for parser, files in json.loads(done.stdout).items()
+        for name, error in files.items()
     }
     assert not {key: error for key, error in endings.items() if error}

@@ -30,12 +30,17 @@ def table(folder: Path, header: str, rows: str = ROWS, name: str = "table.csv") 
 )  # fmt: skip
 def test_other_names_are_asked_for(tmp_path: Path, header: str) -> None:
     rows = ROWS if header.count(",") == 2 else ROWS.replace("\n", ",5\n")
-    with pytest.raises(ValueError, match=r"columns: got none for a table of another program, allowed: hard and soft"):
+    with pytest.raises(
+        ValueError,
+        match=r"columns: got none for a table of another program, allowed: hard and soft",
+    ):
         read(table(tmp_path, header, rows))
 
 
 def test_names_of_several_header_rows(tmp_path: Path) -> None:
-    path = table(tmp_path, ",Ch1,,Ch2,\nTime (s),C (pF),D (%),C (pF),D (%)", "0.1,1,5,2,6\n0.2,3,5,4,6\n")
+    path = table(
+        tmp_path, ",Ch1,,Ch2,\nTime (s),C (pF),D (%),C (pF),D (%)", "0.1,1,5,2,6\n0.2,3,5,4,6\n"
+    )
     for hard, soft in (("ch1 C", "Ch2 C (pF)"), ("2", 4)):
         recording = read(path, columns={"hard": hard, "soft": soft})
         assert (recording.hard.tolist(), recording.soft.tolist()) == ([1, 3], [2, 4])
@@ -52,7 +57,9 @@ def test_names_of_several_header_rows(tmp_path: Path) -> None:
 
 def scaled(factor_hard: float, factor_soft: float) -> str:
     lines = [line.split(",") for line in ROWS.splitlines()]
-    return "".join(f"{t},{float(h) * factor_hard!r},{float(s) * factor_soft!r}\n" for t, h, s in lines)
+    return "".join(
+        f"{t},{float(h) * factor_hard!r},{float(s) * factor_soft!r}\n" for t, h, s in lines
+    )
 
 
 @pytest.mark.parametrize(
@@ -83,15 +90,30 @@ def test_units(tmp_path: Path, header: str, factors: tuple[float, float], note: 
         ("t_s,C1_counts,C2_counts", (1, 1), MAP, "in counts, allowed: .*--unit counts"),
         ("t_s,C1 (0.1 pF),C2", (1, 1), MAP, "in 0.1 pF, allowed: .* without a scale"),
         *[
-            ("t_s,C1,C2", (1, 1), {"unit": unit}, f"unit: got '{unit}', allowed: aF, fF, pF.* or another unit, as N")
+            (
+                "t_s,C1,C2",
+                (1, 1),
+                {"unit": unit},
+                f"unit: got '{unit}', allowed: aF, fF, pF.* or another unit, as N",
+            )
             for unit in ("pf", "PF", "pG", "kF", "p", "ppF", "")
         ],
         ("t_s,C1,C2", (1, 1), {"time_unit": "h"}, "time_unit: got 'h', allowed: s, sec, ms"),
         ("t_s,C1,C2", (1, 1), {"rate": 0}, "rate: got 0, allowed: a number above 0"),
         ("t_s,C1,C2", (1, 1), {"decimal": ","}, "decimal: got ',', allowed: point, comma"),
         ("t_s,C1,C2", (1, 1), {"columns": {"hard": 2, "soft": "C1"}}, "for both channels"),
-        ("t_s,C1,C2", (1, 1), {"columns": {"hard": 2, "soft": 3, "x": 1}}, "columns: got hard, soft, x, allowed"),
-        ("t_s,C1,C2", (1, 1), {**MAP, "rate": 5, "columns": {**MAP["columns"], "time": 1}}, "together with a column"),
+        (
+            "t_s,C1,C2",
+            (1, 1),
+            {"columns": {"hard": 2, "soft": 3, "x": 1}},
+            "columns: got hard, soft, x, allowed",
+        ),
+        (
+            "t_s,C1,C2",
+            (1, 1),
+            {**MAP, "rate": 5, "columns": {**MAP["columns"], "time": 1}},
+            "together with a column",
+        ),
     ],
 )
 def test_what_is_asked_or_refused(
@@ -103,15 +125,23 @@ def test_what_is_asked_or_refused(
 
 def test_a_unit_that_the_header_contradicts_is_told(tmp_path: Path) -> None:
     recording = read(table(tmp_path, "t_s,C1 (pF),C2"), unit="fF")
-    assert (recording.hard[0], recording.notes) == (0.006, ("the header of C1 says pF: fF is used, as asked",))
+    assert (recording.hard[0], recording.notes) == (
+        0.006,
+        ("the header of C1 says pF: fF is used, as asked",),
+    )
 
 
 @pytest.mark.parametrize("unit", ["N", "mm", "mV", "nN", "%", "counts", "kilogauss", "1"])
 def test_signals_of_another_unit_are_used_as_they_are(tmp_path: Path, unit: str) -> None:
-    recording = read(table(tmp_path, f"t_s,A ({unit}),B", scaled(1e-6, 1e6)), columns=MAP["columns"], unit=unit)
+    recording = read(
+        table(tmp_path, f"t_s,A ({unit}),B", scaled(1e-6, 1e6)), columns=MAP["columns"], unit=unit
+    )
     assert (recording.hard[0], recording.soft[0], recording.unit) == (6e-6, 4e6, unit)
     assert (recording.full_scale_pF, recording.notes) == (np.inf, ())
-    assert f"hard = A ({unit}), {unit}" in recording.understood or f"hard = A, {unit}" in recording.understood
+    assert (
+        f"hard = A ({unit}), {unit}" in recording.understood
+        or f"hard = A, {unit}" in recording.understood
+    )
     told = read(table(tmp_path, "t_s,C1 (pF),C2"), unit=unit).notes
     assert told == (f"the header of C1 says pF: {unit} is used, as asked",)
 
@@ -127,7 +157,10 @@ def test_a_rate_in_place_of_times(tmp_path: Path) -> None:
 
 def test_a_named_time_wins_over_a_unit_that_may_be_a_minimum(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
-    rows = "".join(f"{k * 0.0004:.4f},{6.9 + k % 7 / 100},{4.6 + k % 5 / 100},{k * 0.025:.3f}\n" for k in range(40))
+    rows = "".join(
+        f"{k * 0.0004:.4f},{6.9 + k % 7 / 100},{4.6 + k % 5 / 100},{k * 0.025:.3f}\n"
+        for k in range(40)
+    )
     path.write_text(f"Min,C1 (pF),C2 (pF),time (s)\n{rows}")
     assert read(path).understood.startswith("time = time, s; ")
     path.write_text(f"Min,C1 (pF),C2 (pF),n\n{rows}")
@@ -135,7 +168,9 @@ def test_a_named_time_wins_over_a_unit_that_may_be_a_minimum(tmp_path: Path) -> 
 
 
 def test_a_capital_t_is_a_temperature(tmp_path: Path) -> None:
-    rows = "".join(f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40))  # rises as a time does
+    rows = "".join(
+        f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40)
+    )  # rises as a time does
     assert "rate unknown" in read(table(tmp_path, "T,C1,C2", rows)).understood
     assert "time = t" in read(table(tmp_path, "t,C1,C2", rows)).understood
 
@@ -165,7 +200,10 @@ TWICE = ROW - (ROW % 10 == 5)
     ],
 )  # fmt: skip
 def test_what_looks_wrong_is_told(tmp_path: Path, change: dict[str, Floats], note: str) -> None:
-    found = read(table(tmp_path, "t_s,hard,soft", written(**{"t": T, "hard": HARD, "soft": SOFT, **change})), unit="pF")
+    found = read(
+        table(tmp_path, "t_s,hard,soft", written(**{"t": T, "hard": HARD, "soft": SOFT, **change})),
+        unit="pF",
+    )
     assert any(note in each for each in found.notes), found.notes
     late = np.where(ROW % 10 == 5, T + 0.025, T)  # in bursts: no row is missing
     told = read(table(tmp_path, "t_s,hard,soft", written(late, HARD, SOFT)), unit="pF").notes
@@ -175,7 +213,9 @@ def test_what_looks_wrong_is_told(tmp_path: Path, change: dict[str, Floats], not
         assert np.isnan(found.hard).tolist() == (ROW % 97 == 5).tolist()
 
 
-def files(folder: Path, hard: Floats, soft: Floats, header: str = "t (s),C (pF)") -> tuple[Path, Path]:
+def files(
+    folder: Path, hard: Floats, soft: Floats, header: str = "t (s),C (pF)"
+) -> tuple[Path, Path]:
     """Write a file for each channel, in which the value is the time, and 5."""
     made = [
         table(folder, header, "".join(f"{t:.6f},{t % 3 + 5:.6f}\n" for t in each), name)
@@ -190,7 +230,11 @@ def test_a_file_for_each_channel_is_joined_by_time(tmp_path: Path) -> None:
     hard, soft = files(tmp_path, even, later)
     found = read(hard, soft=soft)
     assert found.t_soft_s.tolist() == np.round(later, 6).tolist()
-    assert np.rint(found.t_hard_s / PERIOD).astype(int).tolist() == [*range(5, 7), *range(9, 60), *range(61, 100)]
+    assert np.rint(found.t_hard_s / PERIOD).astype(int).tolist() == [
+        *range(5, 7),
+        *range(9, 60),
+        *range(61, 100),
+    ]
     left_out = "8 of 100 hard and 0 of 92 soft readings have no reading of the other channel near in time: left out"
     assert found.notes[:2] == (left_out, "the times of both files are taken as those of one clock")
     with pytest.raises(ValueError, match="allowed: times that overlap"):
@@ -203,7 +247,8 @@ def test_a_file_for_each_channel_is_joined_by_time(tmp_path: Path) -> None:
 def test_channels_with_other_kinds_of_times_are_refused(tmp_path: Path) -> None:
     hard, soft = files(tmp_path, 1_772_000_000 + T, T, "time,C (pF)")
     with pytest.raises(
-        ValueError, match=r"time: got .* since 1970 .* for hard and .* for soft, allowed: the same kind"
+        ValueError,
+        match=r"time: got .* since 1970 .* for hard and .* for soft, allowed: the same kind",
     ):
         read(hard, soft=soft)
 
@@ -212,7 +257,10 @@ def test_a_file_for_each_channel_needs_times_or_a_rate(tmp_path: Path) -> None:
     paths = [table(tmp_path, "C (pF),n", "".join(f"{n % 7 + 1},0\n" for n in range(rows)), name)
              for rows, name in ((60, "a"), (58, "b"))]  # fmt: skip
     columns = {"hard": 1, "soft": 1}
-    with pytest.raises(ValueError, match="time: got none for a channel in a file of its own, allowed: times in both"):
+    with pytest.raises(
+        ValueError,
+        match="time: got none for a channel in a file of its own, allowed: times in both",
+    ):
         read(paths[0], soft=paths[1], columns=columns)
     found = read(paths[0], soft=paths[1], columns=columns, rate=40)
     assert found.hard.tolist() == found.soft.tolist() == [n % 7 + 1 for n in range(58)]
@@ -223,14 +271,21 @@ def test_a_file_for_each_channel_needs_times_or_a_rate(tmp_path: Path) -> None:
 def test_channels_that_are_read_in_turn_lose_nothing(offset: float) -> None:
     rng = np.random.default_rng(5)
     even = np.arange(500.0) * PERIOD
-    hard, soft = even + rng.uniform(-0.05, 0.05, 500) * PERIOD, even + (offset + rng.uniform(-0.05, 0.05, 500)) * PERIOD
+    hard, soft = (
+        even + rng.uniform(-0.05, 0.05, 500) * PERIOD,
+        even + (offset + rng.uniform(-0.05, 0.05, 500)) * PERIOD,
+    )
     first, second = partners(hard, soft)
-    assert len(first) >= 499  # at half a period, the partner may be the one before or after: one at an end is left
+    assert (
+        len(first) >= 499
+    )  # at half a period, the partner may be the one before or after: one at an end is left
     assert len({*(first - second).tolist()}) == 1
     assert np.abs(hard[first] - soft[second]).max() < PERIOD
 
 
-readings = st.sets(st.integers(0, 400), min_size=1, max_size=60).map(lambda counts: np.array(sorted(counts)) * 1e-3)
+readings = st.sets(st.integers(0, 400), min_size=1, max_size=60).map(
+    lambda counts: np.array(sorted(counts)) * 1e-3
+)
 
 
 @examples(60)

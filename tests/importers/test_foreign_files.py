@@ -35,7 +35,11 @@ UNITS = {"": 1.0, "pF": 1.0, "fF": 1e3, "aF": 1e6, "nF": 1e-3, "F": 1e-12}
 
 def random_table(random: Random) -> bytes:
     """Return the measurement as a table of a random dialect."""
-    delimiter, unit, times = random.choice(",;\t| "), random.choice(list(UNITS)), random.choice(list(TIMES))
+    delimiter, unit, times = (
+        random.choice(",;\t| "),
+        random.choice(list(UNITS)),
+        random.choice(list(TIMES)),
+    )
     comma, digits = delimiter != "," and random.random() < 0.4, random.choice([3, 4, 6])
     form = f".{digits}e" if unit == "F" else f".{max(0, digits - round(np.log10(UNITS[unit])))}f"
     t, *channels = measurement()
@@ -44,15 +48,23 @@ def random_table(random: Random) -> bytes:
     names = [random.choice(["time", "t", "timestamp", "Zeit", "x"])] * (len(cells) - 2)
     for name in random.choice([("C1", "C2"), ("hard", "soft"), ("CIN1", "CIN2"), ("A", "B")]):
         names.append(f"{name} ({unit})" if unit and random.random() < 0.8 else name)
-    for extra, cell in random.sample([("n", "7"), ("T", "21.5"), ("note", "ok"), ("empty", "-")], random.randint(0, 2)):
+    for extra, cell in random.sample(
+        [("n", "7"), ("T", "21.5"), ("note", "ok"), ("empty", "-")], random.randint(0, 2)
+    ):
         names.append(extra)
         cells.append([cell] * len(t))
     rows = [delimiter.join(row) for row in zip(*cells, strict=True)]
     rows = [row.replace(".", ",") for row in rows] if comma else rows
-    tail = random.choice(["", "", "# end", "\n", delimiter.join(["Mean", *["5"] * (len(cells) - 1)])])
+    tail = random.choice(
+        ["", "", "# end", "\n", delimiter.join(["Mean", *["5"] * (len(cells) - 1)])]
+    )
     end = random.choice(["\n", "\r\n"])
     text = end.join(
-        [delimiter.join(name.replace(" ", "_") if delimiter == " " else name for name in names), *rows, tail]
+        [
+            delimiter.join(name.replace(" ", "_") if delimiter == " " else name for name in names),
+            *rows,
+            tail,
+        ]
     )
     data = text.encode(random.choice(["utf-8", "utf-8-sig", "utf-16", "latin-1"]))
     return gzip.compress(data) if random.random() < 0.1 else data
@@ -64,12 +76,16 @@ def test_a_table_of_any_dialect_is_never_wrong(tmp_path: Path) -> None:
         path, random = tmp_path / "table.dat", Random(seed)
         path.write_bytes(random_table(random))
         try:
-            found = read(path, columns={"hard": 2, "soft": 3, "time": 1} if random.random() < 0.4 else None)
+            found = read(
+                path, columns={"hard": 2, "soft": 3, "time": 1} if random.random() < 0.4 else None
+            )
         except (RecordingError, ValueError):
             continue
         ratios, told = [touch.ratio for touch in touches(found)], (seed, found.understood)
         assert ratios == pytest.approx(RATIOS, rel=5e-3), told
         steps = np.diff(found.t_hard_s)
-        assert "rate unknown" in found.understood or abs(float(steps.mean()) * RATE - 1) < 1e-2, told
+        assert "rate unknown" in found.understood or abs(float(steps.mean()) * RATE - 1) < 1e-2, (
+            told
+        )
         right += 1
     assert right > count / 8

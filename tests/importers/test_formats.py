@@ -24,7 +24,9 @@ from pyarrow import feather, parquet
 from xdf import Stream, written
 
 T = np.arange(50) / 40
-TABLE = b"time (s),hard (pF),soft (pF)\n" + b"".join(b"%.3f,6.%03d,4.%03d\n" % (n / 40, n, n) for n in range(50))
+TABLE = b"time (s),hard (pF),soft (pF)\n" + b"".join(
+    b"%.3f,6.%03d,4.%03d\n" % (n / 40, n, n) for n in range(50)
+)
 BEGUN = datetime(2026, 3, 9, 12)
 PAIR = np.random.default_rng(7).normal(6, 0.1, (300, 2))
 TIMES = (1000.0 + np.arange(300) * 0.026).tolist()
@@ -42,7 +44,9 @@ def book(folder: Path, **sheets: list[list[Any]]) -> Path:
     return folder / "book.xlsx"
 
 
-def rows(time: Any = lambda t: t, header: tuple[str, ...] = ("time (s)", "C1 (pF)", "C2 (pF)")) -> list[list[Any]]:
+def rows(
+    time: Any = lambda t: t, header: tuple[str, ...] = ("time (s)", "C1 (pF)", "C2 (pF)")
+) -> list[list[Any]]:
     return [list(header), *([time(float(t)), 6 + n / 100, 4 + n / 50] for n, t in enumerate(T))]
 
 
@@ -50,14 +54,21 @@ def test_a_workbook(tmp_path: Path) -> None:
     clock = rows(lambda t: (BEGUN + timedelta(seconds=t)).time(), ("time", "C1 (pF)", "C2 (pF)"))
     found = palpate.read(book(tmp_path, one=[["Logger 7"], [], *clock]))
     assert found.hard.tolist() == [6 + n / 100 for n in range(50)]
-    assert np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3  # openpyxl has dates to 1 ms
-    assert found.understood == "time = time, times of day; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"
+    assert (
+        np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3
+    )  # openpyxl has dates to 1 ms
+    assert (
+        found.understood
+        == "time = time, times of day; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"
+    )
 
 
 def test_a_sheet_of_several(tmp_path: Path) -> None:
     assert len(palpate.read(book(tmp_path, notes=[["text"], ["more"]], one=rows()))) == 50
     path = book(tmp_path, one=rows(), two=rows())
-    with pytest.raises(ValueError, match=r"part: got none, allowed: the name of a sheet \(--part\): one, two"):
+    with pytest.raises(
+        ValueError, match=r"part: got none, allowed: the name of a sheet \(--part\): one, two"
+    ):
         palpate.read(path)
     assert len(palpate.read(path, part="two")) == 50
     with pytest.raises(ValueError, match="part: got 'three', allowed"):
@@ -68,7 +79,9 @@ def test_wrong_cells_of_a_workbook(tmp_path: Path) -> None:
     for cell in ("6.1x", BEGUN):
         wrong = rows()
         wrong[11][1] = cell
-        with pytest.raises(RecordingError, match=r"line 12: .* in column 2 \(C1 \(pF\)\) is neither"):
+        with pytest.raises(
+            RecordingError, match=r"line 12: .* in column 2 \(C1 \(pF\)\) is neither"
+        ):
             palpate.read(book(tmp_path, one=wrong))
     made = openpyxl.load_workbook(book(tmp_path, one=rows(header=("time (s)", "C1", "C2"))))
     for each in made["one"]["B"]:
@@ -92,12 +105,16 @@ def test_columns_of_other_programs(tmp_path: Path, suffix: str, zone: str | None
         pa.field("C2", pa.int64()),
     ]
     columns = pa.table(
-        [when, pa.array(6000 + 100 * T, pa.float32()), pa.array(range(4000, 4050))], schema=pa.schema(fields)
+        [when, pa.array(6000 + 100 * T, pa.float32()), pa.array(range(4000, 4050))],
+        schema=pa.schema(fields),
     )
     path = tmp_path / f"other.{suffix}"
     (parquet.write_table if suffix == "parquet" else feather.write_feather)(columns, str(path))
     found = palpate.read(path)
-    assert (found.t_hard_s.tolist(), found.soft.tolist()) == (T.tolist(), [n * 1e-3 for n in range(4000, 4050)])
+    assert (found.t_hard_s.tolist(), found.soft.tolist()) == (
+        T.tolist(),
+        [n * 1e-3 for n in range(4000, 4050)],
+    )
     assert found.hard == pytest.approx(6 + 0.1 * T, rel=1e-6)
     assert (found.zero_utc_ns is None) == (zone is None)
     path.write_bytes(path.read_bytes()[:-20])
@@ -115,15 +132,22 @@ def test_a_stream_of_an_xdf_file(tmp_path: Path, capfd: pytest.CaptureFixture[st
     marks = Stream("Marks", [1001.0], [["touch"]], ["mark"], kind="string")
     eeg = Stream("EEG", TIMES, PAIR * 9, ["Cz", "Pz"], unit="microvolts", kind="float32")
     path = save(tmp_path, eeg, PROBE, marks)
-    with pytest.raises(ValueError, match=r"part: got none, allowed: the name of a stream \(--part\): EEG, Probe"):
+    with pytest.raises(
+        ValueError, match=r"part: got none, allowed: the name of a stream \(--part\): EEG, Probe"
+    ):
         palpate.read(path)
     with pytest.raises(ValueError, match="in microvolts, allowed: a capacitance"):
         palpate.read(path, part="EEG", columns={"hard": "Cz", "soft": "Pz"})
     recording = palpate.read(path, part="Probe")
-    assert (recording.hard.tolist(), recording.soft.tolist()) == (PAIR[:, 0].tolist(), PAIR[:, 1].tolist())
+    assert (recording.hard.tolist(), recording.soft.tolist()) == (
+        PAIR[:, 0].tolist(),
+        PAIR[:, 1].tolist(),
+    )
     assert (recording.t_hard_s.tolist(), recording.zero_utc_ns) == (TIMES, None)
     assert "hard, pF; soft = soft, pF; 38.46 pairs a second; 300 rows" in recording.understood
-    assert recording.notes == ("a stream without clock offsets: its times are on the clock of its sender",)
+    assert recording.notes == (
+        "a stream without clock offsets: its times are on the clock of its sender",
+    )
     assert capfd.readouterr() == ("", "")
 
 
@@ -131,7 +155,9 @@ def test_clock_offsets_are_used_and_times_are_not_smoothed(tmp_path: Path) -> No
     jittered = (np.array(TIMES) + 0.005 * np.random.default_rng(1).uniform(size=300)).tolist()
     offsets = [(1000.0 + 2 * i, 50.0) for i in range(5)]
     recording = palpate.read(
-        save(tmp_path, Stream("P", jittered, PAIR, ["hard", "soft"], rate=1 / 0.026, offsets=offsets))
+        save(
+            tmp_path, Stream("P", jittered, PAIR, ["hard", "soft"], rate=1 / 0.026, offsets=offsets)
+        )
     )
     assert np.allclose(recording.t_hard_s, np.add(jittered, 50.0), rtol=0, atol=1e-6)
     assert recording.notes == ()
@@ -156,7 +182,9 @@ def test_a_damaged_xdf_file_is_refused(tmp_path: Path) -> None:
         (TABLE + b"1,2,3\n" * 1000, "larger than 5,000 bytes"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, message: str) -> None:
+def test_what_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, message: str
+) -> None:
     assert compression.LARGEST == 500_000_000
     monkeypatch.setattr(compression, "LARGEST", 5000)
     (tmp_path / "run.csv").write_bytes(data)
@@ -175,7 +203,9 @@ def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
     loaded = "import sys, palpate; palpate.read({!r}); print([m for m in ('pandas', 'pyarrow', 'palpate.importers.formats') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", loaded.format(str(FOUR))], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", loaded.format(str(FOUR))], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "[]"
 
 
@@ -201,7 +231,10 @@ def test_every_command_reads_standard_input(tmp_path: Path) -> None:
     output = run("record", "-", "-o", tmp_path / "recorded.csv", text=data).stdout
     assert palpate.read(tmp_path / "recorded.csv").hard.size > 30, output
     given = FOUR.read_bytes()
-    touches = [json.loads(run("replay", name, "--json", text=given).stdout)["touches"] for name in ("-", FOUR)]
+    touches = [
+        json.loads(run("replay", name, "--json", text=given).stdout)["touches"]
+        for name in ("-", FOUR)
+    ]
     assert touches[0] == touches[1] != []
 
 
@@ -216,8 +249,13 @@ def test_a_terminal_is_not_waited_for() -> None:
 
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "palpate", "check", "-"]
-    result = subprocess.run(command, stdin=follower, capture_output=True, text=True, timeout=100, check=False)
+    result = subprocess.run(
+        command, stdin=follower, capture_output=True, text=True, timeout=100, check=False
+    )
     os.close(leader)
     os.close(follower)
     assert result.returncode == 4
-    assert "standard input is a terminal: send a file to it, as in palpate check - < run.csv" in result.stderr
+    assert (
+        "standard input is a terminal: send a file to it, as in palpate check - < run.csv"
+        in result.stderr
+    )

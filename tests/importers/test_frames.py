@@ -30,7 +30,9 @@ def structured(columns: dict[str, NDArray[Any]]) -> NDArray[np.void]:
 KINDS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "pandas": pd.DataFrame,
     "pandas Float64": lambda columns: pd.DataFrame(columns).astype("Float64"),
-    "pandas of Arrow": lambda columns: pd.DataFrame(columns).convert_dtypes(dtype_backend="pyarrow"),
+    "pandas of Arrow": lambda columns: pd.DataFrame(columns).convert_dtypes(
+        dtype_backend="pyarrow"
+    ),
     "pandas object": lambda columns: pd.DataFrame(columns).astype(object),
     "polars": pl.DataFrame,
     "Arrow table": pa.table,
@@ -50,9 +52,19 @@ def test_the_touches_of_a_frame_are_those_of_its_arrays(kind: str) -> None:
 
 
 def test_contiguous_float64_is_not_copied() -> None:
-    for frame in (KINDS["pandas"](BASE), KINDS["pandas Float64"](BASE), KINDS["polars"](BASE), BASE):
+    for frame in (
+        KINDS["pandas"](BASE),
+        KINDS["pandas Float64"](BASE),
+        KINDS["polars"](BASE),
+        BASE,
+    ):
         found = palpate.read(frame)
-        for array, name in ((found.t_hard_s, "t"), (found.t_soft_s, "t_soft"), (found.hard, "C1"), (found.soft, "C2")):
+        for array, name in (
+            (found.t_hard_s, "t"),
+            (found.t_soft_s, "t_soft"),
+            (found.hard, "C1"),
+            (found.soft, "C2"),
+        ):
             assert np.shares_memory(array, np.asarray(frame[name]))
 
 
@@ -84,7 +96,9 @@ def test_dates_and_durations_are_times(unit: str) -> None:
 
 def test_an_index_is_a_column_if_it_has_a_name() -> None:
     for name, times in ((None, np.full(N, np.nan)), ("t", PLAY.t_hard_s)):
-        frame = pd.DataFrame({"C1": PLAY.hard, "C2": PLAY.soft}, index=pd.Index(PLAY.t_hard_s, name=name))
+        frame = pd.DataFrame(
+            {"C1": PLAY.hard, "C2": PLAY.soft}, index=pd.Index(PLAY.t_hard_s, name=name)
+        )
         assert np.array_equal(palpate.read(frame).t_hard_s, times, equal_nan=True)
 
 
@@ -96,11 +110,17 @@ def test_values_of_other_types() -> None:
     for frame, expected in (
         (pd.DataFrame(short).astype({"C1": "float32"}), short["C1"]),
         (pa.table({**short, "C1": pa.array(short["C1"]).cast(pa.decimal128(20, 9))}), short["C1"]),
-        (pl.DataFrame({**short, "C1": pl.Series(short["C1"]).cast(pl.Decimal(20, 9))}), short["C1"]),
+        (
+            pl.DataFrame({**short, "C1": pl.Series(short["C1"]).cast(pl.Decimal(20, 9))}),
+            short["C1"],
+        ),
         (pd.DataFrame({**short, "C1": pd.array(nulls, "Float64")}), missing),
         (pl.DataFrame({**short, "C1": nulls}), missing),
         (pa.table({**short, "C1": nulls}), missing),
-        (pa.table({**short, "C1": [None if value == 0 else int(value) for value in whole]}), missing * 8),
+        (
+            pa.table({**short, "C1": [None if value == 0 else int(value) for value in whole]}),
+            missing * 8,
+        ),
         ({**short, "C1": np.where(np.arange(60) == 3, 9.9e37, short["C1"])}, missing),
     ):
         found = palpate.read(frame, unit="pF")
@@ -111,8 +131,13 @@ def test_units_beside_the_names() -> None:
     channels = {"t": PLAY.t_hard_s, "C1": PLAY.hard * 1000, "C2": PLAY.soft * 1000}
     in_pandas = pd.DataFrame(channels)
     in_pandas.attrs["units"] = {"t": "s", "C1": "fF", "C2": "fF"}
-    fields = [pa.field(name, pa.float64(), metadata={"unit": "fF"} if name != "t" else None) for name in channels]
-    two_rows = in_pandas.set_axis(pd.MultiIndex.from_tuples([("t", "s"), ("C1", "fF"), ("C2", "fF")]), axis=1)
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": "fF"} if name != "t" else None)
+        for name in channels
+    ]
+    two_rows = in_pandas.set_axis(
+        pd.MultiIndex.from_tuples([("t", "s"), ("C1", "fF"), ("C2", "fF")]), axis=1
+    )
     for frame in (in_pandas, two_rows, pa.table(list(channels.values()), schema=pa.schema(fields))):
         found = palpate.read(frame)
         assert "hard = C1, fF" in found.understood
@@ -142,7 +167,16 @@ def test_what_is_no_recording(source: Any, message: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "source", [5, None, [1.0, 2.0], np.zeros((3, 2)), pl.DataFrame(BASE).lazy(), pl.Series([1.0]), pd.Series([1.0])]
+    "source",
+    [
+        5,
+        None,
+        [1.0, 2.0],
+        np.zeros((3, 2)),
+        pl.DataFrame(BASE).lazy(),
+        pl.Series([1.0]),
+        pd.Series([1.0]),
+    ],
 )
 def test_what_is_no_frame(source: Any) -> None:
     with pytest.raises(TypeError, match="allowed: a path, a data frame of pandas, polars or Arrow"):
@@ -154,13 +188,17 @@ def test_labels_that_are_numbers() -> None:
     unclear = pd.DataFrame(np.column_stack(columns))  # labels 0, 1, 2
     with pytest.raises(ValueError, match="got 1, the name or position of 2 columns"):
         palpate.read(unclear, columns={"hard": 1, "soft": 2, "time": "0"}, unit="pF")
-    found = palpate.read(pd.DataFrame(dict(enumerate(columns, 1))), columns={"hard": 2, "soft": "3"}, unit="pF")
+    found = palpate.read(
+        pd.DataFrame(dict(enumerate(columns, 1))), columns={"hard": 2, "soft": "3"}, unit="pF"
+    )
     assert (found.hard.tolist(), found.soft.tolist()) == (PLAY.hard.tolist(), PLAY.soft.tolist())
 
 
 def test_the_decimal_mark_of_texts_in_a_frame() -> None:
     texts = [f"{value:.4f}".replace(".", ",") for value in PLAY.hard]
     frame = pd.DataFrame({**BASE, "C1": texts})
-    assert np.allclose(palpate.read(frame, unit="pF", decimal="comma").hard, PLAY.hard, rtol=0, atol=1e-4)
+    assert np.allclose(
+        palpate.read(frame, unit="pF", decimal="comma").hard, PLAY.hard, rtol=0, atol=1e-4
+    )
     with pytest.raises(RecordingError, match="is neither a number with a decimal point"):
         palpate.read(frame, unit="pF")

@@ -18,7 +18,11 @@ BODY = "time,hard,soft\n0,1.5,2\n1,2.5,3\n"
 
 
 def table(text: str | bytes, decimal: str | None = None) -> Table:
-    return text_table(Path("table.csv"), text if isinstance(text, bytes) else text.encode(), Asked(decimal=decimal))
+    return text_table(
+        Path("table.csv"),
+        text if isinstance(text, bytes) else text.encode(),
+        Asked(decimal=decimal),
+    )
 
 
 def values(found: Table, *columns: str) -> list[list[float]]:
@@ -55,10 +59,18 @@ def test_the_same_table_in_many_dialects(text: str | bytes) -> None:
     ("header", "row", "names"),
     [
         ("time;C1;C2", "0 1.5 2", ["time", "C1", "C2"]),
-        ("Report of run 7,,\n,Ch1,Ch2\nTime (s),C (pF),C (pF)", "0,1,2", ["Time (s)", "Ch1 C (pF)", "Ch2 C (pF)"]),
+        (
+            "Report of run 7,,\n,Ch1,Ch2\nTime (s),C (pF),C (pF)",
+            "0,1,2",
+            ["Time (s)", "Ch1 C (pF)", "Ch2 C (pF)"],
+        ),
         ("t;C1;C2\ns;pF;pF", "0;1;2", ["t s", "C1 pF", "C2 pF"]),
         ("Logger 7", "0;1;2", ["column 1", "column 2", "column 3"]),
-        ("% Model: a.mph\n% Time (s)    C1 (pF)   C2 (pF)", "0  1  2", ["Time (s)", "C1 (pF)", "C2 (pF)"]),
+        (
+            "% Model: a.mph\n% Time (s)    C1 (pF)   C2 (pF)",
+            "0  1  2",
+            ["Time (s)", "C1 (pF)", "C2 (pF)"],
+        ),
         ("C1,C2,C1\nMean,Mean,Max", "0,1,2", ["C1 Mean", "C2 Mean", "C1 Max"]),
         ("time;soft;hard", "0;0;1;2", ["column 1", "column 2", "column 3", "column 4"]),
     ],
@@ -68,7 +80,9 @@ def test_names_of_the_columns(header: str, row: str, names: list[str]) -> None:
     assert [column.name for column in found.columns] == names
 
 
-def column(*cells: str, beside: str = "0", delimiter: str = ";", decimal: str | None = None) -> list[float]:
+def column(
+    *cells: str, beside: str = "0", delimiter: str = ";", decimal: str | None = None
+) -> list[float]:
     """Return the numbers in the first column of a table."""
     rows = "".join(f"{cell}{delimiter}{beside}\n" for cell in cells)
     found: list[float] = table(f"hard{delimiter}n\n{rows}", decimal).columns[0].numbers().tolist()
@@ -85,7 +99,10 @@ def column(*cells: str, beside: str = "0", delimiter: str = ";", decimal: str | 
         (("1e5", "1E+05", "-1.5e-3"), [1e5, 1e5, -1.5e-3]),
         (("1,5E3", "2"), [1500, 2]),
         ((".5", "6.", "+1"), [0.5, 6, 1]),
-        (("0.1000000000000000055511151231257827", "4.35", "1.7976931348623157e308"), [0.1, 4.35, np.nan]),
+        (
+            ("0.1000000000000000055511151231257827", "4.35", "1.7976931348623157e308"),
+            [0.1, 4.35, np.nan],
+        ),
     ],
 )
 def test_numbers_with_evidence(cells: tuple[str, ...], found: list[float]) -> None:
@@ -94,11 +111,16 @@ def test_numbers_with_evidence(cells: tuple[str, ...], found: list[float]) -> No
 
 def test_a_doubtful_mark_is_asked_about() -> None:
     for cells in (("6,123", "7,123"), ("6,123", "OL")):
-        with pytest.raises(ValueError, match=r"decimal: got '[67],123'.* or a thousands separator\?, allowed: decimal"):
+        with pytest.raises(
+            ValueError,
+            match=r"decimal: got '[67],123'.* or a thousands separator\?, allowed: decimal",
+        ):
             column(*cells)
     assert column("6,123", "7,123", beside="0,5") == [6.123, 7.123], "another column settles it"
     assert column("6,123", "7,123", decimal="comma") == [6.123, 7.123]
-    with pytest.raises(RecordingError, match=r"'6,123' .* is neither a number with a decimal point"):
+    with pytest.raises(
+        RecordingError, match=r"'6,123' .* is neither a number with a decimal point"
+    ):
         column("6,123", "7,123", decimal="point")
 
 
@@ -113,25 +135,50 @@ def test_a_wrong_cell_is_refused_by_line(wrong: str) -> None:
 
 @pytest.mark.parametrize("word", ["Mean", "Std dev", "average:", "Max", "Summe"])
 def test_a_row_of_sums_is_refused_also_without_times(tmp_path: Path, word: str) -> None:
-    rows = "".join(f"{6 + n % 7 / 10},{4 + n % 5 / 10},{'touch' if n == 20 else ''}\n" for n in range(60))
+    rows = "".join(
+        f"{6 + n % 7 / 10},{4 + n % 5 / 10},{'touch' if n == 20 else ''}\n" for n in range(60)
+    )
     path = tmp_path / "sums.csv"
-    cases: list[tuple[str, str, str, dict[str, Any]]] = [("", "", "", {}), ("t (s),", "0.1,", ",", {"rate": 40.0})]
+    cases: list[tuple[str, str, str, dict[str, Any]]] = [
+        ("", "", "", {}),
+        ("t (s),", "0.1,", ",", {"rate": 40.0}),
+    ]
     for header, cell, empty, options in cases:
         body = "".join(f"{cell}{row}\n" for row in rows.splitlines())
         path.write_text(f"{header}C1 (pF),C2 (pF),notes\n{body}")
         assert len(read(path, **options)) == 60
         path.write_text(f"{header}C1 (pF),C2 (pF),notes\n{body}{empty}6.3,4.2,{word}\n")
-        with pytest.raises(RecordingError, match=f"line 62: '{word}' in column . .notes. looks like a row of sums"):
+        with pytest.raises(
+            RecordingError, match=f"line 62: '{word}' in column . .notes. looks like a row of sums"
+        ):
             read(path, **options)
-    path.write_text("C1 (pF),C2 (pF),of\n" + "".join(f"6.{n % 7},4.{n % 5},mean\n" for n in range(60)))
+    path.write_text(
+        "C1 (pF),C2 (pF),of\n" + "".join(f"6.{n % 7},4.{n % 5},mean\n" for n in range(60))
+    )
     assert len(read(path)) == 60, "each row is a mean"
     path.write_text(f"t (s),C1 (pF),C2 (pF),notes\n{body},6.3,4.2,promedio\n")
-    with pytest.raises(RecordingError, match=r"line 62: an empty cell in column 1 .* looks like a row of sums"):
+    with pytest.raises(
+        RecordingError, match=r"line 62: an empty cell in column 1 .* looks like a row of sums"
+    ):
         read(path, rate=40.0)
 
 
 def test_cells_without_a_value() -> None:
-    marks = ["OL", "", "nan", "∞", "-∞", "-", "N/A", "inf", "ol", "9.9E+37", "OVLD", "-1e30", "None"]
+    marks = [
+        "OL",
+        "",
+        "nan",
+        "∞",
+        "-∞",
+        "-",
+        "N/A",
+        "inf",
+        "ol",
+        "9.9E+37",
+        "OVLD",
+        "-1e30",
+        "None",
+    ]
     for other in ("1.5", "1,5"):
         here = [mark for mark in marks if other == "1.5" or "." not in mark]
         found = column(*[other] * 40, *here, *[other] * 3)
@@ -144,19 +191,45 @@ def test_cells_without_a_value() -> None:
         ("\n\n", 1, "nothing but blank lines"),
         ("hello\nworld\n", 1, "no row of numbers"),
         (b"\x7fELF\n\0\0", None, "not a table that palpate reads"),
-        ("time,hard,soft\n0,1,2\n1,1\n2,1,2\n3,1,2\n", 3, "got 2 cells, allowed: 3, as in the other rows"),
-        ("time,hard,soft\n" + "0,1,2\n" * 300 + "1,1\n" * 200, 2, "got 3 cells, allowed: 2, as in the other rows"),
-        ("time,hard,soft\n0,1,2\n1,1,2,7\n2,1,2\n3,1,2\n", 3, "got 4 cells, allowed: 3, as in the other rows"),
+        (
+            "time,hard,soft\n0,1,2\n1,1\n2,1,2\n3,1,2\n",
+            3,
+            "got 2 cells, allowed: 3, as in the other rows",
+        ),
+        (
+            "time,hard,soft\n" + "0,1,2\n" * 300 + "1,1\n" * 200,
+            2,
+            "got 3 cells, allowed: 2, as in the other rows",
+        ),
+        (
+            "time,hard,soft\n0,1,2\n1,1,2,7\n2,1,2\n3,1,2\n",
+            3,
+            "got 4 cells, allowed: 3, as in the other rows",
+        ),
         ("time,hard,soft\n0,1x,2\n1,1,2\n2,1,2\n", 2, "'1x' in column 2"),
-        ("t hard soft temp\n0 1 2 3\n1 2 3\n2 1 2 3\n3 1 2 3\n", 3, "got 3 cells, allowed: 4, as in the other rows"),
-        ("t,hard,soft\n0,5,6,123,4,2\n0,6,6,124,4,2\n", 2, "commas separate the cells and are decimal marks"),
-        ("Mean,Max,Min\ntime (s),C1,C2\n0,1.5,2\n1,2,3\n", 1, "'Mean,Max,Min' above the names is of statistics"),
+        (
+            "t hard soft temp\n0 1 2 3\n1 2 3\n2 1 2 3\n3 1 2 3\n",
+            3,
+            "got 3 cells, allowed: 4, as in the other rows",
+        ),
+        (
+            "t,hard,soft\n0,5,6,123,4,2\n0,6,6,124,4,2\n",
+            2,
+            "commas separate the cells and are decimal marks",
+        ),
+        (
+            "Mean,Max,Min\ntime (s),C1,C2\n0,1.5,2\n1,2,3\n",
+            1,
+            "'Mean,Max,Min' above the names is of statistics",
+        ),
         ("run 7\n# Min,Mean,Max\n,C1,C2\n0,1.5,2\n1,2,3\n", 2, "take these rows out"),
         ("2024,1,2\ntime,hard,soft\n0,1.5,2\n1,2,3\n2,2,2\n", 2, "'time' in column 1"),
         ('n,hard,soft,note\n0,1,2,"a\nb"\n1,1,2,ok\n2,1,2,ok\n3,1,2,ok\n', 3, ""),
     ],
 )
-def test_what_is_no_table_is_refused_with_its_line(text: str | bytes, line: int | None, reason: str) -> None:
+def test_what_is_no_table_is_refused_with_its_line(
+    text: str | bytes, line: int | None, reason: str
+) -> None:
     with pytest.raises(RecordingError) as caught:
         table(text)
     assert (caught.value.line, reason in str(caught.value)) == (line, True), caught.value
@@ -179,7 +252,22 @@ def test_to_number() -> None:
 
 
 CELLS = st.sampled_from(
-    ["0", "1.5", "6,123", "1.234,5", "OL", "", "x", "Mean", "#", "12:00:01", "pF", "5%", '"', "time"]
+    [
+        "0",
+        "1.5",
+        "6,123",
+        "1.234,5",
+        "OL",
+        "",
+        "x",
+        "Mean",
+        "#",
+        "12:00:01",
+        "pF",
+        "5%",
+        '"',
+        "time",
+    ]
 )
 ANY = st.lists(st.lists(CELLS, min_size=1, max_size=4), max_size=12)
 
@@ -187,17 +275,25 @@ ANY = st.lists(st.lists(CELLS, min_size=1, max_size=4), max_size=12)
 @given(st.tuples(ANY, st.sampled_from(",;\t| ")) | st.binary(max_size=300))
 def test_any_text_is_a_table_or_an_error(drawn: tuple[list[list[str]], str] | bytes) -> None:
     with suppress(RecordingError, ValueError):
-        found = table(drawn if isinstance(drawn, bytes) else "\n".join(drawn[1].join(row) for row in drawn[0]))
+        found = table(
+            drawn if isinstance(drawn, bytes) else "\n".join(drawn[1].join(row) for row in drawn[0])
+        )
         for each in found.columns:
             with suppress(RecordingError, ValueError):
                 assert len(each.numbers()) == len(found) > 0
 
 
 @given(
-    st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=2, max_size=20), st.sampled_from(",;\t| "), st.booleans()
+    st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=2, max_size=20),
+    st.sampled_from(",;\t| "),
+    st.booleans(),
 )
-def test_what_is_written_is_read(rows: list[tuple[float, float, float]], delimiter: str, comma: bool) -> None:
-    text = "\n".join([delimiter.join(NAMES), *(delimiter.join(map(repr, row)) for row in rows)]) + "\n"
+def test_what_is_written_is_read(
+    rows: list[tuple[float, float, float]], delimiter: str, comma: bool
+) -> None:
+    text = (
+        "\n".join([delimiter.join(NAMES), *(delimiter.join(map(repr, row)) for row in rows)]) + "\n"
+    )
     comma = comma and delimiter != ","
     found = table(text.replace(".", ",") if comma else text, "comma" if comma else "point")
     assert list(zip(*values(found, *NAMES), strict=True)) == rows

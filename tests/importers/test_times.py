@@ -25,7 +25,9 @@ BEGUN = datetime(2025, 11, 21, 12, 0, 0, 0, UTC)
 
 def read(cells: Any, name: str = "time", *, unit: str = "", time_unit: str | None = None) -> Times:
     cells = cells if isinstance(cells, np.ndarray) else np.array(cells, object)
-    return times(Table(Path("t.csv"), [(name, cells, unit)], range(2, 2 + len(cells))).columns[0], time_unit)
+    return times(
+        Table(Path("t.csv"), [(name, cells, unit)], range(2, 2 + len(cells))).columns[0], time_unit
+    )
 
 
 def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
@@ -46,13 +48,20 @@ def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
         (stamps("%Y/%m/%d %H:%M:%S.%f"), "time", "dates", False),
         (stamps("%H:%M:%S.%f"), "time", "times of day", False),
         ([f"{int(t // 60):02}:{t % 60:09.6f}" for t in SECOND + 50], "elapsed", "mm:ss", False),
-        ([f"{30 + int(t // 3600)}:00:{t % 60:09.6f}" for t in SECOND], "elapsed", "times of day", False),
+        (
+            [f"{30 + int(t // 3600)}:00:{t % 60:09.6f}" for t in SECOND],
+            "elapsed",
+            "times of day",
+            False,
+        ),
         ((ROW * STEP_US).astype("m8[us]"), "time", "durations", False),
         (np.datetime64(DATE, "s") + (ROW * STEP_US).astype("m8[us]"), "time", "dates", False),
     ],
 )
 def test_times_in_any_notation(cells: Any, name: str, said: str, utc: bool) -> None:
-    texts = [repr(cell) for cell in cells.tolist()] if np.asarray(cells).dtype.kind in "if" else cells
+    texts = (
+        [repr(cell) for cell in cells.tolist()] if np.asarray(cells).dtype.kind in "if" else cells
+    )
     for each in (cells, texts):
         found = read(each, name)
         assert found.seconds - found.seconds[0] == pytest.approx(SECOND, rel=0, abs=1e-6)
@@ -65,17 +74,33 @@ def test_whole_numbers_and_dates_lose_no_nanosecond() -> None:
     assert (found.seconds.tolist(), found.zero_ns) == (SECOND.tolist(), DATE * 10**9 + 123_456_789)
     assert read(SECOND + 7, "t_s").seconds.tolist() == (SECOND + 7).tolist()
     found = read(np.datetime64(DATE, "s") + (ROW * STEP_US).astype("m8[us]"), unit="UTC")
-    assert (found.seconds.tolist(), found.zero_ns, found.is_utc) == (SECOND.tolist(), DATE * 10**9, True)
+    assert (found.seconds.tolist(), found.zero_ns, found.is_utc) == (
+        SECOND.tolist(),
+        DATE * 10**9,
+        True,
+    )
 
 
 @pytest.mark.parametrize(
     ("cells", "name", "message"),
     [
-        (ROW, "time", r"a median step of 1 in .*, allowed: s \(1 pairs a second\), ms \(1e\+03 pairs a second\)"),
+        (
+            ROW,
+            "time",
+            r"a median step of 1 in .*, allowed: s \(1 pairs a second\), ms \(1e\+03 pairs a second\)",
+        ),
         (ROW * 2, "time", "time_unit: got a median step of 2"),
         (46090.5 + SECOND / 86400, "Time", "time_unit: got a median step of 3.01e-07"),
-        (SECOND, "t_ms", r"a median step of 0.026 in .*: s \(38.4 pairs a second\), ms \(3.84e\+04"),
-        ((DATE + SECOND) // 1, "time", r"6 different stamps in 200 rows .*--rate 39\.8 from the count"),
+        (
+            SECOND,
+            "t_ms",
+            r"a median step of 0.026 in .*: s \(38.4 pairs a second\), ms \(3.84e\+04",
+        ),
+        (
+            (DATE + SECOND) // 1,
+            "time",
+            r"6 different stamps in 200 rows .*--rate 39\.8 from the count",
+        ),
         (np.full(20, 7), "t_s", "1 different stamps in 20 rows .*--rate"),
     ],
 )
@@ -99,12 +124,20 @@ def test_an_asked_unit_is_used_as_given() -> None:
         (np.array([0.0, 0.026, np.nan, 0.078]), 4, "'nan' in column 1 (t_s) is no time"),
         (["0", "26", "", "78"], 4, "an empty cell in column 1 (t_s) is no time"),
         (["0", "26", "x", "78"], 4, "'x' in column 1 (t_s) is neither a number"),
-        (stamps("%H:%M:%S.%f", BEGUN.replace(hour=23, minute=59, second=58)), 79, "goes back by 8.64e+04 s"),
+        (
+            stamps("%H:%M:%S.%f", BEGUN.replace(hour=23, minute=59, second=58)),
+            79,
+            "goes back by 8.64e+04 s",
+        ),
         (["12:00:00.1", "12:00:00.2", "12:00:60.3"], 4, "is no time; write it as"),
         (["12:00:00.1", "12:00:00.2", "0.3"], 4, "'0.3' in column 1 (t_s) is no time"),
         (["2026-01-01T12:00:00Z", "2026-01-01T12:00:01"], 3, "is another kind of time"),
         (["2026-01-30T12:00:00", "2026-02-30T12:00:01"], 3, "is no time; write it as"),
-        (["11/21/2026 12:00:00 PM", "11/21/2026 12:00:01 PM"], 2, "is no time; write it as 2026-11-21"),
+        (
+            ["11/21/2026 12:00:00 PM", "11/21/2026 12:00:01 PM"],
+            2,
+            "is no time; write it as 2026-11-21",
+        ),
     ],
 )
 def test_times_that_are_none_are_blamed_by_line(cells: Any, line: int, reason: str) -> None:
@@ -126,7 +159,9 @@ def test_jitter_and_bursts_of_host_stamps_are_kept() -> None:
 def test_dates_of_both_channels_count_from_one_zero() -> None:
     channels = {"C1": 6 + ROW % 7, "C2": 4 + ROW % 5}
     for later in (-0.013, 0.0, 0.013, 2.5):
-        found = palpate.read({"time": DATE + SECOND, "t_soft": DATE + SECOND + later, **channels}, unit="pF")
+        found = palpate.read(
+            {"time": DATE + SECOND, "t_soft": DATE + SECOND + later, **channels}, unit="pF"
+        )
         assert (found.t_hard_s[0], found.zero_utc_ns) == (0, DATE * 10**9)
         assert found.t_soft_s == pytest.approx(SECOND + later, rel=0, abs=1e-6)
 
@@ -139,7 +174,10 @@ Values: Any = st.lists(st.floats(), min_size=1, max_size=12) | st.lists(
 @examples(60)
 @given(Values, st.sampled_from(["time", "t_s", "t_ms", "micros"]))
 def test_any_numbers_are_times_or_an_error(values: list[Any], name: str) -> None:
-    cells: list[NDArray[Any]] = [np.array(values), np.array([repr(value) for value in values], object)]
+    cells: list[NDArray[Any]] = [
+        np.array(values),
+        np.array([repr(value) for value in values], object),
+    ]
     for each in cells:
         try:
             found = read(each, name)

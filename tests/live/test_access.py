@@ -23,7 +23,9 @@ async def _page(scope: Any, _: Any, send: Any) -> None:
                {"type": "http.response.start", "status": 200})  # fmt: skip
 
 
-def asked(app: Any, kind: str = "http", path: str = "/", query: bytes = b"", **headers: str) -> dict[str, Any]:
+def asked(
+    app: Any, kind: str = "http", path: str = "/", query: bytes = b"", **headers: str
+) -> dict[str, Any]:
     """Return the begin of the answer to a request of the page itself, but for these headers."""
     told: list[dict[str, Any]] = []
 
@@ -70,7 +72,9 @@ def test_at_every_address_any_name_is_valid_with_the_token() -> None:
     app = Gatekeeper(_page, "0.0.0.0", PORT, TOKEN)
     assert status(app, host=f"192.0.2.7:{PORT}") == 403
     assert status(app, host=f"192.0.2.7:{PORT}", cookie=COOKIE) == 200
-    assert status(Gatekeeper(_page, "192.0.2.7", PORT, TOKEN), host="192.0.2.8", cookie=COOKIE) == 400
+    assert (
+        status(Gatekeeper(_page, "192.0.2.7", PORT, TOKEN), host="192.0.2.8", cookie=COOKIE) == 400
+    )
 
 
 @pytest.mark.parametrize(
@@ -93,19 +97,30 @@ def test_the_cookie_has_the_token(cookie: str, wanted: int) -> None:
 def test_the_token_in_the_address_becomes_a_cookie_and_a_ticket_is_valid_once() -> None:
     ticket = new_token()
     app = Gatekeeper(_page, HOST, PORT, TOKEN, ticket)
-    for given_, wanted in [("wrong", 403), (TOKEN, 303), (TOKEN, 303), (ticket, 303), (ticket, 403), ("", 403)]:
+    for given_, wanted in [
+        ("wrong", 403),
+        (TOKEN, 303),
+        (TOKEN, 303),
+        (ticket, 303),
+        (ticket, 403),
+        ("", 403),
+    ]:
         answer = asked(app, "http", "/", f"token={given_}".encode())
         assert answer["status"] == wanted
         headers = dict(answer["headers"])
         assert {name.lower().encode() for name in HEADERS} <= set(headers)
         if wanted == 303:
             assert headers[b"location"] == b"/"
-            assert {COOKIE, "HttpOnly", "SameSite=strict"} <= set(headers[b"set-cookie"].decode().split("; "))
+            assert {COOKIE, "HttpOnly", "SameSite=strict"} <= set(
+                headers[b"set-cookie"].decode().split("; ")
+            )
 
 
 def test_only_files_of_the_page_are_served() -> None:
     bench: Any = SimpleNamespace(
-        measurement=SimpleNamespace(number=1, levels=None, files=SimpleNamespace(find=lambda _: None))
+        measurement=SimpleNamespace(
+            number=1, levels=None, files=SimpleNamespace(find=lambda _: None)
+        )
     )
     app, locked = (PageApp(bench).app(HOST, PORT, token) for token in (None, TOKEN))
     for path, wanted in [("/", 200), ("/page.js", 200), ("/charts/plot.js", 200), ("/recording/run.csv", 404), ("/page.py", 404), ("/../server.py", 404),

@@ -49,7 +49,10 @@ class Bench:
         self.used.append(self.progress.calibration)
 
     def known(self) -> list[KnownSpecimen]:
-        numbered = [(name, (n, t, n not in self.left_out)) for n, (name, t) in enumerate(self.order[: self.done], 1)]
+        numbered = [
+            (name, (n, t, n not in self.left_out))
+            for n, (name, t) in enumerate(self.order[: self.done], 1)
+        ]
         return [
             KnownSpecimen(name, modulus, tuple(row for of, row in numbered if of == name))
             for name, modulus in MODULI.items()
@@ -62,27 +65,40 @@ class Bench:
         return self.settled()
 
     def settled(self) -> dict[str, Any]:
-        soon(lambda: self.part.document().get("touches") == self.done - len(self.left_out) and not self.part._running)
+        soon(
+            lambda: (
+                self.part.document().get("touches") == self.done - len(self.left_out)
+                and not self.part._running
+            )
+        )
         return self.part.document()
 
 
 def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
     bench = Bench(tmp_path, touches)
     assert bench.part.document() == {"on": False}
-    assert bench.part.calibrating(on=True) == f"Calibrating with {len(MODULI)} specimens of known modulus."
+    assert (
+        bench.part.calibrating(on=True)
+        == f"Calibrating with {len(MODULI)} specimens of known modulus."
+    )
     first = bench.touch()
     assert (first["verdict"], first["next"]) == ("3 specimens at least; 2 to go.", "Next: 40 OO.")
     assert (first["curve"], len(first["points"])) == (None, 1)
     grown = [bench.touch() for _ in bench.order[1:]]
     last = grown[-1]
     assert (last["next"], last["touches"], bench.used) == ("Next: 40 OO.", len(bench.order), [])
-    expected = calibrate([Specimen(name, MODULI[name], touches[name]) for name in MODULI], about={"scene": "handheld"})
+    expected = calibrate(
+        [Specimen(name, MODULI[name], touches[name]) for name in MODULI],
+        about={"scene": "handheld"},
+    )
     assert last["verdict"] == expected.verdict
     assert last["rigid"]["value"] == expected.probe.rigid_ratio
     for name, (low, high) in expected.parameter_intervals().items():
         if high > low:
             assert low < getattr(PROBE, name) < high
-    assert {point["fitted"] for point in last["points"]} == {expected.probe.ratio(E) for E in MODULI.values()}
+    assert {point["fitted"] for point in last["points"]} == {
+        expected.probe.ratio(E) for E in MODULI.values()
+    }
 
     bench.progress.next = None  # nothing is lacking: it is saved without an order, once
     soon(lambda: bench.part.document()["saved"] and not bench.part._running)
@@ -114,7 +130,9 @@ def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     assert bench.part.document()["saved"] == "probe.toml"
 
 
-def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+def test_a_touch_that_is_left_out_is_shown_and_not_used(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
     bench = Bench(tmp_path, touches)
     bench.part.calibrating(on=True)
     whole = bench.touch(len(bench.order))
@@ -131,7 +149,9 @@ def test_what_is_not_possible_is_said(
 ) -> None:
     bench = Bench(tmp_path, touches)
     monkeypatch.setattr(bench, "known", list)
-    with pytest.raises(RefusedCommand, match="needs 3 specimens at least, of different known moduli; 3 to go"):
+    with pytest.raises(
+        RefusedCommand, match="needs 3 specimens at least, of different known moduli; 3 to go"
+    ):
         bench.part.calibrating(on=True)
     monkeypatch.undo()
     with pytest.raises(RefusedCommand, match="3 specimens at least; 3 to go"):
@@ -139,7 +159,9 @@ def test_what_is_not_possible_is_said(
     bench.done = len(bench.order)
     reverse = Bench(tmp_path, dict(zip(MODULI, reversed(touches.values()), strict=True)))
     reverse.part.calibrating(on=True)
-    found = reverse.touch(len(reverse.order))  # ratios that do not rise are an objection, not a failure
+    found = reverse.touch(
+        len(reverse.order)
+    )  # ratios that do not rise are an objection, not a failure
     assert found["verdict"]
     assert not found["sound"]
     (tmp_path / "probe.toml").write_text("precious")

@@ -65,7 +65,9 @@ def test_the_window_follows_and_the_keys_change_it(page: Browser, live: Canned) 
     for name, begin, until in steps:
         page.press(name)
         assert window(page) == pytest.approx((end - begin, end - until)), name
-        assert (drawn(page)["back"] is not None) == (name in (Keys.ARROW_LEFT, Keys.ARROW_RIGHT, "-")), name
+        assert (drawn(page)["back"] is not None) == (
+            name in (Keys.ARROW_LEFT, Keys.ARROW_RIGHT, "-")
+        ), name
     page.press(" ")
     before, last_s = window(page), sent(page, live, 100)
     assert window(page) == before
@@ -80,7 +82,9 @@ def test_the_wheel_and_two_fingers_zoom_and_a_drag_pans(page: Browser, live: Can
     fire(page, "detail", "wheel", at, deltaY=-200)
     begin, end = window(page)
     assert end - begin < 25
-    assert share_of(page, "detail", moment) == pytest.approx(at, abs=0.002)  # a wheel has whole pixels
+    assert share_of(page, "detail", moment) == pytest.approx(
+        at, abs=0.002
+    )  # a wheel has whole pixels
     drag(page, "detail", 0.4, 0.6)
     moved = window(page)
     assert moved[1] - moved[0] == pytest.approx(end - begin)
@@ -160,10 +164,19 @@ def test_labels_are_whole_and_apart(page: Browser, size: str) -> None:
                 assert labels
                 for one in labels:
                     assert 0 <= one["x"] <= now[place]["width"] - one["width"], one
-                    assert one["height"] / 2 <= one["y"] <= now[place]["height"] - one["height"] / 2, one
+                    assert (
+                        one["height"] / 2 <= one["y"] <= now[place]["height"] - one["height"] / 2
+                    ), one
                 for one, other in combinations(labels, 2):
-                    beside = one["x"] + one["width"] <= other["x"] or other["x"] + other["width"] <= one["x"]
-                    assert beside or abs(one["y"] - other["y"]) >= (one["height"] + other["height"]) / 2 - 1e-6
+                    beside = (
+                        one["x"] + one["width"] <= other["x"]
+                        or other["x"] + other["width"] <= one["x"]
+                    )
+                    assert (
+                        beside
+                        or abs(one["y"] - other["y"])
+                        >= (one["height"] + other["height"]) / 2 - 1e-6
+                    )
 
 
 def test_a_long_recording_is_drawn_with_few_points_and_few_requests(
@@ -174,7 +187,10 @@ def test_a_long_recording_is_drawn_with_few_points_and_few_requests(
     for span in (20.0, 7200.0):
         look(page, 15000, 15000 + span)
         settled(page)
-        before, width = len(recording.asked("view")), drawn(page)["detail"]["right"] - drawn(page)["detail"]["left"]
+        before, width = (
+            len(recording.asked("view")),
+            drawn(page)["detail"]["right"] - drawn(page)["detail"]["left"],
+        )
         drag(page, "detail", 0.6, 0.3)
         settled(page)
         now = drawn(page)
@@ -186,13 +202,16 @@ def test_a_long_recording_is_drawn_with_few_points_and_few_requests(
     assert all(few for _, few in asked)
     fire(page, "detail", "pointermove", 0.5)
     assert re.search(
-        r"hard -?\d\.\d{4} to \d\.\d{4} pF", page.run("return palpate.charts.detail.hover.tip.textContent")
+        r"hard -?\d\.\d{4} to \d\.\d{4} pF",
+        page.run("return palpate.charts.detail.hover.tip.textContent"),
     )
     page.run("palpate.charts.cursors.put(0, arguments[0])", float(rows["t_s"][700_000]))
     page.until(lambda: drawn(page)["cursors"][0]["hard"] == rows["hard"][700_000])
     before = len(recording.asked("view"))
     recording.change(recording.state)  # a server that was started again
-    page.until(lambda: len(recording.asked("view")) > before and drawn(page)["overview"]["points"] > 0)
+    page.until(
+        lambda: len(recording.asked("view")) > before and drawn(page)["overview"]["points"] > 0
+    )
 
 
 def test_the_touch_chart_shows_the_running_or_the_chosen_touch_and_charts_have_names(

@@ -45,7 +45,10 @@ def test_each_command_is_obeyed_by_a_method_with_its_values() -> None:
     ("message", "part"),
     [
         ("[" * 40, "Expecting value"),
-        ('{"do": "note", "text": "' + "x" * 4001 + '"}', "text: got 'xxx.* allowed: up to 4000 characters that"),
+        (
+            '{"do": "note", "text": "' + "x" * 4001 + '"}',
+            "text: got 'xxx.* allowed: up to 4000 characters that",
+        ),
         ('{"do": "note", "text": "a\\u0000"}', "allowed: up to 4000 characters that can be shown"),
         ('{"do": "format the disk"}', "do: got 'format the disk', allowed: tare, tare anyway, "),
     ],

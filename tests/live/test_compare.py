@@ -33,7 +33,11 @@ def three(tmp_path: Path) -> list[Path]:
     """Return recordings in one of which a and b are exchanged; d is in one alone."""
     return [
         named(tmp_path / f"{day}.csv", *names)
-        for day, names in (("mo", "abcd"), ("tu", ("a", "b", "c", None)), ("we", ("b", "a", "c", None)))
+        for day, names in (
+            ("mo", "abcd"),
+            ("tu", ("a", "b", "c", None)),
+            ("we", ("b", "a", "c", None)),
+        )
     ]
 
 
@@ -85,7 +89,9 @@ def test_the_page_answers_first_and_goes_to_what_differs(
     assert seen == ["a", "b", "a"]
     assert page.run("return document.activeElement.textContent") == "a"
     assert "a: ▲ recording C is " in page.text("compare")
-    assert len(page.all("#compare tr.chosen td svg *")) == 3 + 3 + 2  # touches, their means, band and middle
+    assert (
+        len(page.all("#compare tr.chosen td svg *")) == 3 + 3 + 2
+    )  # touches, their means, band and middle
     page.press(Keys.ESCAPE)
     page.until(lambda: page["timeline"].is_displayed() and not page["compare"].is_displayed())
     page.press("c")

@@ -24,10 +24,14 @@ class Slow(Listener):
             time.sleep(0.1)
 
 
-def test_rounds_of_a_slow_computer_are_those_of_a_fast_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rounds_of_a_slow_computer_are_those_of_a_fast_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("palpate.sources.sim.time.sleep", lambda _: None)
     source = opener("sim:demo", {"paced": True})
-    measurement = LiveMeasurement(source, RunFiles(tmp_path / "run.csv"), {"scene": "handheld"}, demo=True)
+    measurement = LiveMeasurement(
+        source, RunFiles(tmp_path / "run.csv"), {"scene": "handheld"}, demo=True
+    )
     bench = Bench(measurement, "sim:demo")
     measurement.listeners.append(Slow())
     said = set[tuple[str, str]]()
@@ -66,11 +70,17 @@ def test_the_first_picture_without_a_board(serve: Callable[..., Live], page: Bro
     page.until(lambda: page.text("pm").startswith("±"))
     shown = page["simulated"].text, page.text("says"), page.text("nexthead"), page.text("nextname")
     assert shown[0] == "Simulation"
-    assert shown[1].startswith("● Simulation. A simulated hand touches four specimens, round after round.")
+    assert shown[1].startswith(
+        "● Simulation. A simulated hand touches four specimens, round after round."
+    )
     assert shown[2] == "True ratio, 30 OO"
     assert shown[3].startswith("1.601")
     text = page.run("return document.body.innerText")
-    for needed in ("The ratio of their capacitance changes", "± is how far one touch usually is off", "palpate doctor"):
+    for needed in (
+        "The ratio of their capacitance changes",
+        "± is how far one touch usually is off",
+        "palpate doctor",
+    ):
         assert needed in text
     assert not any(page[name].is_displayed() for name in ("session", "device"))
     for size in ("phone", "lying", "tablet"):

@@ -27,7 +27,11 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     bench = begun(f"{IDLE}&capf=1", tmp_path)
     bench.waited("Touch")
     document = device(bench)
-    expected = {"Excitation": "±1/2 of the supply (EXCB)", "Conversion": "11.9 ms (CAPF 1)", "Supply": "3.30 V"}
+    expected = {
+        "Excitation": "±1/2 of the supply (EXCB)",
+        "Conversion": "11.9 ms (CAPF 1)",
+        "Supply": "3.30 V",
+    }
     found = values(document)
     assert found["Board"] == "simulated AD7746 evaluation kit, USB 1/2"
     assert expected.items() <= found.items()

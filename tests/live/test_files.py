@@ -29,10 +29,22 @@ def test_names_are_proposed_by_date(named: RunFiles, tmp_path: Path) -> None:
     assert named.next() == named.next() == tmp_path / "palpate-2026-11-22-3.csv"
     assert named.next("30 OO_a.1-b.csv") == tmp_path / "30 OO_a.1-b.csv"
     files = RunFiles(tmp_path / "run.csv")
-    assert [files.made(files.next(), "recording").name for _ in range(2)] == ["run.csv", "run-2.csv"]
-    assert [file["name"] for file in files.named] == ["run.csv", "run.json", "run-2.csv", "run-2.json"]
+    assert [files.made(files.next(), "recording").name for _ in range(2)] == [
+        "run.csv",
+        "run-2.csv",
+    ]
+    assert [file["name"] for file in files.named] == [
+        "run.csv",
+        "run.json",
+        "run-2.csv",
+        "run-2.json",
+    ]
     (tmp_path / "other.csv").touch()
-    assert [files.find(name) for name in ("run.json", "other.csv", "../run.csv")] == [tmp_path / "run.json", None, None]
+    assert [files.find(name) for name in ("run.json", "other.csv", "../run.csv")] == [
+        tmp_path / "run.json",
+        None,
+        None,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -48,7 +60,9 @@ def test_a_name_that_could_be_another_place_is_refused(name: str, named: RunFile
 @pytest.mark.parametrize("there", ["run.csv", "run.json"])
 def test_nothing_is_overwritten(there: str, named: RunFiles, tmp_path: Path) -> None:
     (tmp_path / there).touch()
-    with pytest.raises(ValueError, match=r"'run\.csv', and there is such a file; choose another name"):
+    with pytest.raises(
+        ValueError, match=r"'run\.csv', and there is such a file; choose another name"
+    ):
         named.next("run.csv")
     (tmp_path / "probe.toml").touch()
     assert named.free("probe.toml") == tmp_path / "probe-2.toml"
@@ -61,7 +75,12 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
     asked: list[tuple[Path, list[Path], Path | None]] = []
 
     def write(
-        path: Path, recordings: Sequence[Path], calibration: Path | None, tell: Callable[[str], None], *, unit: str
+        path: Path,
+        recordings: Sequence[Path],
+        calibration: Path | None,
+        tell: Callable[[str], None],
+        *,
+        unit: str,
     ) -> None:
         assert unit == "kPa"
         asked.append((path, list(recordings), calibration))
@@ -89,12 +108,18 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
     names = [files.report()["file"] for _ in range(2)]
     assert names == ["two-report.html", "two-report-3.html"]
     assert (tmp_path / "two-report-2.html").read_text() == "precious"
-    assert asked[0] == (tmp_path / "two-report.html", [tmp_path / "two.csv"], tmp_path / "probe.toml")
+    assert asked[0] == (
+        tmp_path / "two-report.html",
+        [tmp_path / "two.csv"],
+        tmp_path / "probe.toml",
+    )
     assert [file["name"] for file in files.named if file["kind"] == "report"] == names
     assert files.as_dict()["progress"] == ""
 
 
-def test_a_report_that_is_stopped_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_report_that_is_stopped_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In each of its parts: while rows are read, and while touches are written."""
     files, told = RunFiles(), list[str]()
     files.made(OWN_FILE, "recording")
@@ -115,7 +140,9 @@ def test_a_report_that_is_stopped_is_not_written(tmp_path: Path, monkeypatch: py
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_browser_shows_a_report_and_runs_nothing_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench = begun(f"{OWN_FILE}?speed=100", tmp_path)
     monkeypatch.setattr(module, "write", lambda path, *_, tell: path.write_text("<p>gel</p>"))
     name = bench.do("report")["file"]

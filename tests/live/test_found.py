@@ -51,7 +51,12 @@ def test_from_touch_to_touch_and_to_a_time(page: Browser, file: Canned) -> None:
     page.until(lambda: np.mean(window(page)) == pytest.approx(140.5, abs=0.1))
     page["time"].clear()
     page["time"].send_keys("soon" + Keys.ENTER)
-    page.until(lambda: page.text("answer") == "Go to: got soon, allowed: a time up to 03:20, as 3:41:41, 41:41 or 41.5")
+    page.until(
+        lambda: (
+            page.text("answer")
+            == "Go to: got soon, allowed: a time up to 03:20, as 3:41:41, 41:41 or 41.5"
+        )
+    )
 
 
 def test_words_narrow_together(page: Browser, file: Canned) -> None:
@@ -67,7 +72,10 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
     page["find"].send_keys(Keys.ESCAPE)
     assert page["find"].get_attribute("value") == "50 a"
     assert find(page, "30 OO") == [19, 20]
-    assert [line.split(" ")[0] for line in page.text("statistics").splitlines()][::2] == ["Mean", "s.d."]
+    assert [line.split(" ")[0] for line in page.text("statistics").splitlines()][::2] == [
+        "Mean",
+        "s.d.",
+    ]
     find(page, "")
     drag(page, "overview", share_of(page, "overview", 44), share_of(page, "overview", 79.5))
     page.until(lambda: page.run("return palpate.known.found.length") == 5)
@@ -80,11 +88,15 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
     assert f"{100 * spread / mean:.2f} %" in said
     times = [one["start_s"] for one in rows[4:9] if one["kept"]]
     fit, covariance = np.polyfit(times, used, 1, cov=True)
-    slope, error = (abs(float(value)) * 360_000 / mean for value in (fit[0], covariance[0, 0] ** 0.5))
+    slope, error = (
+        abs(float(value)) * 360_000 / mean for value in (fit[0], covariance[0, 0] ** 0.5)
+    )
     assert palpate.number_format.plus_minus(slope, error) in said
 
 
-def test_a_zoom_is_about_the_middle_and_the_values_at_the_pointer_go_along(page: Browser, file: Canned) -> None:
+def test_a_zoom_is_about_the_middle_and_the_values_at_the_pointer_go_along(
+    page: Browser, file: Canned
+) -> None:
     page.press("0")
     begin, end = window(page)
     fire(page, "detail", "pointermove", 0.3)
@@ -125,6 +137,10 @@ def test_all_touches_are_saved_and_named_in_the_sidecar(
     plan = plan_of(sidecar.load(path) or {})
     assert [(one.name, one.modulus_MPa) for one in plan.specimens] == [("40 A", 1.54)]
     entries = [(one.start_s, one.specimen, one.left_out) for one in plan.touches]
-    assert entries == [(touches[1].start_s, "40 A", ""), (touches[2].start_s, None, "discarded"), (1e4, "lost", "")]
+    assert entries == [
+        (touches[1].start_s, "40 A", ""),
+        (touches[2].start_s, None, "discarded"),
+        (1e4, "lost", ""),
+    ]
     assert palpate.check(path).faults == ()
     assert path.read_bytes() == OWN_FILE.read_bytes()

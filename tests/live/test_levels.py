@@ -35,7 +35,9 @@ def require_extremes(shown: Rows, there: Rows, *, exactly: bool) -> None:
             assert high == most or math.isnan(most) or (not exactly and high > most)
 
 
-@given(st.integers(1, 3000), st.sampled_from([38.0, 1000.0, 3000.0, 1e5]), st.integers(0, 2**32 - 1))
+@given(
+    st.integers(1, 3000), st.sampled_from([38.0, 1000.0, 3000.0, 1e5]), st.integers(0, 2**32 - 1)
+)
 @examples(100)
 def test_no_extreme_and_no_flag_is_lost(count: int, rate: float, seed: int) -> None:
     """Sparse rows stay as they are; of dense ones two are left in each bin, in the order in which a column rises or falls."""

@@ -52,7 +52,10 @@ def ended(bench: Bench) -> Bench:
 def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     bench = begun(SOURCE, tmp_path)
     with client(bench) as page, page.websocket_connect("/ws") as socket:
-        for message, words in (("nonsense", "Expecting value"), ('{"do": "record"}', "already recording")):
+        for message, words in (
+            ("nonsense", "Expecting value"),
+            ('{"do": "record"}', "already recording"),
+        ):
             socket.send_text(message)
             assert words in heard(socket, "refused")["message"]
     soon(lambda: bench.measurement.last)
@@ -70,7 +73,9 @@ def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     assert "session" not in document
 
 
-def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_hold(tmp_path: Path) -> None:
+def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_hold(
+    tmp_path: Path,
+) -> None:
     calibration = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
     calibration = replace(calibration, ratio="level", contact_exponent=1.5, age_s=0.8)
     bench = ended(begun(fast, tmp_path, record=False))
@@ -78,10 +83,14 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
     guided.use(calibration, tmp_path / "probe.toml")
     [row, *_] = bench.documents["touches"]()["rows"]
     assert (row["ratio"], row["kept"], row["modulus"]["text"]) == (None, False, "no modulus")
-    assert row["why"].startswith("measured with age 0 and contact_exponent 1, but calibrated with age 0.8")
+    assert row["why"].startswith(
+        "measured with age 0 and contact_exponent 1, but calibrated with age 0.8"
+    )
     bench.obey("again")
     soon(lambda: len(bench.measurement.touches) == 4)
-    assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {(0.8, 1.5)}
+    assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {
+        (0.8, 1.5)
+    }
     rows, touches = bench.documents["touches"]()["rows"], bench.measurement.touches
     assert [row["ratio"] for row in rows] == [touch.level_ratio for touch in touches]
     plan: Any = bench._parts["plan"]
@@ -120,14 +129,18 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     soon(lambda: measurement.state in ("contact", "adapting", "done"))
     with pytest.raises(RefusedCommand, match="tare: the probe is in contact; lift it first"):
         bench.obey("tare")
-    assert re.fullmatch(r"Recording to one\.csv; it begins \d+ s ago", bench.obey("record", name="one.csv"))
+    assert re.fullmatch(
+        r"Recording to one\.csv; it begins \d+ s ago", bench.obey("record", name="one.csv")
+    )
     bench.obey("mark text", id=marked, text="before the touch")
     soon(lambda: len(measurement.touches) == 1)
     recording = bench.state()["recording"]
     assert recording["name"] == "one.csv"
     assert recording["seconds"] == pytest.approx(measurement.last_s, abs=2)
     bench.obey("stop")
-    assert bench.obey("mark text", id=marked, text="too late").endswith("is closed, and keeps the text it had.")
+    assert bench.obey("mark text", id=marked, text="too late").endswith(
+        "is closed, and keeps the text it had."
+    )
     live = measurement.touches[0]
     soon(lambda: measurement.state in ("contact", "adapting", "done"))
     assert bench.obey("tare anyway").endswith("do not touch anything.")
@@ -151,7 +164,9 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     plan: Any = bench._parts["plan"]
     flags = bench.documents["events"]()["flags"]
     assert [(flag["touch"], flag["name"]) for flag in flags] == [
-        (number, name) for number, touch in enumerate(measurement.touches, 1) for name in touch.flags
+        (number, name)
+        for number, touch in enumerate(measurement.touches, 1)
+        for name in touch.flags
     ]
     by_calibration = TouchPlan(measurement, calibration)
     for number, touch in enumerate(measurement.touches, 1):
@@ -159,7 +174,11 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, by_calibration)
     for table in (plain, calibrated):
         together = table.document()["together"]
-        assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (None, False, None)
+        assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (
+            None,
+            False,
+            None,
+        )
     assert TouchTable(measurement, plan, scatter=1.0).document()["most_reliable"] in (1, 2, 3, 4)
     first = measurement.touches[0]
     linear = linearity_pF(measurement.tracker.settings["full_scale"])
@@ -173,7 +192,11 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     measurement.touches = [first, first]
     together = calibrated.document()["together"]
     assert together["text"].startswith("mean of 2 touches: ")
-    assert together["modulus"]["low_MPa"] < together["modulus"]["value_MPa"] < together["modulus"]["high_MPa"]
+    assert (
+        together["modulus"]["low_MPa"]
+        < together["modulus"]["value_MPa"]
+        < together["modulus"]["high_MPa"]
+    )
     measurement.close()
 
 
@@ -181,7 +204,10 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     bench = begun(SOURCE, tmp_path)
     measurement = bench.measurement
     (tmp_path / "run.csv").unlink()
-    assert "was removed, renamed or moved while it was recorded" in bench.waited("recording")["line"]["text"]
+    assert (
+        "was removed, renamed or moved while it was recorded"
+        in bench.waited("recording")["line"]["text"]
+    )
     soon(lambda: measurement.failed)
     assert (measurement.running, measurement.recorder, measurement.error) == (True, None, "")
     assert "run-2.csv" in bench.obey("record")
@@ -194,7 +220,9 @@ def opened(
     path: Path, how: dict[str, Any] | None = None, said: list[str] | None = None, **asked: Any
 ) -> Iterator[tuple[RecordedMeasurement, Workbench]]:
     """Open a file and wait until it is read."""
-    found = RecordedMeasurement(str(path), asked, how or {}, (said if said is not None else []).append)
+    found = RecordedMeasurement(
+        str(path), asked, how or {}, (said if said is not None else []).append
+    )
     bench = Workbench(found, str(path))
     found.start()
     soon(lambda: not found.running)
@@ -206,7 +234,11 @@ def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> Non
     recording = palpate.read(OWN_FILE)
     table = tmp_path / "table.csv"
     columns = zip(recording.t_hard_s, recording.hard, recording.soft, strict=True)
-    table.write_text("\n".join(["time (s),a (pF),b (pF)", *(f"{t},{hard},{soft}" for t, hard, soft in columns), ""]))
+    table.write_text(
+        "\n".join(
+            ["time (s),a (pF),b (pF)", *(f"{t},{hard},{soft}" for t, hard, soft in columns), ""]
+        )
+    )
     columns_of: dict[str, Any] = {"columns": {"hard": "a (pF)", "soft": "b (pF)"}}
     for path, asked in [(OWN_FILE, {}), (table, columns_of)]:
         with opened(path, **asked) as (found, _):
@@ -217,7 +249,9 @@ def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> Non
             assert view["t_s"] == pytest.approx(recording.t_hard_s, rel=1e-15)
     with opened(OWN_FILE, {"scene": "sliding", "samples": 100, "seconds": None}) as (found, _):
         assert found.tracker.scene == "sliding"
-        assert found.touches == palpate.touches(recorded(OWN_FILE), scene="sliding", samples=100, seconds=None)
+        assert found.touches == palpate.touches(
+            recorded(OWN_FILE), scene="sliding", samples=100, seconds=None
+        )
 
 
 def test_a_part_of_a_recording_is_estimated_as_a_touch() -> None:
@@ -226,7 +260,9 @@ def test_a_part_of_a_recording_is_estimated_as_a_touch() -> None:
         told = f"A to B: ratio {Uncertainty.of(touch)}, {touch.samples} samples"
         assert bench.do("cut", from_s=3.0, to_s=7.0) == {"message": told}
         told = bench.do("cut", from_s=8.9, to_s=9.9)["message"]
-        assert told.startswith("windows: got 8.9 to 9.9 s: nothing rises above the baseline before it, or the window")
+        assert told.startswith(
+            "windows: got 8.9 to 9.9 s: nothing rises above the baseline before it, or the window"
+        )
 
 
 def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
@@ -240,13 +276,21 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
     change(path, {"session": plan.as_dict(), "marks": marks})
     with opened(path) as (found, bench):
         hello = bench.documents["hello"]()
-        assert (hello["kind"], hello["file"]["rows"], hello["file"]["end"]) == ("file", 1411, "complete, clean end")
+        assert (hello["kind"], hello["file"]["rows"], hello["file"]["end"]) == (
+            "file",
+            1411,
+            "complete, clean end",
+        )
         rows = bench.documents["touches"]()["rows"]
         assert [(row["specimen"], row["kept"], row["why"]) for row in rows[:3]] == [
             ("soft", True, ""), ("soft", False, "slipped"), (None, True, "")]  # fmt: skip
         assert bench.documents["touches"]()["means"] == {"soft": found.touches[0].ratio}
         session = bench.documents["session"]()
-        assert (session["title"], session["specimens"][0]["kept"], session["next"]) == ("rehearsal", 1, None)
+        assert (session["title"], session["specimens"][0]["kept"], session["next"]) == (
+            "rehearsal",
+            1,
+            None,
+        )
         assert session["count"] == {"kept": 3, "of": 4}
         events = bench.documents["events"]()
         assert [(mark["t_s"], mark["text"]) for mark in events["marks"]][1] == (7.8, "here")
@@ -256,7 +300,9 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
         assert (gap["lost"], gap["text"]) == (0, "plugged in again")
         assert found.touches == palpate.touches(recorded(path))
         for do in ("tare", "record", "again", "mark"):
-            with pytest.raises(RefusedCommand, match=f"{do}: this is a recording, nothing is measured"):
+            with pytest.raises(
+                RefusedCommand, match=f"{do}: this is a recording, nothing is measured"
+            ):
                 bench.do(do)
 
 
@@ -285,7 +331,9 @@ def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -
         RecordedMeasurement(str(path), {}, {})
 
 
-def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_recording_that_still_runs_or_is_very_long_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, said = tmp_path / "run.csv", list[str]()
     with palpate.Stream(f"{SOURCE}&speed=1", record=path) as stream:
         soon(lambda: stream.recorder and stream.recorder.rows > 20)
@@ -300,7 +348,11 @@ def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, mon
 
 
 def test_a_view_over_a_web_socket() -> None:
-    with opened(OWN_FILE) as (_, bench), client(bench) as page, page.websocket_connect("/ws") as socket:
+    with (
+        opened(OWN_FILE) as (_, bench),
+        client(bench) as page,
+        page.websocket_connect("/ws") as socket,
+    ):
         socket.send_text('{"do": "view", "id": 77, "from_s": 5, "to_s": 30, "rows": 200}')
         frame = b""
         while not frame or HEADER.unpack_from(frame)[3] != Kind.VIEW:

@@ -10,7 +10,14 @@ from palpate.live.noise import FEWEST, idle, noise_of
 RATE = 38.5
 
 
-def made(count: int = 8192, *, hard: float = 12.0, soft: float = 7.0, line_hz: float = 0, line_aF: float = 0) -> Rows:
+def made(
+    count: int = 8192,
+    *,
+    hard: float = 12.0,
+    soft: float = 7.0,
+    line_hz: float = 0,
+    line_aF: float = 0,
+) -> Rows:
     """Return idle rows with white noise of these rms values, aF, and a line in the hard channel."""
     draw = np.random.default_rng(1)
     rows = np.zeros(count, ROW)
@@ -32,7 +39,10 @@ def made(count: int = 8192, *, hard: float = 12.0, soft: float = 7.0, line_hz: f
 )
 def test_the_sentence_has_the_rms_and_what_stands_out(hz: float, said: str) -> None:
     """A mean of 8192 samples: two digits of an rms of 12 aF, or of the root of 12² + 20² aF²."""
-    assert noise_of(made(line_hz=hz, line_aF=20.0)) == f"Noise without contact, 213 s: hard {said}, soft 7 aF rms."
+    assert (
+        noise_of(made(line_hz=hz, line_aF=20.0))
+        == f"Noise without contact, 213 s: hard {said}, soft 7 aF rms."
+    )
 
 
 def test_touches_and_missing_values_are_left_out() -> None:

@@ -24,7 +24,9 @@ async def turns() -> None:
         await asyncio.sleep(0)
 
 
-def with_page(test: Callable[[Page, Levels, asyncio.Event], Awaitable[None]]) -> tuple[list[str], list[bytes]]:
+def with_page(
+    test: Callable[[Page, Levels, asyncio.Event], Awaitable[None]],
+) -> tuple[list[str], list[bytes]]:
     """Run a test with a page that sends, and the event that its connection has room; return its texts and frames."""
     socket, levels = AsyncMock(), Levels()
 
@@ -41,7 +43,10 @@ def with_page(test: Callable[[Page, Levels, asyncio.Event], Awaitable[None]]) ->
         sending.cancel()
 
     asyncio.run(run())
-    texts, frames = ([call.args[0] for call in sent.await_args_list] for sent in (socket.send_text, socket.send_bytes))
+    texts, frames = (
+        [call.args[0] for call in sent.await_args_list]
+        for sent in (socket.send_text, socket.send_bytes)
+    )
     return texts, frames
 
 
@@ -88,7 +93,9 @@ def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
     assert [number for _, number, _, kind in views if kind == Kind.VIEW] == [7]
 
 
-def test_rows_and_a_new_line_go_out_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_and_a_new_line_go_out_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Not when the server looks again: it does so once in an hour here."""
     monkeypatch.setattr(module, "_STATES_PER_S", 1 / (60 * PATIENCE_S))
     bench = begun(f"{SOURCE}&idle=60", tmp_path)

@@ -27,17 +27,23 @@ def is_up(page: Browser) -> bool:
 
 def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
-    live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")  # no pair of it comes late
+    live = serve(
+        "--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1"
+    )  # no pair of it comes late
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
     truth = palpate.touches(OWN_FILE)[0].ratio
-    page.until(lambda: abs(float(page.text("number")) / truth - 1) < 0.01)  # the first pairs have a large error
+    page.until(
+        lambda: abs(float(page.text("number")) / truth - 1) < 0.01
+    )  # the first pairs have a large error
     page.press("m")
     page.until(lambda: page["marking"].is_displayed())
     page["marktext"].send_keys("first specimen", Keys.ENTER)
     page.until(lambda: "first specimen" in page.text("marks"))
     page["record"].click()
-    page.until(lambda: "run.csv: " in page.text("answer") and page.text("record").startswith("Record "))
+    page.until(
+        lambda: "run.csv: " in page.text("answer") and page.text("record").startswith("Record ")
+    )
     page.press("r")
     page.until(lambda: "Recording to " in page.text("answer"))
     page.until(lambda: _tared(page))
@@ -47,7 +53,9 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     page.downloaded("run.csv")
     assert live.end() == 130
     assert (page.downloads / "run.csv").read_bytes() == (tmp_path / "run.csv").read_bytes()
-    assert [mark["text"] for mark in json.loads((tmp_path / "run.json").read_text())["marks"]] == ["first specimen"]
+    assert [mark["text"] for mark in json.loads((tmp_path / "run.json").read_text())["marks"]] == [
+        "first specimen"
+    ]
     recordings = sorted(tmp_path.glob("*.csv"))
     assert len(recordings) == 2
     for path in recordings:
@@ -70,16 +78,26 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     page["list"].send_keys("\n".join(lines))
     page.until(lambda: page.text("listread").splitlines()[-1:] == ["8.68 MPa"])
     page.all("#plan button.strong")[0].click()
-    press_r = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'r', bubbles: true }))"
+    press_r = (
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'r', bubbles: true }))"
+    )
     once = f"if (!document.all.record.disabled) clearInterval(once), {press_r}"
     page.run(
         f"const once = setInterval(() => {{ {once} }}, 10)"
     )  # from here it may come after the end: that is 6 s away
     page["again"].click()
     page.press("k")
-    page.until(lambda: page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says"))
+    page.until(
+        lambda: (
+            page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says")
+        )
+    )
     assert page.text("says").startswith("✓ 40 of 40 done.")
-    page.until(lambda: (page.text("number2"), page.text("range2")) == ("10 of 10", "fitted to them: no test"))
+    page.until(
+        lambda: (
+            (page.text("number2"), page.text("range2")) == ("10 of 10", "fitted to them: no test")
+        )
+    )
     assert 2 < float(page.text("number").split()[1]) < 4
     assert "got " not in page.all("body")[0].text
     page["openreport"].click()
@@ -96,14 +114,18 @@ def _tared(page: Browser) -> bool:
     return bool(re.search("do not touch anything|in contact", page.text("answer")))
 
 
-def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Serve, tmp_path: Path) -> None:
+def test_a_server_that_is_killed_and_comes_back(
+    page: Browser, serve: Serve, tmp_path: Path
+) -> None:
     """With the same address the page goes on; with another token it says that its address is no longer valid."""
     live = serve("--no-token", "--record", str(tmp_path / "run.csv"))
     page.driver.get(live.address)
     page.until(lambda: is_up(page) and "Recording 00:0" in page.text("record"))
     live.end(signal.SIGKILL)
     page.until(lambda: page.text("word") == "Offline")
-    assert re.fullmatch(r"Recorded\n00:\d\d\nso far, \S+ rows; what came later is not known", page.text("next"))
+    assert re.fullmatch(
+        r"Recorded\n00:\d\d\nso far, \S+ rows; what came later is not known", page.text("next")
+    )
     assert "Recording? · not known now" in page.text("record")
     page.press("t")
     page.until(lambda: page.text("answer").endswith(": not possible now, without a connection."))
@@ -131,9 +153,13 @@ def test_the_page_rounds_as_python_does(page: Browser) -> None:
     ]  # fmt: skip
     for _ in range(5000):
         value = draw.choice([-1, 1]) * 10 ** draw.uniform(-12, 12)
-        pairs.append((value, abs(value) * 10 ** draw.uniform(-8, 3) if draw.random() < 0.8 else None))
+        pairs.append(
+            (value, abs(value) * 10 ** draw.uniform(-8, 3) if draw.random() < 0.8 else None)
+        )
     script = f"{source}; return JSON.parse(arguments[0]).map(([v, u]) => [number(v, u), plusMinus(v, u).join(' ')])"
-    for (value, uncertainty), (number, both) in zip(pairs, page.run(script, json.dumps(pairs)), strict=True):
+    for (value, uncertainty), (number, both) in zip(
+        pairs, page.run(script, json.dumps(pairs)), strict=True
+    ):
         assert number == number_format.number(value, uncertainty or math.nan)
         if uncertainty:
             assert both == number_format.plus_minus(value, uncertainty)

@@ -90,7 +90,9 @@ def test_single_keys_can_be_switched_off(page: Browser, idle: Canned) -> None:
     assert idle.asked("tare") == []
 
 
-def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, tmp_path: Path) -> None:
+def test_the_list_of_specimens_typed_and_loaded(
+    page: Browser, idle: Canned, tmp_path: Path
+) -> None:
     """What was typed stays until it is used, also after Esc, and when the page is loaded again."""
     page.press("p")
     page.until(lambda: page["plan"].is_displayed())
@@ -109,11 +111,15 @@ def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, tmp
     page.click("openplan")  # what was typed is there still
     assert page.text("listwrong") == "Typed before, and not in use yet."
     page["wanted"].send_keys(Keys.ENTER)
-    heard(page, idle, do="plan", text="soft,0.1\nunknown", unit="MPa", wanted=3, title="gel series 3")
+    heard(
+        page, idle, do="plan", text="soft,0.1\nunknown", unit="MPa", wanted=3, title="gel series 3"
+    )
     page.until(lambda: not page["plan"].is_displayed())
 
 
-def test_a_wrong_list_of_specimens_stays_with_its_reasons(page: Browser, idle: Canned, tmp_path: Path) -> None:
+def test_a_wrong_list_of_specimens_stays_with_its_reasons(
+    page: Browser, idle: Canned, tmp_path: Path
+) -> None:
     typed = "soft; 0.1\nstiff; 2,5.1\n\nsoft"
     with pytest.raises(RefusedCommand) as refused:
         specimens_of(typed, 4)
@@ -122,9 +128,16 @@ def test_a_wrong_list_of_specimens_stays_with_its_reasons(page: Browser, idle: C
     page["list"].clear()
     page["list"].send_keys(typed)
     page.all("#plan button.strong")[0].click()
-    page.until(lambda: "line 2: " in page.text("listwrong") and "line 4: " in page.text("listwrong"))
-    assert (page["list"].get_property("value"), page["list"].get_property("selectionStart")) == (typed, 10)
-    page.until(lambda: page["list"].value_of_css_property("background-image").count("gradient") == 2)
+    page.until(
+        lambda: "line 2: " in page.text("listwrong") and "line 4: " in page.text("listwrong")
+    )
+    assert (page["list"].get_property("value"), page["list"].get_property("selectionStart")) == (
+        typed,
+        10,
+    )
+    page.until(
+        lambda: page["list"].value_of_css_property("background-image").count("gradient") == 2
+    )
     del idle.answers["plan"]
     page["list"].send_keys("x")
     assert (page.text("listwrong"), page["list"].get_attribute("aria-invalid")) == ("", "true")
@@ -135,7 +148,9 @@ def test_a_wrong_list_of_specimens_stays_with_its_reasons(page: Browser, idle: C
 def test_record_under_the_proposed_name_or_another(page: Browser, idle: Canned) -> None:
     page["openfiles"].click()
     assert page["proposed"].get_attribute("value") == "palpate-2026-11-22-2.csv"
-    page["proposed"].send_keys(Keys.CONTROL, "a", Keys.NULL, "gels.csv")  # it keeps the focus: a state changes nothing
+    page["proposed"].send_keys(
+        Keys.CONTROL, "a", Keys.NULL, "gels.csv"
+    )  # it keeps the focus: a state changes nothing
     page.press(Keys.ESCAPE)
     page["record"].click()
     heard(page, idle, do="record", name="gels.csv")
@@ -152,15 +167,35 @@ def test_settings_are_remembered_and_followed(page: Browser, idle: Canned) -> No
     for name, value in (("unit", "kPa"), ("shore", "on")):
         page.choose(name, value)
     page.all("[name=probe]")[0].send_keys("P3, domes 40 A / 6 A", Keys.ENTER)
-    heard(page, idle, do="settings", unit="kPa", shore=True, probe="P3, domes 40 A / 6 A", site="", operator="")
+    heard(
+        page,
+        idle,
+        do="settings",
+        unit="kPa",
+        shore=True,
+        probe="P3, domes 40 A / 6 A",
+        site="",
+        operator="",
+    )
     page.driver.refresh()
     page.until(lambda: page.text("unit") == "kPa" and page.text("number") == "134")
     assert page.text("range") == "112 to 156 kPa, 95 %"  # softer than Shore A reaches
-    assert [cell.text for cell in page.all("#specimens td:nth-child(2)")] == ["8680", "2180", "870", "289", "143", "?"]
-    heads = page.run("return [...document.querySelectorAll('th.unit')].map((one) => one.textContent)")
+    assert [cell.text for cell in page.all("#specimens td:nth-child(2)")] == [
+        "8680",
+        "2180",
+        "870",
+        "289",
+        "143",
+        "?",
+    ]
+    heads = page.run(
+        "return [...document.querySelectorAll('th.unit')].map((one) => one.textContent)"
+    )
     assert heads == ["kPa", "kPa"]
     page.press("p")
-    page.until(lambda: page["listread"].get_property("textContent").startswith("8680 kPa\n2180 kPa"))
+    page.until(
+        lambda: page["listread"].get_property("textContent").startswith("8680 kPa\n2180 kPa")
+    )
     assert page["list"].get_property("value").startswith("70 A; 8680 kPa\n")
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
@@ -175,7 +210,11 @@ def test_settings_are_remembered_and_followed(page: Browser, idle: Canned) -> No
 def test_the_end_of_a_plan_says_what_is_next(page: Browser, shown: Shown) -> None:
     server = shown("done")
     assert page.text("says").startswith("✓ 24 of 24 done.")
-    assert (page.text("number"), page.text("range"), page.text("number2")) == ("± 2.7 %", "was 3 %, assumed", "5 of 5")
+    assert (page.text("number"), page.text("range"), page.text("number2")) == (
+        "± 2.7 %",
+        "was 3 %, assumed",
+        "5 of 5",
+    )
     page.press("n")
     heard(page, server, do="specimen", name="")
     page.until(lambda: page["ending"].is_displayed())
@@ -206,7 +245,9 @@ def test_downloads_and_the_table_as_text(page: Browser, idle: Canned) -> None:
     page.downloaded("touches.csv")
     head, *rows = table.read_text().splitlines()
     assert head.startswith("touch,specimen,start_s,end_s,samples,ratio,")
-    assert [float(row.split(",")[5]) for row in rows] == [row["ratio"] for row in idle.state.told["touches"]["rows"]]
+    assert [float(row.split(",")[5]) for row in rows] == [
+        row["ratio"] for row in idle.state.told["touches"]["rows"]
+    ]
     page["copy"].click()
     page.until(lambda: page.text("filesays") != "")
 
@@ -221,15 +262,22 @@ def test_a_guided_calibration_is_saved_and_used(page: Browser, shown: Shown) -> 
 
     button("Save the calibration").click()
     heard(page, server, do="save calibration")
-    server.tell("calibration", **server.state.told["calibration"] | {"saved": "probe.toml", "sound": True})
+    server.tell(
+        "calibration", **server.state.told["calibration"] | {"saved": "probe.toml", "sound": True}
+    )
     page.until(lambda: "Saved as probe.toml" in page.text("fitwords"))
     server.tell("calibration", on=False)
     page.until(lambda: page["touchplot"].is_displayed())
 
 
-def test_a_refused_tare_can_be_forced_and_an_ended_measurement_begins_again(page: Browser, shown: Shown) -> None:
+def test_a_refused_tare_can_be_forced_and_an_ended_measurement_begins_again(
+    page: Browser, shown: Shown
+) -> None:
     server = shown("contact")
-    server.answers["tare"] = {"type": "refused", "message": "tare: the probe is in contact; lift it first"}
+    server.answers["tare"] = {
+        "type": "refused",
+        "message": "tare: the probe is in contact; lift it first",
+    }
     page.press("t")
     page.until(lambda: page.text("answer") == "tare: the probe is in contact; lift it first")
     page.until(lambda: page.text("tare") == "Tare anyway T")

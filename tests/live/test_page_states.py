@@ -39,7 +39,9 @@ def written(page: Browser, name: str) -> str:
 
 def wrong_in(page: Browser, size: str) -> dict[str, Any]:
     """Return what is wrong with the looks of the page."""
-    checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size in ("phone", "lying", "small") else {})
+    checks = page_looks.CHECKS | (
+        {"small": page_looks.SMALL} if size in ("phone", "lying", "small") else {}
+    )
     return {what: found for what, script in checks.items() if (found := page.run(script))}
 
 
@@ -57,7 +59,9 @@ def test_a_state_at_each_size(page: Browser, shown: Shown, name: str) -> None:
     for number, size in enumerate(SEEN):
         page.size(size)
         page.theme(("light", "dark")[number % 2])
-        assert ("Measuring and recording go on" if looks_back else line["text"]) in page.text("says")
+        assert ("Measuring and recording go on" if looks_back else line["text"]) in page.text(
+            "says"
+        )
         assert ("Looking back at " if looks_back else line["title"]) in page.text("says")
         assert wrong_in(page, size) == {}, size
         if name in THOROUGH:
@@ -78,7 +82,9 @@ def test_what_opens_over_the_page(page: Browser, shown: Shown, size: str) -> Non
 
 
 @pytest.mark.parametrize("size", [size for size in SIZES if size != "tablet"])
-def test_nothing_is_cut_or_hard_to_read_at_the_six_sizes(page: Browser, shown: Shown, size: str) -> None:
+def test_nothing_is_cut_or_hard_to_read_at_the_six_sizes(
+    page: Browser, shown: Shown, size: str
+) -> None:
     """In light and dark, with the largest numbers: a ratio with its uncertainty, a modulus with its unit, the end of a plan."""
     for name, unit in (("bare", "MPa"), ("contact", "kPa"), ("done", "MPa")):
         server = shown(name, size)
@@ -117,7 +123,9 @@ def test_the_checks_find_what_is_wrong(page: Browser, shown: Shown) -> None:
     assert found["sideways"] > 0
     for what, name in (("cut", "#sub"), ("small", "#more")):
         assert any(text.startswith(name) for text in found[what])
-    page.run("const { note } = document.all; note.removeAttribute('aria-label'); note.placeholder = ''")
+    page.run(
+        "const { note } = document.all; note.removeAttribute('aria-label'); note.placeholder = ''"
+    )
     assert {name for name, _ in page_looks.audit(page.driver)} >= {"color-contrast", "label"}
 
 
@@ -127,7 +135,9 @@ def contrast(*colours: str) -> float:
     for colour in colours:
         digits = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
         parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
-        red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+        red, green, blue = (
+            part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+        )
         light.append(0.2126 * red + 0.7152 * green + 0.0722 * blue)
     return (max(light) + 0.05) / (min(light) + 0.05)
 
@@ -154,7 +164,10 @@ def test_messages_do_not_move_the_charts(page: Browser, shown: Shown, size: str)
         other = state(name)
         server.change(other)
         page.until(lambda other=other: other.told["state"]["line"]["text"] in written(page, "says"))
-        for answer in ("", "tare: the probe is in contact; lift it first. If nothing is touched, press it again"):
+        for answer in (
+            "",
+            "tare: the probe is in contact; lift it first. If nothing is touched, press it again",
+        ):
             server.tell("refused", message=answer)
             page.until(lambda answer=answer: written(page, "answer") == answer)
             with suppress(TimeoutException):  # state and touches are two messages
@@ -170,12 +183,16 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser, shown: Shown) -
     page.run(f"window.said = 0; {watch}")
     told = server.state.told["state"]
     for share in (0.63, 0.64, 0.65):
-        server.state.told["state"] = told | {"now": told["now"] | {"share": share}}  # it is sent again each second
+        server.state.told["state"] = told | {
+            "now": told["now"] | {"share": share}
+        }  # it is sent again each second
         server.tell("state", **server.state.told["state"])
     page.until(lambda: page.run("return document.querySelector('#bar b').style.width") == "65%")
     assert page.run("return said") == 0
     server.change(state("unplugged"))
-    page.until(lambda: written(page, "alarm").startswith("Unplugged. The board at USB 1/4 is gone."))
+    page.until(
+        lambda: written(page, "alarm").startswith("Unplugged. The board at USB 1/4 is gone.")
+    )
     assert len(page.all("[role=status], [role=alert]")) == 4
 
 

@@ -38,8 +38,14 @@ class Recorder:
 
 def moved(touch: Touch, start_s: float, ratio: float | None = None) -> Any:
     """Return a touch that began at another time."""
-    values = {name: getattr(touch, name) for name in dir(touch) if not name.startswith("_") and name != "as_dict"}
-    return SimpleNamespace(**values | {"start_s": start_s, "ratio": touch.ratio if ratio is None else ratio})
+    values = {
+        name: getattr(touch, name)
+        for name in dir(touch)
+        if not name.startswith("_") and name != "as_dict"
+    }
+    return SimpleNamespace(
+        **values | {"start_s": start_s, "ratio": touch.ratio if ratio is None else ratio}
+    )
 
 
 class Bench:
@@ -65,7 +71,11 @@ class Bench:
         self.plan.begun(SimpleNamespace())  # type: ignore[arg-type]
 
     def touch(
-        self, start_s: float, kind: Touch = GOOD, ratio: float | None = None, until_s: float | None = None
+        self,
+        start_s: float,
+        kind: Touch = GOOD,
+        ratio: float | None = None,
+        until_s: float | None = None,
     ) -> None:
         """Complete a touch that began at this time."""
         self.touches = [*self.touches, moved(kind, start_s, ratio)]
@@ -110,15 +120,27 @@ def test_the_end_of_a_plan() -> None:
         assert (bench.plan.finished(), bench.told["done"]) == (None, None)
     bench.take("touch")
     bench.files.made(Path("probe.toml"), "calibration")
-    line = ("3 of 3 done.", "Calibration saved. The recording goes on until you end it.", "3 specimens; 1 left out")
+    line = (
+        "3 of 3 done.",
+        "Calibration saved. The recording goes on until you end it.",
+        "3 specimens; 1 left out",
+    )
     assert bench.plan.finished() == line
-    assert bench.told["done"] == {"scatter": 0.03, "source": "assumed", "inside": 0, "of": 0, "left_out": 1}
+    assert bench.told["done"] == {
+        "scatter": 0.03,
+        "source": "assumed",
+        "inside": 0,
+        "of": 0,
+        "left_out": 1,
+    }
     bench.do("specimen", name="")
     assert bench.plan.finished() is None
     bench.take("touch")
     assert (bench.specimens[-1], bench.told["done"]) == (None, None)
     ratios = [GOOD.ratio * level * off for level in (1.0, 2.5, 5.0) for off in (0.98, 1.0, 1.02)]
-    found = Bench(wanted=1, calibration=Calibration.fit(ratios, [0.143] * 3 + [1.0] * 3 + [8.68] * 3))
+    found = Bench(
+        wanted=1, calibration=Calibration.fit(ratios, [0.143] * 3 + [1.0] * 3 + [8.68] * 3)
+    )
     for _ in range(3):
         found.take("touch")
     assert (found.told["done"]["source"], found.told["done"]["of"]) == ("calibration", 2)
@@ -130,13 +152,29 @@ def test_how_a_list_is_read() -> None:
     wrong = {"wrong": "got 'b; 0,2.5', allowed: moduli above 0, as 30 OO; 0.143"}
     twice = {"wrong": "got 'a' again, allowed: each name once"}
     quarter = {"modulus": 0.25}
-    assert TouchPlan.read_list(text)["lines"] == [None, None, quarter, wrong, {"modulus": None}, quarter, twice]
+    assert TouchPlan.read_list(text)["lines"] == [
+        None,
+        None,
+        quarter,
+        wrong,
+        {"modulus": None},
+        quarter,
+        twice,
+    ]
     assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, {"modulus": 2.0}]
     assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [{"modulus": 0.0041}]
-    assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa")["lines"] == [None, quarter, {"modulus": 1.0}]
+    assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa")["lines"] == [
+        None,
+        quarter,
+        {"modulus": 1.0},
+    ]
     assert TouchPlan.read_list("specimen,modulus_MPa\na,0.25", "kPa")["lines"] == [None, quarter]
     of_psi = {"wrong": "got the unit 'psi', allowed: Pa, kPa, MPa or GPa"}
-    assert TouchPlan.read_list("name; psi\na; 36 psi\nb; 0.25")["lines"] == [of_psi, of_psi, quarter]
+    assert TouchPlan.read_list("name; psi\na; 36 psi\nb; 0.25")["lines"] == [
+        of_psi,
+        of_psi,
+        quarter,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -145,7 +183,9 @@ def test_how_a_list_is_read() -> None:
 )  # fmt: skip
 def test_a_line_of_the_list(line: str, value: float | None) -> None:
     for heading in ("", "object,modulus_MPa\n", "name\tModul, MPa\n"):
-        assert specimens_of(f"{heading}\nGel 7 µ{line}\n\n", 3) == [stored.Specimen("Gel 7 µ", value, 3)]
+        assert specimens_of(f"{heading}\nGel 7 µ{line}\n\n", 3) == [
+            stored.Specimen("Gel 7 µ", value, 3)
+        ]
 
 
 @pytest.mark.parametrize(("text", "words"), [
@@ -182,7 +222,9 @@ def test_what_comes_next(story: str) -> None:
 
 def test_flags_decide_unless_a_calibration_accepts_them() -> None:
     about = {"accepted flags": " ".join(SHORT.flags)}
-    bench = Bench(calibration=Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about))
+    bench = Bench(
+        calibration=Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about)
+    )
     bench.take("short")
     assert bench.plan.rows[0]["kept"]
     bench.plan.progress.calibration = None
@@ -240,7 +282,10 @@ def test_the_recording_gets_what_is_within_it_and_another_measurement_keeps_what
     bench.touch(20.0, SHORT)
     assert bench.recorder
     plan = bench.recorder.plan
-    notes, touches = (stored.Note(18.0, "left hand"),), (stored.Entry(10.0, "30 OO"), stored.Entry(20.0, "30 OO", None))
+    notes, touches = (
+        (stored.Note(18.0, "left hand"),),
+        (stored.Entry(10.0, "30 OO"), stored.Entry(20.0, "30 OO", None)),
+    )
     assert plan == stored.Plan("gels", "A. B.", tuple(specimens_of(THREE, 2)), touches, notes)
     bench.recorder = Recorder(first_s=15.0)
     bench.recording_begun[0](bench.recorder)
@@ -322,7 +367,10 @@ def test_a_name_with_another_modulus_says_the_one_before() -> None:
     bench.take("touch")
     named = bench.do("name", touches=[1, 2], text="30 OO; 0.2")
     assert named == "2 touches: 30 OO. Its modulus is 0.2 MPa now, before 0.143."
-    assert bench.do("name", touches=[1], text="gel; 0.2") == "1 touch: gel. Its modulus is 0.2 MPa now, before unknown."
+    assert (
+        bench.do("name", touches=[1], text="gel; 0.2")
+        == "1 touch: gel. Its modulus is 0.2 MPa now, before unknown."
+    )
     assert bench.do("name", touches=[1], text="gel") == "1 touch: gel."
     assert [one["modulus"] for one in bench.told["specimens"]] == [0.2, 0.2, 8.68]
 

@@ -22,7 +22,10 @@ def test_what_is_refused_before_anything_is_measured() -> None:
     assert "not free" in result.stderr or "in use" in result.stderr
     result = run("live", "sim:four-specimens", "--no-open", "--host", "0.0.0.0", "--no-token")
     assert result.exit_code == 2
-    assert "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine" in result.stderr
+    assert (
+        "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine"
+        in result.stderr
+    )
 
 
 def test_the_token_is_in_the_printed_address() -> None:

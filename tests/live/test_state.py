@@ -18,7 +18,16 @@ from palpate import Uncertainty
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
 from palpate.live.signal_state import ChannelSeen, SignalSeen
-from palpate.live.state_rules import LONG_S, Facts, LastTouch, Now, PairRate, StatusLine, file_state, view_of
+from palpate.live.state_rules import (
+    LONG_S,
+    Facts,
+    LastTouch,
+    Now,
+    PairRate,
+    StatusLine,
+    file_state,
+    view_of,
+)
 from palpate.simulation import Press, Scenario, hand
 from palpate.sources import Gap
 from palpate.stream import Stream
@@ -26,7 +35,9 @@ from palpate.stream import Stream
 WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done"}
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
-OFFSET = replace(GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=("offset",))
+OFFSET = replace(
+    GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=("offset",)
+)
 ON = [(0.0, 5.7)]
 NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
 SLOW = PairRate(22.0, 40.0, 220, 0)
@@ -126,14 +137,23 @@ def test_when_a_state_begins() -> None:
 
 def test_the_more_urgent_state_comes_first() -> None:
     signal = seen({"reading": 0.6, "constant_s": 2.0}, {"below_s": 2.0, "below_pF": 0.4})
-    troubles = {"unplugged": "The board is gone", "wiring": "a wire is off", "hint": "remove R1 and R2"}
+    troubles = {
+        "unplugged": "The board is gone",
+        "wiring": "a wire is off",
+        "hint": "remove R1 and R2",
+    }
     now = facts(troubles=troubles, silent_s=1.2, period_s=0.026, recording_error="run.csv: disk full", outside=("soft",),
                 seen=signal, gap="it was gone", retaken=True, pace=SLOW)  # fmt: skip
     device = ["unplugged", "wiring", "silent", "recording"]
     order = [*device, "constant", "range", "baseline", "gap", "baseline", "hint", "slow"]
     assert [line.what for line, _ in state_rules.urgent(now)] == order
     doubtful = replace(now, result=replace(OFFSET, swapped="exchange the wires"))
-    assert [line.what for line, _ in state_rules.urgent(doubtful)] == [*order[:-2], "swapped", "left out", "slow"]
+    assert [line.what for line, _ in state_rules.urgent(doubtful)] == [
+        *order[:-2],
+        "swapped",
+        "left out",
+        "slow",
+    ]
     assert view_of(replace(now, state="ended", error="disk full"))[1].what == "ended"
 
 
@@ -149,14 +169,26 @@ def test_subs_say_what_to_do(given: Facts, sub: str) -> None:
 
 
 def test_a_recording_is_not_measured() -> None:
-    for verdict, level in (("complete, clean end", "quiet"), ("changed", "caution"), ("not complete", "caution")):
-        shown = file_state({"name": "run-11.csv", "end": verdict, "rows": 7612, "missing": 3, "refused": 2})
+    for verdict, level in (
+        ("complete, clean end", "quiet"),
+        ("changed", "caution"),
+        ("not complete", "caution"),
+    ):
+        shown = file_state(
+            {"name": "run-11.csv", "end": verdict, "rows": 7612, "missing": 3, "refused": 2}
+        )
         line = shown["line"]
         assert (shown["now"]["word"], line["level"], line["what"]) == ("File", level, "file")
-        assert f"{verdict}, 7612 rows, 3 missing, 2 without a value. Nothing is being measured." in line["text"]
+        assert (
+            f"{verdict}, 7612 rows, 3 missing, 2 without a value. Nothing is being measured."
+            in line["text"]
+        )
 
 
-BAD, CALM = StatusLine("wiring", "caution", "Wires.", "A wire."), StatusLine("ready", "quiet", "", "Ready.", "Ready.")
+BAD, CALM = (
+    StatusLine("wiring", "caution", "Wires.", "A wire."),
+    StatusLine("ready", "quiet", "", "Ready.", "Ready."),
+)
 WORSE = StatusLine("unplugged", "fault", "Unplugged.", "Gone.")
 TOUCH, STOP = Now("Touch", ""), Now("Stop", "")
 
@@ -168,14 +200,31 @@ def test_a_line_does_not_flicker() -> None:
         shown.append(steady.show(TOUCH, line, None, tenth / 10)["line"]["what"])
     [change] = [tenth for tenth in range(1, 100) if shown[tenth] != shown[tenth - 1]]
     assert change / 10 == pytest.approx(4.4 + HOLD_S, abs=0.11)
-    assert (HOLD_S, connection_state.GAP_S, connection_state.RATE_S, connection_state.LATE_S) == (3.0, 3.0, 2.0, 10.0)
+    assert (HOLD_S, connection_state.GAP_S, connection_state.RATE_S, connection_state.LATE_S) == (
+        3.0,
+        3.0,
+        2.0,
+        10.0,
+    )
 
 
 def test_a_more_urgent_line_comes_at_once_and_says_how_long_it_lasts() -> None:
     steady = SteadyLine()
-    lines = [(0.0, BAD), (0.1, WORSE), (0.2, CALM), (2.0, WORSE), (14.0, WORSE._replace(text="Still gone."))]
+    lines = [
+        (0.0, BAD),
+        (0.1, WORSE),
+        (0.2, CALM),
+        (2.0, WORSE),
+        (14.0, WORSE._replace(text="Still gone.")),
+    ]
     shown = [steady.show(TOUCH, line, None, at_s)["line"] for at_s, line in lines]
-    assert [line["what"] for line in shown] == ["wiring", "unplugged", "ready", "unplugged", "unplugged"]
+    assert [line["what"] for line in shown] == [
+        "wiring",
+        "unplugged",
+        "ready",
+        "unplugged",
+        "unplugged",
+    ]
     assert [line["since_s"] for line in shown] == [0, 0, None, 0, 12]
 
 
@@ -185,7 +234,10 @@ def test_what_is_said_has_settled() -> None:
     def said(now: Now, line: StatusLine, at_s: float, result: LastTouch | None = None) -> str:
         return str(steady.show(now, line, result, at_s)["announce"])
 
-    hold, done = StatusLine("contact", "quiet", "", "Measuring."), StatusLine("done", "quiet", "", "Kept.", "Complete.")
+    hold, done = (
+        StatusLine("contact", "quiet", "", "Measuring."),
+        StatusLine("done", "quiet", "", "Kept.", "Complete."),
+    )
     assert SETTLED_S == 1.0
     assert said(TOUCH, CALM, 0.0) == ""
     assert said(TOUCH, CALM, SETTLED_S) == "Touch. Ready."
@@ -207,8 +259,17 @@ def test_what_is_said_has_settled() -> None:
 def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -> None:
     played = Played(SOURCE).play()
     one = [("Touch", "ready"), ("Hold", "contact"), ("Lift", "done"), ("Wait", "after")]
-    assert played.course == [("Wait", "first baseline"), *4 * one, ("Touch", "ready"), ("Stop", "ended")]
-    shares = [document["now"]["share"] for _, document in played.told if document["line"]["what"] == "contact"]
+    assert played.course == [
+        ("Wait", "first baseline"),
+        *4 * one,
+        ("Touch", "ready"),
+        ("Stop", "ended"),
+    ]
+    shares = [
+        document["now"]["share"]
+        for _, document in played.told
+        if document["line"]["what"] == "contact"
+    ]
     assert shares[0] == 0
     assert max(shares) > 0.95
     assert all(before <= after or after < 0.05 for before, after in pairwise(shares))
@@ -225,7 +286,9 @@ def test_a_touch_is_not_shown_on_a_list_that_comes_while_it_runs() -> None:
     played = Played(SOURCE)
     plan = played.page_state._plan
     played.play(until_s=16.0, at={4.0: lambda _: plan.plan("30 OO", 2)})
-    said = [(at_s, told["line"]["text"]) for at_s, told in played.told if told["now"]["word"] == "Hold"]
+    said = [
+        (at_s, told["line"]["text"]) for at_s, told in played.told if told["now"]["word"] == "Hold"
+    ]
     assert {text for at_s, text in said if at_s < 10} == {"Measuring."}
     assert {text for at_s, text in said if at_s > 10} == {"Measuring. 30 OO, touch 1 of 2."}
     assert plan.rows[0]["specimen"] is None
@@ -238,15 +301,23 @@ def test_tare_anyway_in_contact_is_said_until_the_next_touch() -> None:
 
     played = Played(SOURCE)
     played.play(until_s=25.0, at={4.0: tare})
-    ready = [told["line"]["text"] for at_s, told in played.told if at_s > 4 and told["line"]["what"] == "ready"]
-    assert ready[0].startswith("Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare.")
+    ready = [
+        told["line"]["text"]
+        for at_s, told in played.told
+        if at_s > 4 and told["line"]["what"] == "ready"
+    ]
+    assert ready[0].startswith(
+        "Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare."
+    )
     assert ready[-1].startswith("Ready. ")
 
 
 def test_how_far_a_touch_is() -> None:
     """A touch without a length has no share."""
     endless = Played("sim:sliding?seed=1", scene="sliding").play(until_s=8.0)
-    last = [document["now"] for _, document in endless.told if document["now"]["word"] == "Hold"][-1]
+    last = [document["now"] for _, document in endless.told if document["now"]["word"] == "Hold"][
+        -1
+    ]
     assert (last["share"], last["sub"]) == (None, "6 s so far")
 
 
@@ -285,7 +356,9 @@ def test_contact_while_the_baseline_is_measured(
 
 
 def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
-    played = Played(f"{SOURCE}&idle=12&fault=overload:9@3").play(12, at={7.0: lambda stream: stream.centre()})
+    played = Played(f"{SOURCE}&idle=12&fault=overload:9@3").play(
+        12, at={7.0: lambda stream: stream.centre()}
+    )
     found = played.first("range")[1]
     assert (found["now"]["word"], found["line"]["level"]) == ("Stop", "fault")
     assert "press Centre" in found["line"]["text"]
@@ -322,10 +395,15 @@ def test_a_board_is_unplugged_and_comes_back(tmp_path: Path) -> None:
     assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
     assert gone["line"]["text"].endswith(" The recording goes on.")
     assert re.search(r"plug it in again\. Waiting for it: 1[12]\d s left\.", gone["line"]["text"])
-    assert {fact["value"] for fact in bench.documents["device"]()["facts"] if fact["warn"]} >= {"0", "-"}
+    assert {fact["value"] for fact in bench.documents["device"]()["facts"] if fact["warn"]} >= {
+        "0",
+        "-",
+    }
     assert "The board was unplugged for" in bench.waited("gap")["line"]["text"]
     bench.measurement.close()
-    assert "the board was unplugged for" in {gap["text"][:27] for gap in bench.documents["events"]()["gaps"]}
+    assert "the board was unplugged for" in {
+        gap["text"][:27] for gap in bench.documents["events"]()["gaps"]
+    }
 
 
 def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
@@ -334,7 +412,9 @@ def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
         "unwired": lambda: Fed(lambda _: (0.0, 0.0)),
         "constant": lambda: Fed(lambda number: (0.62, noisy(number)[1])),
         "slow": lambda: Fed(noisy, pause_s=0.03),
-        "baseline": lambda: Fed(lambda n: noisy(n) if n < 150 else (noisy(n)[0] + 0.3, noisy(n)[1] - 0.3)),
+        "baseline": lambda: Fed(
+            lambda n: noisy(n) if n < 150 else (noisy(n)[0] + 0.3, noisy(n)[1] - 0.3)
+        ),
     }
     benches = {what: begun(source, tmp_path / what, record=False) for what, source in made.items()}
     found = {what: bench.waited(what) for what, bench in benches.items()}
@@ -343,10 +423,18 @@ def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
     for bench in benches.values():
         bench.measurement.close()
     assert found["unwired"]["now"]["word"] == "Stop"
-    assert "The hard channel reads the same value all the time, 0.620 pF" in found["constant"]["line"]["text"]
+    assert (
+        "The hard channel reads the same value all the time, 0.620 pF"
+        in found["constant"]["line"]["text"]
+    )
     assert "of 100 pairs a second arrive" in found["slow"]["line"]["text"]
-    assert (found["baseline"]["now"]["word"], found["baseline"]["line"]["level"]) == ("Tare", "fault")
-    assert re.match(r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"]["line"]["text"])
+    assert (found["baseline"]["now"]["word"], found["baseline"]["line"]["level"]) == (
+        "Tare",
+        "fault",
+    )
+    assert re.match(
+        r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"]["line"]["text"]
+    )
 
 
 def test_a_source_that_falls_silent_and_a_process_that_stood_still() -> None:

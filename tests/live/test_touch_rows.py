@@ -26,7 +26,9 @@ return [at.top >= box.top && at.bottom <= box.bottom, document.activeElement.tex
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """Return what a page gets: all touches, then one more, then nothing new after a hello of another page."""
-    bench: Bench = begun(lambda: palpate.open(str(OWN_FILE)), tmp_path_factory.mktemp("run"), record=False)
+    bench: Bench = begun(
+        lambda: palpate.open(str(OWN_FILE)), tmp_path_factory.mktemp("run"), record=False
+    )
     measurement, texts = bench.measurement, []
     soon(lambda: not measurement.running)
     bench.obey("plan", text="gel", wanted=99)
@@ -68,7 +70,9 @@ def test_a_page_that_is_greeted_again_gets_all() -> None:
 
 
 @pytest.mark.parametrize("size", ["desk", "phone"])
-def test_thousands_of_touches_in_the_page(page: Browser, idle: Canned, told: list[str], size: str) -> None:
+def test_thousands_of_touches_in_the_page(
+    page: Browser, idle: Canned, told: list[str], size: str
+) -> None:
     """Few rows are in the document; keys reach each; the export and the charts have all."""
     page.size(size)
     first, more, _ = (dict(json.loads(text)) for text in told)
@@ -76,7 +80,12 @@ def test_thousands_of_touches_in_the_page(page: Browser, idle: Canned, told: lis
     page.until(lambda: page.all(f"#rows tr[data-touch='{MANY}']"))
     assert page.all("#touches table")[0].get_attribute("aria-rowcount") == str(MANY + 1)
     page.run("document.querySelector('#rows button').focus()")
-    for key, number in ((Keys.END, 1), (Keys.ARROW_UP, 2), (Keys.HOME, MANY), (Keys.PAGE_DOWN, MANY - 10)):
+    for key, number in (
+        (Keys.END, 1),
+        (Keys.ARROW_UP, 2),
+        (Keys.HOME, MANY),
+        (Keys.PAGE_DOWN, MANY - 10),
+    ):
         page.press(key)
         page.until(lambda number=number: page.run(SIGHT)[1] == str(number))
         page.drawn()
@@ -93,7 +102,9 @@ def test_thousands_of_touches_in_the_page(page: Browser, idle: Canned, told: lis
     head, *cells = (line.split(",") for line in table.read_text().splitlines())
     lines = [dict(zip(head, line, strict=True)) for line in cells]
     rows = first["rows"] + more["rows"]
-    assert [(line["touch"], float(line["ratio"])) for line in lines] == [(str(r["number"]), r["ratio"]) for r in rows]
+    assert [(line["touch"], float(line["ratio"])) for line in lines] == [
+        (str(r["number"]), r["ratio"]) for r in rows
+    ]
     gel, scatter = more["means"]["gel"], more["scatter"]["share"]
     for line, row in zip(lines, rows, strict=True):
         away = row["ratio"] / gel - 1 if row["specimen"] else None

@@ -48,9 +48,13 @@ def test_it_is_a_source(sender: Sender) -> None:
 
 
 def test_a_stream_is_chosen_by_its_type(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lsl_source, "_OTHERS_S", 3.0)  # the other one may answer late on a machine that is busy
+    monkeypatch.setattr(
+        lsl_source, "_OTHERS_S", 3.0
+    )  # the other one may answer late on a machine that is busy
     senders = [Sender(name, ("C1_nF", "x", "C2"), ("", "", "fF"), kind=kind) for kind in ("A", "B")]
-    with pytest.raises(DeviceNotFound, match=r"2 streams have name .*\(A, on .*\), .*\(B, on .*\); choose one"):
+    with pytest.raises(
+        DeviceNotFound, match=r"2 streams have name .*\(A, on .*\), .*\(B, on .*\); choose one"
+    ):
         palpate.open(f"lsl:{name}")
     source = palpate.open(f"lsl:{name}?type=B&hard=C1_nF&soft=3")
     [sample] = received(source, senders[1], (0.5, 7.0, 250.0))
@@ -59,24 +63,43 @@ def test_a_stream_is_chosen_by_its_type(name: str, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_stream_that_is_not_there(name: str) -> None:
-    with pytest.raises(DeviceNotFound, match=rf"no stream with name '{name}' answered within 0.2 s"):
+    with pytest.raises(
+        DeviceNotFound, match=rf"no stream with name '{name}' answered within 0.2 s"
+    ):
         palpate.open(f"lsl:{name}?wait=0.2")
 
 
 @pytest.mark.parametrize(
     ("labels", "units", "asked", "message"),
     [
-        (["", ""], ["pF", "pF"], {}, "hard: got nothing, allowed: hard=LABEL or a position from 1, one of 1, 2"),
-        (["a", "b"], ["pF", "pF"], {"hard": "a", "soft": "c"}, r"soft: got 'c', .* one of 1 \(a\), 2 \(b\)"),
+        (
+            ["", ""],
+            ["pF", "pF"],
+            {},
+            "hard: got nothing, allowed: hard=LABEL or a position from 1, one of 1, 2",
+        ),
+        (
+            ["a", "b"],
+            ["pF", "pF"],
+            {"hard": "a", "soft": "c"},
+            r"soft: got 'c', .* one of 1 \(a\), 2 \(b\)",
+        ),
         (["a", "b"], ["pF", "pF"], {"hard": "1", "soft": "3"}, "soft: got '3'"),
         (["a", "b"], ["pF", "pF"], {"hard": "b", "soft": "2"}, r"hard, soft: got 2 \(b\) for both"),
         (["C1", "C1", "C2"], ["pF"] * 3, {}, "hard: got nothing"),
         (["a", "a"], ["pF", "pF"], {"hard": "a", "soft": "2"}, "hard: got 'a'"),
         (["hard", "soft"], ["microvolts", ""], {}, "unit: the stream says 'microvolts' for hard"),
-        (["hard", "soft_V"], ["pF", ""], {"hard": "1", "soft": "2"}, r"says '' for soft, channel 2 \(soft_V\)"),
+        (
+            ["hard", "soft_V"],
+            ["pF", ""],
+            {"hard": "1", "soft": "2"},
+            r"says '' for soft, channel 2 \(soft_V\)",
+        ),
     ],
 )
-def test_channels_that_are_not_known(labels: list[str], units: list[str], asked: dict[str, str], message: str) -> None:
+def test_channels_that_are_not_known(
+    labels: list[str], units: list[str], asked: dict[str, str], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         Channels(labels, units, asked)
 
@@ -114,7 +137,13 @@ def test_stamps_that_go_back_or_are_of_another_clock(sender: Sender) -> None:
         for i in (0, 1, 2, -50, 1.99, 3):
             sender.send(i, 1.0, at_s=begin_s + i * 0.01)
         found = list(islice(samples, 5))
-        assert [sample.hard for sample in found] == [0.0, 1.0, 2.0, 1.99, 3.0]  # a small step back is of the correction
+        assert [sample.hard for sample in found] == [
+            0.0,
+            1.0,
+            2.0,
+            1.99,
+            3.0,
+        ]  # a small step back is of the correction
         assert found[3].t_hard_ns == found[2].t_hard_ns
         assert source.counters["errors"] == 1
         for _ in range(100):
@@ -132,7 +161,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lsl_source, "_LOOK_S", 0.3)
 
 
-def test_a_stream_that_ends_and_comes_back(sender: Sender, quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stream_that_ends_and_comes_back(
+    sender: Sender, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(lsl_source, "_SILENT_S", 60.0)  # its connection shows the end
     heard: list[str] = []
     with palpate.open(f"lsl:{sender.name}") as source:
@@ -165,7 +196,10 @@ def test_a_stream_that_does_not_come_back(sender: Sender, quick: None) -> None:
         samples = iter(source)
         next(samples)
         sender.close()
-        with pytest.raises(DeviceNotFound, match=f"lsl: the stream {sender.name} .* was lost: start its sender again"):
+        with pytest.raises(
+            DeviceNotFound,
+            match=f"lsl: the stream {sender.name} .* was lost: start its sender again",
+        ):
             next(samples)
 
 
@@ -195,12 +229,16 @@ def test_an_interruption_ends_waiting(sender: Sender, quick: None, lost: bool) -
 
 
 def test_the_senders_own_gaps_and_numbers(name: str) -> None:
-    sender = Sender(name, SAMPLES, ("pF", "pF", "s", "none", "none", "none"), manufacturer="palpate")
+    sender = Sender(
+        name, SAMPLES, ("pF", "pF", "s", "none", "none", "none"), manufacturer="palpate"
+    )
     rest = [(0.013, 7, 0, 1), (0.013, 9, 1, 1), (0.013, 10, 0, 2), (-0.5, 0, 0, 0)]
     source = palpate.open(f"lsl:{name}")
     samples = received(source, sender, *((1.0, 2.0, *row) for row in rest))
     assert [(sample.seq, sample.status) for sample in samples] == [(0, 0), (2, 1), (3, 0), (4, 0)]
-    assert [sample.t_soft_ns - sample.t_hard_ns for sample in samples] == [13 * 10**6] * 3 + [-5 * 10**8]
+    assert [sample.t_soft_ns - sample.t_hard_ns for sample in samples] == [13 * 10**6] * 3 + [
+        -5 * 10**8
+    ]
     assert source.gaps == (Gap(3, "the sender had a gap"), Gap(4, "the sender began again"))
 
 
@@ -218,9 +256,13 @@ def test_devices_without_pylsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_without_liblsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    missing = Mock(side_effect=RuntimeError("LSL binary library file was not found. Please ...\nmore"))
+    missing = Mock(
+        side_effect=RuntimeError("LSL binary library file was not found. Please ...\nmore")
+    )
     monkeypatch.setattr("palpate.sources.lsl.need", missing)
-    with pytest.raises(MissingExtra, match=r"pylsl finds no liblsl \(LSL binary library file was not found") as raised:
+    with pytest.raises(
+        MissingExtra, match=r"pylsl finds no liblsl \(LSL binary library file was not found"
+    ) as raised:
         lsl_source.library()
     assert "pip install --force-reinstall 'palpate[lsl]'" in str(raised.value)
 

@@ -36,9 +36,19 @@ def record(folder: Path, name: str, ahead_s: float) -> None:
         sender, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     ) as sending:
         try:
-            receiver = [f"lsl:{name}?wait=60&replug=0", "-o", str(folder / "received.csv"), "--seconds", str(SECONDS)]
+            receiver = [
+                f"lsl:{name}?wait=60&replug=0",
+                "-o",
+                str(folder / "received.csv"),
+                "--seconds",
+                str(SECONDS),
+            ]
             done = subprocess.run(
-                [*PALPATE, *receiver], capture_output=True, text=True, check=False, timeout=SECONDS + LIMIT_S
+                [*PALPATE, *receiver],
+                capture_output=True,
+                text=True,
+                check=False,
+                timeout=SECONDS + LIMIT_S,
             )
             assert done.returncode == 0, done.stderr
         finally:
@@ -65,21 +75,33 @@ def test_what_is_sent_is_received(ahead_s: float, name: str, tmp_path: Path, tal
     """
     if ahead_s:
         need("unshare")
-        if subprocess.run(["unshare", "--time", "true"], capture_output=True, check=False).returncode:
+        if subprocess.run(
+            ["unshare", "--time", "true"], capture_output=True, check=False
+        ).returncode:
             pytest.skip("needs a time namespace: Linux, with root rights")
     record(tmp_path, name, ahead_s)
     recordings = [palpate.recorded(tmp_path / f"{each}.csv") for each in ("sent", "received")]
     sent, received = (np.concatenate(list(each.blocks())) for each in recordings)
     zeros = [(each.document or {})["clock"]["zero_monotonic_ns"] for each in recordings]
     count = len(received)
-    [begin] = [i for i in range(len(sent)) if values(sent[i : i + 10]).tobytes() == values(received[:10]).tobytes()]
+    [begin] = [
+        i
+        for i in range(len(sent))
+        if values(sent[i : i + 10]).tobytes() == values(received[:10]).tobytes()
+    ]
     same = sent[begin : begin + count]
     assert count > 20
     assert values(same).tobytes() == values(received).tobytes()  # none lost, none twice
     assert np.diff(received["seq"]).tolist() == np.diff(same["seq"]).tolist()
-    error_s = (received["t_hard_ns"] - same["t_hard_ns"] + (zeros[1] - zeros[0] + round(ahead_s * 1e9))) / 1e9
-    skew_ns = (received["t_soft_ns"] - received["t_hard_ns"]) - (same["t_soft_ns"] - same["t_hard_ns"])
-    tally.say(f"LSL, a clock {ahead_s:g} s ahead: {count} pairs, largest error {np.abs(error_s).max() * 1e6:.3f} us")
+    error_s = (
+        received["t_hard_ns"] - same["t_hard_ns"] + (zeros[1] - zeros[0] + round(ahead_s * 1e9))
+    ) / 1e9
+    skew_ns = (received["t_soft_ns"] - received["t_hard_ns"]) - (
+        same["t_soft_ns"] - same["t_hard_ns"]
+    )
+    tally.say(
+        f"LSL, a clock {ahead_s:g} s ahead: {count} pairs, largest error {np.abs(error_s).max() * 1e6:.3f} us"
+    )
     assert np.abs(skew_ns).max() <= 1
     assert np.median(np.abs(error_s)) <= (1e-3 if ahead_s else 1e-9)
     assert np.abs(error_s).max() <= (20e-3 if ahead_s else 1e-9)

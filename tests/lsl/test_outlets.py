@@ -45,20 +45,48 @@ def test_descriptions(name: str) -> None:
     with Outlets(stream, name) as outlets, listening(name) as found:
         assert outlets
     stream.close()
-    forms = {"Capacitance": pylsl.cf_double64, "Estimate": pylsl.cf_double64, "Markers": pylsl.cf_string}
+    forms = {
+        "Capacitance": pylsl.cf_double64,
+        "Estimate": pylsl.cf_double64,
+        "Markers": pylsl.cf_string,
+    }
     for (key, listener), (kind, form) in zip(found.items(), forms.items(), strict=True):
         told = (listener.info.type(), listener.info.nominal_srate(), listener.info.channel_format())
         assert told == (kind, 0.0, form)
         assert listener.info.source_id() == f"palpate {name}{key} {socket.gethostname()}"
     samples = found[""].info
-    assert samples.get_channel_labels() == ["hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps"]
+    assert samples.get_channel_labels() == [
+        "hard_pF",
+        "soft_pF",
+        "soft_offset_s",
+        "seq",
+        "status",
+        "gaps",
+    ]
     assert samples.get_channel_units() == ["pF", "pF", "s", "none", "none", "none"]
-    assert samples.get_channel_types() == ["Capacitance", "Capacitance", "Time", "Misc", "Misc", "Misc"]
-    assert found["-estimates"].info.get_channel_labels() == ["ratio", "standard_error", "contact", "touch", "alarm"]
+    assert samples.get_channel_types() == [
+        "Capacitance",
+        "Capacitance",
+        "Time",
+        "Misc",
+        "Misc",
+        "Misc",
+    ]
+    assert found["-estimates"].info.get_channel_labels() == [
+        "ratio",
+        "standard_error",
+        "contact",
+        "touch",
+        "alarm",
+    ]
     device = stream.source.describe()
     acquisition = samples.desc().child("acquisition")
-    said = {key: device[key] for key in ("period_s", "full_scale_pF", "stamps")} | {"version": palpate.__version__}
-    assert {key: acquisition.child_value(key) for key in said} == {key: str(value) for key, value in said.items()}
+    said = {key: device[key] for key in ("period_s", "full_scale_pF", "stamps")} | {
+        "version": palpate.__version__
+    }
+    assert {key: acquisition.child_value(key) for key in said} == {
+        key: str(value) for key, value in said.items()
+    }
 
 
 class Lab(Scripted):
@@ -67,10 +95,16 @@ class Lab(Scripted):
     def __init__(self) -> None:
         samples = four()
         samples[40] = samples[40]._replace(hard=math.nan, hard_raw=-1, status=8)
-        samples[41] = samples[41]._replace(hard=math.nan, hard_raw=-1, soft=math.nan, soft_raw=-1, status=8)
+        samples[41] = samples[41]._replace(
+            hard=math.nan, hard_raw=-1, soft=math.nan, soft_raw=-1, status=8
+        )
         middle = next(each.seq for each in samples if each.t_hard_ns > 19e9)
         super().__init__(
-            samples, live=True, gaps=[Gap(middle, "unplugged for 1.5 s")], full_scale_pF=4.0957, period_s=0.026
+            samples,
+            live=True,
+            gaps=[Gap(middle, "unplugged for 1.5 s")],
+            full_scale_pF=4.0957,
+            period_s=0.026,
         )
         self.begun_ns = time.monotonic_ns()
 
@@ -103,8 +137,12 @@ def test_each_sample_is_sent_once_with_its_stamp_and_each_mark_at_its_sample(nam
     samples, estimates = found[""], found["-estimates"]
     assert len(sent) == len(source.script)
     # A double has 2**-30 s at a time of 10**7 s since the start of the computer.
-    assert samples.stamps == pytest.approx([(source.zero_ns + s[1]) / 1e9 for s in sent], abs=1e-9, rel=0)
-    expected = [[s[5], s[6], (s[2] - s[1]) / 1e9, s[0], s[7], s[0] >= source.gaps[0].seq] for s in sent]
+    assert samples.stamps == pytest.approx(
+        [(source.zero_ns + s[1]) / 1e9 for s in sent], abs=1e-9, rel=0
+    )
+    expected = [
+        [s[5], s[6], (s[2] - s[1]) / 1e9, s[0], s[7], s[0] >= source.gaps[0].seq] for s in sent
+    ]
     np.testing.assert_array_equal(samples.rows, np.array(expected, float))
     assert estimates.stamps == samples.stamps
     shown = [[*(row[:2] if row[4] > 0 else [math.nan] * 2), row[3], row[4], row[2]] for row in rows]
@@ -116,29 +154,45 @@ def test_each_sample_is_sent_once_with_its_stamp_and_each_mark_at_its_sample(nam
     assert (told[-1][0], told.pop()[1][0]) == (stamp_s[-1], "revised")
     gap_at = next(i for i, s in enumerate(sent) if s[0] >= source.gaps[0].seq)
     assert (stamp_s[gap_at], ("gap", "unplugged for 1.5 s")) in told
-    check_touches([(t, json.loads(text)) for t, (word, text) in told if word == "touch"], stream, "first_ratio", source)
-    check_touches([(t, json.loads(text)) for t, (word, text) in told if word == "revised"], stream, "ratio", source)
+    check_touches(
+        [(t, json.loads(text)) for t, (word, text) in told if word == "touch"],
+        stream,
+        "first_ratio",
+        source,
+    )
+    check_touches(
+        [(t, json.loads(text)) for t, (word, text) in told if word == "revised"],
+        stream,
+        "ratio",
+        source,
+    )
     ends = {row[4]: t for t, row in zip(stamp_s, rows, strict=True) if row[4]}
     assert [t for t, (word, _) in told if word == "touch"] == list(ends.values())
     revisions = [t for t, row in zip(stamp_s, rows, strict=True) if row[-1]]
     assert [t for t, (word, _) in told if word == "revised"] == revisions
 
 
-def check_touches(found: list[tuple[float, dict[str, Any]]], stream: Stream, result: str, source: Lab) -> None:
+def check_touches(
+    found: list[tuple[float, dict[str, Any]]], stream: Stream, result: str, source: Lab
+) -> None:
     """Compare the marks of touches with the touches themselves."""
     touches = [touch for touch in stream.touches if result == "first_ratio" or touch.revised]
     assert len(touches) >= 3
     said = [(mark["ratio"], mark["samples"]) for _, mark in found]
     assert said == [(getattr(touch, result), touch.samples) for touch in touches]
     begun_s = [mark["start"] for _, mark in found]
-    assert begun_s == pytest.approx([source.zero_ns / 1e9 + touch.start_s for touch in touches], abs=1e-8, rel=0)
+    assert begun_s == pytest.approx(
+        [source.zero_ns / 1e9 + touch.start_s for touch in touches], abs=1e-8, rel=0
+    )
 
 
 def test_nothing_is_lost_at_the_end(name: str) -> None:
     """Liblsl drops what is on its way when an outlet is closed: palpate waits before."""
     stream = Stream(Lab(), capacity=4096)
     with Outlets(stream, name) as outlets:
-        listener = Listener(f"{name}-marks", recover=True)  # else it drops, at the end, what was not taken
+        listener = Listener(
+            f"{name}-marks", recover=True
+        )  # else it drops, at the end, what was not taken
         sent_from(stream, outlets)
         for number in range(MANY):
             outlets.mark("note", f"{number} {'x' * 1000}")
@@ -148,9 +202,13 @@ def test_nothing_is_lost_at_the_end(name: str) -> None:
     assert numbers == list(range(MANY))
 
 
-@pytest.mark.parametrize("source", ["sim:stiff-steady", "sim:stiff-steady?speed=2", "tests/data/four-specimens.csv"])
+@pytest.mark.parametrize(
+    "source", ["sim:stiff-steady", "sim:stiff-steady?speed=2", "tests/data/four-specimens.csv"]
+)
 def test_times_that_are_not_those_of_a_clock(source: str, tmp_path: Path) -> None:
-    assert_refused(tmp_path, source, "--lsl", words="lsl: got a source whose times are not those of a clock")
+    assert_refused(
+        tmp_path, source, "--lsl", words="lsl: got a source whose times are not those of a clock"
+    )
 
 
 @pytest.mark.parametrize("given", [["--lsl", "usb:"], ["--lsl="]])
@@ -182,13 +240,28 @@ def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_pat
     finally:
         session.close()
     assert {("mark", ""), ("tare", "")} <= set(marks(found["-marks"]))
-    assert any(later[3] < earlier[3] for earlier, later in pairwise(found[""].rows)), "the second measurement"
+    assert any(later[3] < earlier[3] for earlier, later in pairwise(found[""].rows)), (
+        "the second measurement"
+    )
     assert all(later > earlier for earlier, later in pairwise(found[""].stamps))
 
 
 def test_live_sends_too(name: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "palpate", "live", "sim:", "--lsl", name, "--no-open", "--port", "0"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as live:
+    command = [
+        sys.executable,
+        "-m",
+        "palpate",
+        "live",
+        "sim:",
+        "--lsl",
+        name,
+        "--no-open",
+        "--port",
+        "0",
+    ]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as live:
         try:
             with palpate.open(f"lsl:{name}?wait=60") as source:
                 assert [sample.seq for sample in islice(source, 5)] == [0, 1, 2, 3, 4]
@@ -203,7 +276,9 @@ def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     evil = Sender(f"{name}\x1b[2J", ("a", "b"))
     stream = Stream("sim:stiff-steady?speed=1")
     with Outlets(stream, name):
-        found = {device["uri"]: device["what"] for device in document("devices", "--lsl")["devices"]}
+        found = {
+            device["uri"]: device["what"] for device in document("devices", "--lsl")["devices"]
+        }
     stream.close()
     evil.close()
     assert "6 channels" in found[f"lsl:{name}"]

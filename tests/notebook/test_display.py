@@ -40,7 +40,9 @@ def shown() -> dict[str, Any]:
         "no touches": type(found)(),
         "flagged": palpate.touches(scenarios.run("not-level")),
         "recording": recording(),
-        "marked": recording(marks=(Mark(2.0, EVIL),), notes=(EVIL,), doubts=(EVIL,), understood=EVIL, gap_rows=(9,)),
+        "marked": recording(
+            marks=(Mark(2.0, EVIL),), notes=(EVIL,), doubts=(EVIL,), understood=EVIL, gap_rows=(9,)
+        ),
         "no times": Recording(*np.full((2, 5), np.nan), *np.ones((2, 5))),
         "nothing": Recording(*np.zeros((4, 0))),
         "no readings": Recording(np.arange(5.0), np.arange(5.0), *np.full((2, 5), np.nan)),
@@ -65,9 +67,18 @@ def test_the_html_is_whole_and_needs_nothing_and_the_repr_is_short(name: str) ->
         "div", "strong", "small", "table", "thead", "tbody", "tr", "th", "td", "details", "summary",
         "svg", "path", "circle", "line", "polygon", "text",
     }  # fmt: skip
-    assert not {name for tag in tags for name in tag.attrs} & {"src", "href", "onclick", "onerror", "id", "class"}
+    assert not {name for tag in tags for name in tag.attrs} & {
+        "src",
+        "href",
+        "onclick",
+        "onerror",
+        "id",
+        "class",
+    }
     assert "http" not in html
-    assert "nan" not in seen.text + "".join(str(value) for tag in tags for value in tag.attrs.values())
+    assert "nan" not in seen.text + "".join(
+        str(value) for tag in tags for value in tag.attrs.values()
+    )
     assert set(re.findall(r"#[0-9a-fA-F]{6}", html)) <= {markup.ACCENT, markup.WARNING}
     assert len(html) < 20_000
     assert seen.text.count(EVIL) == (4 if name == "marked" else 0)
@@ -78,7 +89,9 @@ def test_the_html_is_whole_and_needs_nothing_and_the_repr_is_short(name: str) ->
 
 @given(st.text(), st.text())
 def test_any_text_is_text_again(child: str, attribute: str) -> None:
-    seen = BeautifulSoup(markup.element("p", child, title=attribute).replace("\r", ""), "html.parser").p
+    seen = BeautifulSoup(
+        markup.element("p", child, title=attribute).replace("\r", ""), "html.parser"
+    ).p
     assert seen
     assert seen.text == child.replace("\r", "")
     assert seen["title"] == attribute.replace("\r", "")
@@ -94,16 +107,27 @@ def test_digits_are_those_of_the_uncertainty() -> None:
     wanted = str(palpate.Uncertainty.of(touch))
     assert re.fullmatch(r"\d\.\d{3} ± 0\.0\d\d \(assumed\)", wanted)
     assert all(wanted in shown._repr_html_() for shown in (touch, SHOWN["touches"]))
-    assert repr(touch) == f"<Touch at {touch.start_s:.3f} s: ratio {wanted}, {touch.samples} samples>"
+    assert (
+        repr(touch) == f"<Touch at {touch.start_s:.3f} s: ratio {wanted}, {touch.samples} samples>"
+    )
 
 
 def test_a_bar_is_two_uncertainties_to_each_side() -> None:
     html = SHOWN["touches"]._repr_html_()
     known = [palpate.Uncertainty.of(touch) for touch in SHOWN["touches"]]
     ends = [one.ratio + side * one.uncertainty for one in known for side in (-2, 2)]
-    assert f"± 2 uncertainties, {' to '.join(map(palpate.number_format.number, markup.span(ends)))}" in html
-    bars = [markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))]
-    assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [["4.0", "136.0"], ["4.0", "41.7"], []]
+    assert (
+        f"± 2 uncertainties, {' to '.join(map(palpate.number_format.number, markup.span(ends)))}"
+        in html
+    )
+    bars = [
+        markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))
+    ]
+    assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [
+        ["4.0", "136.0"],
+        ["4.0", "41.7"],
+        [],
+    ]
 
 
 def test_what_is_long_is_cut_and_says_so() -> None:
@@ -135,17 +159,28 @@ HTML = {
 }
 """The last line of a cell, and what is in its HTML."""
 MODULI = "[str(calibration.modulus(touch.ratio, touch.standard_error)) for touch in touches]"
-DRAWN = ["recording.plot();", "recording[9.5:19.0].plot();", "touches.plot();", "calibration.plot();"]
+DRAWN = [
+    "recording.plot();",
+    "recording[9.5:19.0].plot();",
+    "touches.plot();",
+    "calibration.plot();",
+]
 
 
 def test_each_object_shows_itself_and_each_plot_is_a_picture(tmp_path: Path) -> None:
     document = nbformat.read(NOTEBOOK, as_version=4)
     assert not any(cell.get("outputs") for cell in document.cells)
     assert NOTEBOOK.stat().st_size < 20_000
-    client = nbclient.NotebookClient(document, timeout=300, resources={"metadata": {"path": str(tmp_path)}})
+    client = nbclient.NotebookClient(
+        document, timeout=300, resources={"metadata": {"path": str(tmp_path)}}
+    )
     with asyncio.Runner() as runner:
         runner.run(client.async_execute())
-    outputs = {cell.source.splitlines()[-1]: cell.outputs[-1] for cell in document.cells if cell.get("outputs")}
+    outputs = {
+        cell.source.splitlines()[-1]: cell.outputs[-1]
+        for cell in document.cells
+        if cell.get("outputs")
+    }
     for line, part in HTML.items():
         assert part in outputs[line].data["text/html"], line
     for line in DRAWN:

@@ -29,7 +29,9 @@ def test_length_and_duration() -> None:
 def test_a_part_has_the_rows_between_two_times(begin: float | None, end: float | None) -> None:
     kept = (WHOLE.t_hard_s >= (begin or 0.0)) & (WHOLE.t_hard_s < (np.inf if end is None else end))
     if not kept.any():
-        with pytest.raises(ValueError, match=r"got no pair, allowed: times from 0\.000 to 36\.673 s"):
+        with pytest.raises(
+            ValueError, match=r"got no pair, allowed: times from 0\.000 to 36\.673 s"
+        ):
             _ = WHOLE[begin:end]
         return
     part = WHOLE[begin:end]
@@ -42,7 +44,10 @@ def test_a_part_has_the_rows_between_two_times(begin: float | None, end: float |
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        (slice(2, 5), "recording: got [slice(2, 5, None)], allowed: seconds with a point, as recording[2.0:5.0]"),
+        (
+            slice(2, 5),
+            "recording: got [slice(2, 5, None)], allowed: seconds with a point, as recording[2.0:5.0]",
+        ),
         (slice(2.0, 5.0, 0.5), "allowed: seconds with a point"),
         (2.5, "recording: got [2.5], allowed: seconds"),
     ],
@@ -57,14 +62,22 @@ def test_rows_are_not_taken_for_seconds(asked: Any, told: str) -> None:
 def test_gaps_and_marks_stay_at_their_rows(gaps: set[int], begin: int, length: int) -> None:
     t = np.arange(100.0)
     marks = tuple(Mark(float(gap), f"at {gap}") for gap in sorted(gaps))
-    whole = Recording(t, t, t, t, gap_rows=tuple(sorted(gaps)), marks=(*marks, Mark(float("nan"), "early")))
+    whole = Recording(
+        t, t, t, t, gap_rows=tuple(sorted(gaps)), marks=(*marks, Mark(float("nan"), "early"))
+    )
     part = whole[float(begin) : float(begin + length)]
-    assert [part.hard[row] for row in part.gap_rows] == [gap for gap in sorted(gaps) if begin < gap < begin + length]
-    assert [mark.t_s for mark in part.marks] == [gap for gap in sorted(gaps) if begin <= gap < begin + length]
+    assert [part.hard[row] for row in part.gap_rows] == [
+        gap for gap in sorted(gaps) if begin < gap < begin + length
+    ]
+    assert [mark.t_s for mark in part.marks] == [
+        gap for gap in sorted(gaps) if begin <= gap < begin + length
+    ]
 
 
 def test_a_mark_with_a_wrong_time_has_none() -> None:
     wrong: list[Any] = ["12", True, None, [1], 10**400, 1e300]
-    marks = marks_of({"marks": [3, "a", *({"t_s": t_s, "text": "x" * 1000} for t_s in wrong), {"t_s": 2}]})
+    marks = marks_of(
+        {"marks": [3, "a", *({"t_s": t_s, "text": "x" * 1000} for t_s in wrong), {"t_s": 2}]}
+    )
     assert [np.isnan(time_s) for time_s, _ in marks] == [True] * len(wrong) + [False]
     assert (len(marks[0][1]) < 550, marks[-1]) == (True, (2.0, ""))

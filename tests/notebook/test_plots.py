@@ -55,10 +55,15 @@ def test_axes_in_axes_out(name: str) -> None:
 
 def test_what_is_drawn_is_what_was_measured() -> None:
     for line, t, readings in zip(
-        WHOLE.plot().get_lines(), (WHOLE.t_hard_s, WHOLE.t_soft_s), (WHOLE.hard, WHOLE.soft), strict=True
+        WHOLE.plot().get_lines(),
+        (WHOLE.t_hard_s, WHOLE.t_soft_s),
+        (WHOLE.hard, WHOLE.soft),
+        strict=True,
     ):
         assert np.array_equal(line.get_xdata(), t)
-        assert np.allclose(line.get_ydata(), readings - np.median(readings[:20]), rtol=0, atol=1e-12)
+        assert np.allclose(
+            line.get_ydata(), readings - np.median(readings[:20]), rtol=0, atol=1e-12
+        )
     touches = DRAWABLE["touches"].plot()
     [container] = touches.containers
     assert container[0].get_xdata().tolist() == [touch.start_s for touch in DRAWABLE["touches"]]
@@ -68,20 +73,26 @@ def test_what_is_drawn_is_what_was_measured() -> None:
 
 def test_marks_and_gaps_are_lines_and_a_mark_is_no_formula() -> None:
     t = np.arange(9.0)
-    whole = Recording(t, t, t, t, marks=(Mark(2.0, r"$\frac{$"), Mark(float("nan"), "early")), gap_rows=(5,))
+    whole = Recording(
+        t, t, t, t, marks=(Mark(2.0, r"$\frac{$"), Mark(float("nan"), "early")), gap_rows=(5,)
+    )
     ax = whole.plot()
     assert [line.get_xdata()[0] for line in ax.get_lines()[2:]] == [5.0, 2.0]
     ax.figure.canvas.draw()
 
 
-@pytest.mark.parametrize(("name", "begin"), [("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.PNG", b"\x89PNG")])
+@pytest.mark.parametrize(
+    ("name", "begin"), [("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.PNG", b"\x89PNG")]
+)
 def test_a_file_of_each_kind(name: str, begin: bytes, tmp_path: Path) -> None:
     result = run("plot", FOUR, "-o", tmp_path / name)
     assert (result.exit_code, result.stdout) == (0, f"{tmp_path / name}: 4 touches\n")
     assert (tmp_path / name).read_bytes().startswith(begin)
 
 
-def test_what_is_refused_leaves_everything_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_refused_leaves_everything_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     result = run("plot", FOUR, "-o", tmp_path / "run.gif")
     assert (result.exit_code, "ends in .png, .pdf, .svg" in result.stderr) == (2, True)
     with monkeypatch.context() as without:

@@ -14,8 +14,12 @@ COMPILERS = ("c++", "clang++")
 
 
 def test_the_package_under_test_is_installed() -> None:
-    assert ROOT not in Path(palpate.get_include()).relative_to(Path(palpate.__file__).parent).parents
-    assert (Path(palpate.__file__).parents[1] / f"palpate-{palpate.__version__}.dist-info" / "RECORD").is_file()
+    assert (
+        ROOT not in Path(palpate.get_include()).relative_to(Path(palpate.__file__).parent).parents
+    )
+    assert (
+        Path(palpate.__file__).parents[1] / f"palpate-{palpate.__version__}.dist-info" / "RECORD"
+    ).is_file()
     assert asked("--includes") == f"-I{palpate.get_include()}"
     assert asked("--cmakedir") == palpate.get_cmake_dir()
 
@@ -32,14 +36,20 @@ def test_add_subdirectory_and_fetch_content(cmake: str, tmp_path: Path, source: 
     with tarfile.open(archive, "w:gz") as made:
         for name in ("CMakeLists.txt", "LICENSE", "cpp"):
             made.add(ROOT / name, f"palpate-1/{name}")
-    wanted = {"package": f"SOURCE={asked('--cmakedir')}", "sources": f"SOURCE={ROOT}", "archive": f"ARCHIVE={archive}"}
+    wanted = {
+        "package": f"SOURCE={asked('--cmakedir')}",
+        "sources": f"SOURCE={ROOT}",
+        "archive": f"ARCHIVE={archive}",
+    }
     configure(cmake, CONSUMER, tmp_path / "build", f"-DPALPATE_{wanted[source]}")
     assert run(tmp_path / "build" / "consumer") == EXPECTED
 
 
 def test_cmake_install(cmake: str, tmp_path: Path) -> None:
     prefix = tmp_path / "prefix"
-    configure(cmake, ROOT, tmp_path / "palpate", "-DBUILD_TESTING=OFF", f"-DCMAKE_INSTALL_PREFIX={prefix}")
+    configure(
+        cmake, ROOT, tmp_path / "palpate", "-DBUILD_TESTING=OFF", f"-DCMAKE_INSTALL_PREFIX={prefix}"
+    )
     run(cmake, "--install", tmp_path / "palpate")
     configure(cmake, CONSUMER, tmp_path / "consumer", f"-DCMAKE_PREFIX_PATH={prefix}")
     assert run(tmp_path / "consumer" / "consumer") == EXPECTED
@@ -52,9 +62,18 @@ def test_include_folder(tmp_path: Path, compiler: str) -> None:
     assert run(program) == EXPECTED
 
 
-@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only", "-fassociative-math", "-freciprocal-math"])
+@pytest.mark.parametrize(
+    "flag", ["-ffast-math", "-ffinite-math-only", "-fassociative-math", "-freciprocal-math"]
+)
 def test_arithmetic_that_is_not_ieee_is_refused(flag: str) -> None:
-    more = ["-fno-signed-zeros", "-fno-trapping-math", flag, asked("--includes"), "-std=c++17", "-fsyntax-only"]
+    more = [
+        "-fno-signed-zeros",
+        "-fno-trapping-math",
+        flag,
+        asked("--includes"),
+        "-std=c++17",
+        "-fsyntax-only",
+    ]
     command = [need("g++"), *more, "-x", "c++", "-include", "palpate/palpate.hpp", "/dev/null"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "palpate needs IEEE arithmetic" in done.stderr

@@ -29,7 +29,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert made.read_bytes() == again.read_bytes()
     with zipfile.ZipFile(made) as archive:
         archive.extractall(folder)
-    assert {(info.date_time, info.create_system) for info in archive.infolist()} == {((1980, 1, 1, 0, 0, 0), 3)}
+    assert {(info.date_time, info.create_system) for info in archive.infolist()} == {
+        ((1980, 1, 1, 0, 0, 0), 3)
+    }
     assert archive.namelist() == sorted(archive.namelist())
     [only] = {name.split("/")[0] for name in archive.namelist()}
     return folder / only
@@ -37,18 +39,31 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_arduino_and_platformio_want(library: Path) -> None:
     """Arduino library specification 1.5, and library.json: the fields, their forms, and the folders."""
-    fields = dict(line.split("=", 1) for line in (library / "library.properties").read_text().splitlines())
-    assert all(fields[name].strip() for name in ("author", "maintainer", "sentence", "paragraph", "url"))
-    assert (fields["name"], fields["version"], fields["category"]) == ("palpate", palpate.__version__, "Sensors")
+    fields = dict(
+        line.split("=", 1) for line in (library / "library.properties").read_text().splitlines()
+    )
+    assert all(
+        fields[name].strip() for name in ("author", "maintainer", "sentence", "paragraph", "url")
+    )
+    assert (fields["name"], fields["version"], fields["category"]) == (
+        "palpate",
+        palpate.__version__,
+        "Sensors",
+    )
     architectures = set(fields["architectures"].split(","))
     assert {"esp32", "samd", "stm32", "rp2040"} <= architectures
     assert not {"avr", "megaavr", "*"} & architectures  # no C++17
-    assert all((sketch / f"{sketch.name}.ino").is_file() for sketch in (library / "examples").iterdir())
+    assert all(
+        (sketch / f"{sketch.name}.ino").is_file() for sketch in (library / "examples").iterdir()
+    )
     manifest = json.loads((library / "library.json").read_text())
     assert (manifest["name"], manifest["version"]) == ("palpate", palpate.__version__)
     assert manifest["repository"]["url"] == SOURCE
     assert "atmelavr" not in manifest["platforms"]
-    assert all((library / "src" / name).is_file() for name in (*fields["includes"].split(","), *manifest["headers"]))
+    assert all(
+        (library / "src" / name).is_file()
+        for name in (*fields["includes"].split(","), *manifest["headers"])
+    )
     text = (library / "palpate_one.hpp").read_text(encoding="utf-8")
     for line in (library / "keywords.txt").read_text().splitlines():
         assert line.startswith("#") or re.search(rf"\b{line.split()[0]}\b", text), line
@@ -56,7 +71,13 @@ def test_what_arduino_and_platformio_want(library: Path) -> None:
 
 def test_a_compiler_without_c17_gets_a_sentence(library: Path) -> None:
     with pytest.raises(AssertionError, match="palpate needs C\\+\\+17"):
-        run(need("c++"), "-std=gnu++14", "-fsyntax-only", f"-I{library / 'src'}", library / "src" / "palpate.h")
+        run(
+            need("c++"),
+            "-std=gnu++14",
+            "-fsyntax-only",
+            f"-I{library / 'src'}",
+            library / "src" / "palpate.h",
+        )
 
 
 def sources(library: Path) -> list[str | Path]:
@@ -82,7 +103,16 @@ def test_the_sketch_measures_both_touches(library: Path, tmp_path: Path) -> None
 
 
 def test_the_sketch_compiles_with_the_flags_of_an_arduino_core(library: Path) -> None:
-    flags = ("-mthumb", "-mcpu=cortex-m4", "-std=gnu++17", "-Os", "-fno-exceptions", "-fno-rtti", "-Wall", "-Werror")
+    flags = (
+        "-mthumb",
+        "-mcpu=cortex-m4",
+        "-std=gnu++17",
+        "-Os",
+        "-fno-exceptions",
+        "-fno-rtti",
+        "-Wall",
+        "-Werror",
+    )
     run(need("arm-none-eabi-g++"), *flags, "-fsyntax-only", *sources(library))
 
 
@@ -90,7 +120,16 @@ SCENE = """#include "palpate_one.hpp"
 palpate::embedded::HandheldTracker<float> probe;
 bool feed(std::uint32_t a, std::uint32_t b, float hard, float soft) { return probe.feed(a, b, hard, soft).finished; }
 """
-FREESTANDING = ("-std=c++17", "-Os", "-ffreestanding", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror")
+FREESTANDING = (
+    "-std=c++17",
+    "-Os",
+    "-ffreestanding",
+    "-fno-exceptions",
+    "-fno-rtti",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +158,10 @@ def test_it_has_every_header_once_and_each_standard_header_once() -> None:
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
 def test_two_units_of_one_program(folder: Path, tmp_path: Path, compiler: str) -> None:
     main = (ROOT / "tests" / "cpp" / "consumer" / "main.cpp").read_text()
-    units = {"main.cpp": main.replace("<palpate/palpate.hpp>", '"palpate_one.hpp"'), "scene.cpp": SCENE}
+    units = {
+        "main.cpp": main.replace("<palpate/palpate.hpp>", '"palpate_one.hpp"'),
+        "scene.cpp": SCENE,
+    }
     for name, text in units.items():
         (tmp_path / name).write_text(text)
     program = tmp_path / "program"
@@ -137,10 +179,22 @@ def test_two_units_of_one_program(folder: Path, tmp_path: Path, compiler: str) -
     ids=lambda target: str(target.name),
 )
 def test_microcontrollers(folder: Path, tmp_path: Path, target: Target) -> None:
-    for program in (target.compiler[0], "arm-none-eabi-g++"):  # which has the C++ headers for those that have none
+    for program in (
+        target.compiler[0],
+        "arm-none-eabi-g++",
+    ):  # which has the C++ headers for those that have none
         need(program)
     source, made = tmp_path / "scene.cpp", tmp_path / "scene.o"
     source.write_text(SCENE)
-    run(*target.compiler, *FREESTANDING, *library_headers(target), f"-I{folder}", "-c", source, "-o", made)
+    run(
+        *target.compiler,
+        *FREESTANDING,
+        *library_headers(target),
+        f"-I{folder}",
+        "-c",
+        source,
+        "-o",
+        made,
+    )
     names = re.findall(r" U (.*)", run(f"{target.tools}nm", "-u", made))
     assert not [name for name in names if not re.match(r"__|mem(cpy|set|move)$", name)], names

@@ -51,7 +51,9 @@ FOLDERS = sorted({module_of(path) for path in SOURCES.rglob("__init__.py")} - {"
 def test_includes_point_down() -> None:
     rank = {room: number for number, row in enumerate(HEADER_LAYERS) for room in row.split()}
     found = {
-        path.relative_to(HEADERS).with_suffix("").as_posix(): INCLUDE.findall(path.read_text(encoding="utf-8"))
+        path.relative_to(HEADERS).with_suffix("").as_posix(): INCLUDE.findall(
+            path.read_text(encoding="utf-8")
+        )
         for path in sorted(HEADERS.rglob("*.hpp"))
     }
     assert {header.split("/")[0] for header in found} == set(rank)
@@ -67,7 +69,12 @@ def test_includes_point_down() -> None:
 
 def test_imports_keep_their_contracts() -> None:
     """Those of pyproject.toml, lazy imports included."""
-    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as run; run()", "--no-cache"]
+    command = [
+        sys.executable,
+        "-c",
+        "from importlinter.cli import lint_imports_command as run; run()",
+        "--no-cache",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "3 kept, 0 broken" in done.stdout
@@ -86,9 +93,13 @@ def test_no_module_has_the_name_of_something_public() -> None:
     """As a submodule `touches` would: importing it puts it in the place of the function."""
     for folder in ["", *FOLDERS]:
         module = importlib.import_module(f"palpate.{folder}".rstrip("."))
-        public = {n for n in getattr(module, "__all__", ()) if not inspect.ismodule(getattr(module, n))}
+        public = {
+            n for n in getattr(module, "__all__", ()) if not inspect.ismodule(getattr(module, n))
+        }
         prefix = f"{folder}." if folder else ""
-        assert public & {m.removeprefix(prefix) for m in MODULES if m.startswith(prefix)} == set(), folder
+        assert (
+            public & {m.removeprefix(prefix) for m in MODULES if m.startswith(prefix)} == set()
+        ), folder
 
 
 def test_headers_use_freestanding_headers_only() -> None:
@@ -111,10 +122,17 @@ def test_a_name_that_is_not_there() -> None:
 
 
 def test_the_version_is_written_once() -> None:
-    version = re.search(r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text(encoding="utf-8"))
+    version = re.search(
+        r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text(encoding="utf-8")
+    )
     assert version
     assert palpate.__version__ == version[1] == importlib.metadata.version("palpate")
-    for name in ("pyproject.toml", "CMakeLists.txt", "python/palpate/__init__.py", "cpp/bind/module.cpp"):
+    for name in (
+        "pyproject.toml",
+        "CMakeLists.txt",
+        "python/palpate/__init__.py",
+        "cpp/bind/module.cpp",
+    ):
         assert f'"{version[1]}"' not in (ROOT / name).read_text(encoding="utf-8")
 
 
@@ -122,10 +140,19 @@ def test_wheel_contents() -> None:
     """Of the wheel that was installed for these tests: to build another takes longer than any of them."""
     files = importlib.metadata.files("palpate")
     assert files
-    names = {name for name in map(str, files) if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)}
+    names = {
+        name
+        for name in map(str, files)
+        if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)
+    }
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
-    assert {f"palpate/include/palpate/{p.relative_to(HEADERS).as_posix()}" for p in HEADERS.rglob("*.hpp")} <= names
-    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed", ".j2", ".css")]
+    assert {
+        f"palpate/include/palpate/{p.relative_to(HEADERS).as_posix()}"
+        for p in HEADERS.rglob("*.hpp")
+    } <= names
+    sources = [
+        p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed", ".j2", ".css")
+    ]
     assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
     cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
     assert {"palpate/py.typed"} | cmake <= names
@@ -136,14 +163,22 @@ def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
     for name in sorted(MODULES.keys() - {"__main__"}):
         module = importlib.import_module("palpate" if name == "__init__" else f"palpate.{name}")
         tests = doctest.DocTestFinder().find(module)
-        yield from ((test.name, test.docstring or "", module.__dict__) for test in tests if test.examples)
+        yield from (
+            (test.name, test.docstring or "", module.__dict__) for test in tests if test.examples
+        )
     for path in sorted(ROOT.glob("*.md")):
-        for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)):
+        for number, block in enumerate(
+            re.findall(r"```pycon\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
+        ):
             yield f"{path.name}[{number}]", block, {}
 
 
-@pytest.mark.parametrize(("name", "text", "names"), [pytest.param(*d, id=d[0]) for d in documented()])
-def test_examples(name: str, text: str, names: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "text", "names"), [pytest.param(*d, id=d[0]) for d in documented()]
+)
+def test_examples(
+    name: str, text: str, names: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(ROOT)
     test = doctest.DocTestParser().get_doctest(text, dict(names), name, None, 0)
     assert test.examples
@@ -165,8 +200,14 @@ SAFE = {
 
 
 def test_what_listens_or_parses_begins_without_a_known_advisory() -> None:
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    asked = [Requirement(each) for extra in ("live", "report", "tables", "lsl", "serial") for each in extras[extra]]
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
+    asked = [
+        Requirement(each)
+        for extra in ("live", "report", "tables", "lsl", "serial")
+        for each in extras[extra]
+    ]
     assert SAFE.keys() <= {each.name for each in asked}
     for each in asked:
         [floor] = [one.version for one in each.specifier if one.operator == ">="]

@@ -12,14 +12,25 @@ import palpate
 import pytest
 from project import ROOT, need, run
 
-from release.package import NEEDED, SYSTEMS, absolute, expected, problems, problems_of, pyproject, version
+from release.package import (
+    NEEDED,
+    SYSTEMS,
+    absolute,
+    expected,
+    problems,
+    problems_of,
+    pyproject,
+    version,
+)
 
 SOURCE = "https://code.invalid/team/palpate"
 TODAY = date(2030, 1, 2)
 VERSION = palpate.__version__
 WORKFLOWS = ROOT / ".github" / "workflows"
 TAGS = {system: re.sub("^(macosx)", r"\1_11_0", system) for system in SYSTEMS}
-of_the_repository = pytest.mark.skipif(not WORKFLOWS.is_dir(), reason="not in a source distribution")
+of_the_repository = pytest.mark.skipif(
+    not WORKFLOWS.is_dir(), reason="not in a source distribution"
+)
 
 
 def text(name: str) -> str:
@@ -36,13 +47,28 @@ def replace(path: Path, pattern: str, by: str) -> None:
 @pytest.fixture
 def source(tmp_path: Path) -> Path:
     """Return a copy of the files that a release depends on, with an address and a date in them."""
-    for name in ("pyproject.toml", "CHANGELOG.md", "CITATION.cff", "cpp/include/palpate/version.hpp"):
+    for name in (
+        "pyproject.toml",
+        "CHANGELOG.md",
+        "CITATION.cff",
+        "cpp/include/palpate/version.hpp",
+    ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
-    replace(tmp_path / "CHANGELOG.md", r"^## \[Unreleased\]$|^## \[[\d.]+\].*$", f"## [{version()}] - {TODAY}")
-    replace(tmp_path / "pyproject.toml", r"^\[project.urls\]$(\nSource = .*)?", f'[project.urls]\nSource = "{SOURCE}"')
+    replace(
+        tmp_path / "CHANGELOG.md",
+        r"^## \[Unreleased\]$|^## \[[\d.]+\].*$",
+        f"## [{version()}] - {TODAY}",
+    )
+    replace(
+        tmp_path / "pyproject.toml",
+        r"^\[project.urls\]$(\nSource = .*)?",
+        f'[project.urls]\nSource = "{SOURCE}"',
+    )
     cited = tmp_path / "CITATION.cff"
-    cited.write_text(re.sub(r"date-released: .*\n", "", cited.read_text()) + f'date-released: "{TODAY}"\n')
+    cited.write_text(
+        re.sub(r"date-released: .*\n", "", cited.read_text()) + f'date-released: "{TODAY}"\n'
+    )
     return tmp_path
 
 
@@ -55,12 +81,24 @@ def test_a_source_with_address_and_date_is_ready(source: Path) -> None:
     [
         ("pyproject.toml", r"^Source = .*$", "", "Source is '', allowed: https://HOST/PATH"),
         ("CHANGELOG.md", r" - 2030-01-02$", "", "there is no heading .* - 2030-01-02"),
-        ("CITATION.cff", r"^version: .*$", "version: 9.9.9", "CITATION.cff: version is 9.9.9, in version.hpp it is"),
-        ("CITATION.cff", r"^date-released: .*$", 'date-released: "2029-01-01"', "is 2029-01-01, in CHANGELOG"),
+        (
+            "CITATION.cff",
+            r"^version: .*$",
+            "version: 9.9.9",
+            "CITATION.cff: version is 9.9.9, in version.hpp it is",
+        ),
+        (
+            "CITATION.cff",
+            r"^date-released: .*$",
+            'date-released: "2029-01-01"',
+            "is 2029-01-01, in CHANGELOG",
+        ),
         ("cpp/include/palpate/version.hpp", r'"\d+', '"7', "the tag is .*, the version is 7"),
     ],
 )
-def test_a_source_that_is_not_ready_says_what_to_do(source: Path, file: str, pattern: str, by: str, said: str) -> None:
+def test_a_source_that_is_not_ready_says_what_to_do(
+    source: Path, file: str, pattern: str, by: str, said: str
+) -> None:
     replace(source / file, pattern, by)
     found = problems(f"v{version()}", source, TODAY)
     assert any(re.search(said, line) for line in found), found
@@ -69,7 +107,10 @@ def test_a_source_that_is_not_ready_says_what_to_do(source: Path, file: str, pat
 @of_the_repository
 def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
     page = absolute(text("README.md"), SOURCE, "v1.2.3", ROOT)
-    linked = re.findall(r"\]\(([^()#\s][^()\s]*)\)", re.sub(r"^```.*?^```$", "", page, flags=re.DOTALL | re.MULTILINE))
+    linked = re.findall(
+        r"\]\(([^()#\s][^()\s]*)\)",
+        re.sub(r"^```.*?^```$", "", page, flags=re.DOTALL | re.MULTILINE),
+    )
     assert len(linked) > 30
     assert {target.split("/v1.2.3/")[0] for target in linked} == {f"{SOURCE}/blob", f"{SOURCE}/raw"}
     assert f"({SOURCE}/raw/v1.2.3/docs/images/live-light.png)" in page
@@ -81,14 +122,25 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
         absolute("[a](docs/gone.md)", SOURCE, "v1", ROOT)
 
 
-def metadata(page: str = f"[a]({SOURCE}/b) [b](#c)", version: str = VERSION, url: str = f"Source, {SOURCE}") -> str:
-    return f"Metadata-Version: 2.4\nName: palpate\nVersion: {version}\nProject-URL: {url}\n\n{page}\n"
+def metadata(
+    page: str = f"[a]({SOURCE}/b) [b](#c)", version: str = VERSION, url: str = f"Source, {SOURCE}"
+) -> str:
+    return (
+        f"Metadata-Version: 2.4\nName: palpate\nVersion: {version}\nProject-URL: {url}\n\n{page}\n"
+    )
 
 
-def wheel(folder: Path, tag: str, text: str = metadata(), extra: tuple[str, ...] = (), without: str = " ") -> Path:
+def wheel(
+    folder: Path, tag: str, text: str = metadata(), extra: tuple[str, ...] = (), without: str = " "
+) -> Path:
     path, info = folder / f"palpate-{VERSION}-{tag}.whl", f"palpate-{VERSION}.dist-info"
-    names = [f"{info}/{name}" for name in ("WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE")]
-    names += [f"palpate/{name}" for name in ("__init__.py", "_core.cpython-311.so", "include/palpate/palpate.hpp")]
+    names = [
+        f"{info}/{name}" for name in ("WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE")
+    ]
+    names += [
+        f"palpate/{name}"
+        for name in ("__init__.py", "_core.cpython-311.so", "include/palpate/palpate.hpp")
+    ]
     with zipfile.ZipFile(path, "w") as file:
         for name in [n for n in [*names, *extra] if without not in n]:
             file.writestr(name, "")
@@ -109,10 +161,16 @@ def distribution(folder: Path, text: str = metadata(), without: str = " ") -> Pa
 
 def test_a_complete_release_is_good(tmp_path: Path) -> None:
     folders = ("palpate/", "palpate/include/")  # auditwheel writes them
-    files = [wheel(tmp_path, f"{python}-{python}-{TAGS[system]}", extra=folders) for python, system in expected()]
+    files = [
+        wheel(tmp_path, f"{python}-{python}-{TAGS[system]}", extra=folders)
+        for python, system in expected()
+    ]
     assert len(files) == 5 * len(SYSTEMS)
     assert problems_of([*files, distribution(tmp_path)]) == []
-    assert "LICENSE is missing" in problems_of([distribution(tmp_path, without="LICENSE")], complete=False)[0]
+    assert (
+        "LICENSE is missing"
+        in problems_of([distribution(tmp_path, without="LICENSE")], complete=False)[0]
+    )
     found = problems_of(files[1:])
     assert len(found) == 2
     assert re.fullmatch(r"no wheel for cp3\d+ on \w+", found[0])
@@ -122,7 +180,10 @@ def test_a_complete_release_is_good(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"text": metadata(page="[a](docs/live.md)")}, "its page would have the relative link docs/live.md"),
+        (
+            {"text": metadata(page="[a](docs/live.md)")},
+            "its page would have the relative link docs/live.md",
+        ),
         ({"text": metadata(url="Home, https://code.invalid")}, "no address of the source"),
         ({"extra": ("palpate/tests/test_a.py",)}, "stray file palpate/tests/test_a.py"),
         ({"without": "_core"}, "expected one extension"),
@@ -146,7 +207,10 @@ def test_workflows_are_pinned_trusted_with_little_and_name_what_is_there() -> No
         told = path.read_text(encoding="utf-8")
         used = re.findall(r"uses: (.*)", told)
         assert used
-        assert all(re.fullmatch(r"(actions|pypa)/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", action) for action in used)
+        assert all(
+            re.fullmatch(r"(actions|pypa)/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", action)
+            for action in used
+        )
         assert "\npermissions: {}\n" in told
         assert set(re.findall(r"\w+(?:-\w+)*: write", told)) <= {"id-token: write"}
         assert "secrets." not in told

@@ -20,23 +20,42 @@ from palpate.sources.options import split
 
 @pytest.mark.parametrize(
     "name",
-    ["nul.csv", "NUL", "con .csv", "Com1.csv", "com¹.csv", "lpt9.run.csv", "conin$", "a:b.csv", "run.", "run.csv "],
+    [
+        "nul.csv",
+        "NUL",
+        "con .csv",
+        "Com1.csv",
+        "com¹.csv",
+        "lpt9.run.csv",
+        "conin$",
+        "a:b.csv",
+        "run.",
+        "run.csv ",
+    ],
 )
 def test_a_name_that_is_no_file_on_windows_is_refused_there(name: str) -> None:
     require_file_name(Path(name), "linux")
-    with pytest.raises(OSError, match=r"(on Windows|Windows leaves out): choose another name: .*" + re.escape(name)):
+    with pytest.raises(
+        OSError, match=r"(on Windows|Windows leaves out): choose another name: .*" + re.escape(name)
+    ):
         require_file_name(Path("folder") / name, "win32")
 
 
-@pytest.mark.parametrize("name", ["null.csv", "com.csv", "com0.csv", "com10.csv", "run.con.csv", "größe ω.csv", ".csv"])
+@pytest.mark.parametrize(
+    "name", ["null.csv", "com.csv", "com0.csv", "com10.csv", "run.con.csv", "größe ω.csv", ".csv"]
+)
 def test_other_names_are_not(name: str) -> None:
     require_file_name(Path("aux") / name, "win32")
 
 
-def test_recordings_and_written_files_ask_for_the_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recordings_and_written_files_ask_for_the_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where a device takes what is written, everything is lost without a word."""
     monkeypatch.setattr(require_file_name, "__defaults__", ("win32",))
-    with pytest.raises(ValueError, match=r"record: got 'nul.csv': it is the name of a device on Windows"):
+    with pytest.raises(
+        ValueError, match=r"record: got 'nul.csv': it is the name of a device on Windows"
+    ):
         sidecar_path(tmp_path / "nul.csv")
     with pytest.raises(OSError, match="name of a device"), replacing(tmp_path / "aux.html"):
         pass
@@ -76,7 +95,11 @@ def test_on_windows_a_file_that_is_open_is_replaced_when_it_is_closed_or_stays(
     held(monkeypatch, math.inf)
     with pytest.raises(PermissionError, match="another program has it open") as refused:
         write(b"newer")
-    assert (refused.value.filename, path.read_bytes(), list(tmp_path.iterdir())) == (str(path), b"new", [path])
+    assert (refused.value.filename, path.read_bytes(), list(tmp_path.iterdir())) == (
+        str(path),
+        b"new",
+        [path],
+    )
 
 
 def test_macos_writes_to_the_disk_itself(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -104,8 +127,14 @@ def test_macos_writes_to_the_disk_itself(monkeypatch: pytest.MonkeyPatch, tmp_pa
     ("uri", "parts"),
     [
         (r"C:\x y\run.csv?speed=1", ("", r"C:\x y\run.csv", {"speed": "1"})),
-        (r"\\host\share\größe ω.csv?rate=38.4", ("", r"\\host\share\größe ω.csv", {"rate": "38.4"})),
-        (r"\\?\C:\long\run.csv?rate=38.4&unit=fF", ("", r"\\?\C:\long\run.csv", {"rate": "38.4", "unit": "fF"})),
+        (
+            r"\\host\share\größe ω.csv?rate=38.4",
+            ("", r"\\host\share\größe ω.csv", {"rate": "38.4"}),
+        ),
+        (
+            r"\\?\C:\long\run.csv?rate=38.4&unit=fF",
+            ("", r"\\?\C:\long\run.csv", {"rate": "38.4", "unit": "fF"}),
+        ),
         (r"serial:\\.\COM12", ("serial", r"\\.\COM12", {})),
     ],
 )
@@ -116,11 +145,31 @@ def test_names_of_windows_and_macos(uri: str, parts: tuple[str, str, dict[str, s
 @pytest.mark.parametrize(
     ("text", "system", "words"),
     [
-        ("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)", "win32", "another program"),
-        ("could not open port 'COM3': FileNotFoundError(2, 'The system', None, 2)", "win32", "palpate devices"),
-        ("could not open port 'COM3': OSError(22, 'The semaphore timeout', None, 121)", "win32", "semaphore"),
-        ("[Errno 16] could not open port /dev/cu.x: [Errno 16] Resource busy", "darwin", "another program"),
-        ("[Errno 13] could not open port COM3: [Errno 13] Permission denied", "linux", "usermod -aG dialout"),
+        (
+            "could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)",
+            "win32",
+            "another program",
+        ),
+        (
+            "could not open port 'COM3': FileNotFoundError(2, 'The system', None, 2)",
+            "win32",
+            "palpate devices",
+        ),
+        (
+            "could not open port 'COM3': OSError(22, 'The semaphore timeout', None, 121)",
+            "win32",
+            "semaphore",
+        ),
+        (
+            "[Errno 16] could not open port /dev/cu.x: [Errno 16] Resource busy",
+            "darwin",
+            "another program",
+        ),
+        (
+            "[Errno 13] could not open port COM3: [Errno 13] Permission denied",
+            "linux",
+            "usermod -aG dialout",
+        ),
     ],
 )
 def test_errors_of_a_port_say_what_to_do_there(text: str, system: str, words: str) -> None:
@@ -163,5 +212,7 @@ def test_any_name_can_be_printed(tmp_path: Path) -> None:
     """Where the encoding has no code for a character, it is printed as an escape."""
     env = {**os.environ, "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0"}
     command = [sys.executable, "-m", "palpate", "check", "größe ω.csv"]
-    done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, check=False, timeout=60)
+    done = subprocess.run(
+        command, cwd=tmp_path, env=env, capture_output=True, check=False, timeout=60
+    )
     assert done.stderr.decode("cp1252").startswith("Error: größe \\u03c9.csv: ")

@@ -23,9 +23,15 @@ TIMES = np.arange(SIZE) * 26_000_000
 ONES = np.ones(SIZE)
 
 
-def blocks_of(name: str) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[str, tuple[Any, ...]]]:
+def blocks_of(
+    name: str,
+) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[str, tuple[Any, ...]]]:
     """Return how an object of a class is made, given a long block, and the arguments of its methods."""
-    kind: Any = bank_of(getattr(palpate, name.removesuffix("Bank"))) if "Bank" in name else getattr(palpate, name)
+    kind: Any = (
+        bank_of(getattr(palpate, name.removesuffix("Bank")))
+        if "Bank" in name
+        else getattr(palpate, name)
+    )
     if name == "Tracker":
         empty: tuple[Any, ...] = (np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2
         arguments = {"feed": (0.0, 0.0, 1.0, 1.0), "process": empty, "take": empty}
@@ -67,7 +73,10 @@ def attempted(made: Any, name: str, arguments: tuple[Any, ...]) -> bool:
         if callable(found):
             found(*arguments)
     except RuntimeError as error:
-        if re.fullmatch(r"this \w+ is processing a block in another thread: give each thread its own", str(error)):
+        if re.fullmatch(
+            r"this \w+ is processing a block in another thread: give each thread its own",
+            str(error),
+        ):
             return True
         raise
     return False
@@ -98,7 +107,11 @@ def meanwhile(made: Any, name: str, arguments: dict[str, tuple[Any, ...]]) -> bo
 def said(name: str) -> set[str]:
     """Return what the page says is refused for a class."""
     rows = [line.strip("|").split("|") for line in PAGE.splitlines()]
-    [cell] = [cells[1] for cells in rows if len(cells) == 3 and f"`{'Bank' if 'Bank' in name else name}`" in cells[0]]
+    [cell] = [
+        cells[1]
+        for cells in rows
+        if len(cells) == 3 and f"`{'Bank' if 'Bank' in name else name}`" in cells[0]
+    ]
     return set(re.findall(r"`(\w+)`", cell))
 
 
@@ -121,7 +134,11 @@ def test_who_is_refused_changes_nothing(name: str) -> None:
     for _ in range(turns):
         work(alone)
     if name == "Tracker":
-        assert (made.readings, made.ratio, made.touches) == (alone.readings, alone.ratio, alone.touches)
+        assert (made.readings, made.ratio, made.touches) == (
+            alone.readings,
+            alone.ratio,
+            alone.touches,
+        )
     else:
         assert made == alone
 
@@ -141,7 +158,10 @@ def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:
     with palpate.Stream(Scripted(samples)) as alone:
         for _ in alone.batches():
             pass
-    assert (stream.tracker.readings, stream.tracker.ratio) == (alone.tracker.readings, alone.tracker.ratio)
+    assert (stream.tracker.readings, stream.tracker.ratio) == (
+        alone.tracker.readings,
+        alone.tracker.ratio,
+    )
 
 
 def recorded_in_turns(stream: palpate.Stream, folder: Path, number: int) -> None:
@@ -160,9 +180,13 @@ def recorded_in_turns(stream: palpate.Stream, folder: Path, number: int) -> None
 
 
 def test_a_stream_is_asked_told_and_closed_from_other_threads(tmp_path: Path) -> None:
-    stream = palpate.Stream(Scripted([sample(i) for i in range(200_000)], live=True), keep=1024, capacity=1 << 20)
+    stream = palpate.Stream(
+        Scripted([sample(i) for i in range(200_000)], live=True), keep=1024, capacity=1 << 20
+    )
     with stream, ThreadPoolExecutor(3) as others:
-        meddling = [others.submit(recorded_in_turns, stream, tmp_path, number) for number in range(2)]
+        meddling = [
+            others.submit(recorded_in_turns, stream, tmp_path, number) for number in range(2)
+        ]
         closing = threading.Timer(0.3, stream.close)
         closing.start()
         for _ in stream.batches():

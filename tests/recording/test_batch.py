@@ -16,7 +16,9 @@ from project import FOUR, copied
 NAMES = ("tremor", "stiff-steady", "not-level", "step-up")
 
 
-def same(found: Sequence[Sequence[palpate.Touch]], expected: Sequence[Sequence[palpate.Touch]]) -> bool:
+def same(
+    found: Sequence[Sequence[palpate.Touch]], expected: Sequence[Sequence[palpate.Touch]]
+) -> bool:
     """Return whether all touches have the same bits: pickles hold floats as they are."""
     return [[pickle.dumps(touch) for touch in one] for one in found] == [
         [pickle.dumps(touch) for touch in one] for one in expected
@@ -66,7 +68,9 @@ def test_one_that_fails_loses_no_other(tmp_path: Path) -> None:
 
 def test_other_processes_give_the_same_bits_and_errors(tmp_path: Path) -> None:
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        futures = [pool.submit(palpate.touches, path) for path in (FOUR, tmp_path / "nowhere.csv", FOUR)]
+        futures = [
+            pool.submit(palpate.touches, path) for path in (FOUR, tmp_path / "nowhere.csv", FOUR)
+        ]
         assert same([futures[0].result(), futures[2].result()], [palpate.touches(FOUR)] * 2)
         with pytest.raises(palpate.RecordingError, match=r"nowhere\.csv: cannot be read"):
             futures[1].result()
@@ -79,7 +83,9 @@ def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
         palpate.touches(["nowhere.csv"] * 3, threshold=-1.0)
     wrong: Any
     for wrong in (0, "2", True):
-        with pytest.raises(ValueError, match=f"jobs: got {wrong!r}, allowed: a whole number, 1 or more"):
+        with pytest.raises(
+            ValueError, match=f"jobs: got {wrong!r}, allowed: a whole number, 1 or more"
+        ):
             palpate.touches([FOUR], jobs=wrong)
 
 
@@ -94,5 +100,9 @@ def test_touches_keep_what_was_said_of_the_recording(tmp_path: Path) -> None:
     for shown in (repr(found), found._repr_html_()):
         assert "results may be wrong: " in shown
     part = found[1:]
-    assert (type(part), part.doubts, part.to_arrow().num_rows) == (type(found), found.doubts, len(found) - 1)
+    assert (type(part), part.doubts, part.to_arrow().num_rows) == (
+        type(found),
+        found.doubts,
+        len(found) - 1,
+    )
     assert palpate.touches(palpate.read(path)).doubts == found.doubts

@@ -25,7 +25,10 @@ scales = st.builds(
 
 
 def samples_of(scale: Codes, codes: list[int]) -> list[Sample]:
-    return [Sample(i, i * 10**7, i * 10**7, code, -1, scale.pF(code), 2.0) for i, code in enumerate(codes)]
+    return [
+        Sample(i, i * 10**7, i * 10**7, code, -1, scale.pF(code), 2.0)
+        for i, code in enumerate(codes)
+    ]
 
 
 @given(scales, st.lists(st.integers(0, 2**31 - 1), min_size=1, max_size=20))
@@ -43,7 +46,10 @@ def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> 
     """Codes of another converter without their scale would be read as those of an AD7746."""
     source = Scripted([*samples_of(WIDE, [5, 6])])
     message = r"source: sample \d+: hard: got 4.28\d+e-08, allowed: the pF of its code"
-    with pytest.raises(ProtocolError, match=message), Stream(source, record=tmp_path / "run.csv") as stream:
+    with (
+        pytest.raises(ProtocolError, match=message),
+        Stream(source, record=tmp_path / "run.csv") as stream,
+    ):
         list(stream)
 
 
@@ -51,8 +57,14 @@ def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> 
     ("codes", "message"),
     [
         (5, "codes: got 5, allowed: the keys zero, per_pF, largest"),
-        ({"zero": 0, "per_pF": 0, "largest": 9}, "codes: per_pF: got 0, allowed: a number from 1e-6"),
-        ({"zero": 0, "per_pF": 1.0, "largest": 2**31}, "codes: largest: got 2147483648, allowed: an integer from 1"),
+        (
+            {"zero": 0, "per_pF": 0, "largest": 9},
+            "codes: per_pF: got 0, allowed: a number from 1e-6",
+        ),
+        (
+            {"zero": 0, "per_pF": 1.0, "largest": 2**31},
+            "codes: largest: got 2147483648, allowed: an integer from 1",
+        ),
     ],
 )
 def test_a_scale_that_is_none(codes: Any, message: str, tmp_path: Path) -> None:

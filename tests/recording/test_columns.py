@@ -19,7 +19,17 @@ from pyarrow import feather, parquet
 from recording_bench import record, sample
 
 SUFFIXES = ("parquet", "arrow", "feather")
-SAID = ("settings", "tares", "gap_marks", "zero_utc_ns", "host_stamps", "full_scale_pF", "notes", "doubts", "survey")
+SAID = (
+    "settings",
+    "tares",
+    "gap_marks",
+    "zero_utc_ns",
+    "host_stamps",
+    "full_scale_pF",
+    "notes",
+    "doubts",
+    "survey",
+)
 
 
 @pytest.fixture
@@ -29,21 +39,36 @@ def own(tmp_path: Path) -> Path:
     rows = []
     for i in range(400):
         status = {40: Status.LOST, 50: Status.HARD_SATURATED}.get(i, Status.OK)
-        times: Any = {"t_hard_ns": int(play.t_hard_s[i] * 1e9), "t_soft_ns": int(play.t_soft_s[i] * 1e9)}
-        values: Any = {"hard_raw": -1, "soft_raw": -1, "hard": float(play.hard[i]), "soft": float(play.soft[i])}
+        times: Any = {
+            "t_hard_ns": int(play.t_hard_s[i] * 1e9),
+            "t_soft_ns": int(play.t_soft_s[i] * 1e9),
+        }
+        values: Any = {
+            "hard_raw": -1,
+            "soft_raw": -1,
+            "hard": float(play.hard[i]),
+            "soft": float(play.soft[i]),
+        }
         rows.append(sample(i + (5 if i > 200 else 0), status=status)._replace(**times, **values))
     path = record(tmp_path / "own.csv", rows, name="script", full_scale_pF=40.0, stamps="host")
     found = sidecar.load(path)
     assert found
     found["settings"] = {"scene": "handheld", "threshold": 6.0}
-    found["marks"] = [{"seq": 20, "tare": True}, {"seq": 30, "tare": True, "gap": True, "text": "opened again"}]
+    found["marks"] = [
+        {"seq": 20, "tare": True},
+        {"seq": 30, "tare": True, "gap": True, "text": "opened again"},
+    ]
     sidecar.save(sidecar.sidecar_path(path), found)
     return path
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_there_and_back_is_the_same_recording(own: Path, tmp_path: Path, suffix: str) -> None:
-    there, back, packed = tmp_path / f"run.{suffix}", tmp_path / "back.csv", tmp_path / f"run.{suffix}.gz"
+    there, back, packed = (
+        tmp_path / f"run.{suffix}",
+        tmp_path / "back.csv",
+        tmp_path / f"run.{suffix}.gz",
+    )
     assert run("convert", own, "-o", there).exit_code == 0
     assert run("convert", there, "-o", back).exit_code == 0
     assert back.read_bytes() == own.read_bytes()
@@ -86,10 +111,26 @@ def test_what_is_no_row_is_refused(tmp_path: Path) -> None:
     convert(recorded(FOUR), there)
     table = parquet.read_table(there)
     for name, values, reason in (
-        ("seq", pa.array([-1] * len(table)), "run.parquet, line 2: '-1' is not a valid value for column seq"),
-        ("status", pa.array([9] * len(table), pa.uint8()), "is not a valid value for column status"),
-        ("seq", pa.array([None, *range(1, len(table))]), "column seq: got float64, allowed: int64 in each row"),
-        ("hard_pF", pa.array(["1.5"] * len(table)), "column hard_pF: got .*, allowed: float64 in each row"),
+        (
+            "seq",
+            pa.array([-1] * len(table)),
+            "run.parquet, line 2: '-1' is not a valid value for column seq",
+        ),
+        (
+            "status",
+            pa.array([9] * len(table), pa.uint8()),
+            "is not a valid value for column status",
+        ),
+        (
+            "seq",
+            pa.array([None, *range(1, len(table))]),
+            "column seq: got float64, allowed: int64 in each row",
+        ),
+        (
+            "hard_pF",
+            pa.array(["1.5"] * len(table)),
+            "column hard_pF: got .*, allowed: float64 in each row",
+        ),
     ):
         index = table.schema.get_field_index(name)
         parquet.write_table(table.set_column(index, pa.field(name, values.type), values), there)
@@ -97,5 +138,8 @@ def test_what_is_no_row_is_refused(tmp_path: Path) -> None:
             read(there)
         if name == "status":
             before = there.read_bytes()
-            assert "packed or converted file" in check(there, repair=True, remove_damage=True).faults[-1]
+            assert (
+                "packed or converted file"
+                in check(there, repair=True, remove_damage=True).faults[-1]
+            )
             assert there.read_bytes() == before

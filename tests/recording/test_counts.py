@@ -17,7 +17,10 @@ def test_long_files_need_little_memory(tmp_path: Path) -> None:
     with path.open("a") as file:
         for first in range(0, ROWS, 100_000):
             file.write(
-                "".join(f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,-1,0\n" for i in range(first, first + 100_000))
+                "".join(
+                    f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,-1,0\n"
+                    for i in range(first, first + 100_000)
+                )
             )
     code = f"""
 import resource, palpate, palpate.recording.verification, palpate.sources.files

@@ -23,7 +23,10 @@ def five(tmp_path: Path, **more: Any) -> Path:
 def test_what_is_missing_and_clipped(tmp_path: Path) -> None:
     rows = [sample(i) for i in (*range(100), *range(130, 200), *range(201, 300))]
     rows += [sample(300, status=Status.LOST), sample(301, status=Status.EXCITATION)]
-    rows += [sample(302, status=Status.HARD_SATURATED | Status.SOFT_SATURATED), sample(303, status=1)]
+    rows += [
+        sample(302, status=Status.HARD_SATURATED | Status.SOFT_SATURATED),
+        sample(303, status=1),
+    ]
     report = check(record(tmp_path / "run.csv", rows))
     assert report.clean
     assert report.findings == (
@@ -50,7 +53,9 @@ def disordered(data: bytes) -> bytes:
         (lambda _: b"", ("the file is empty, but 5 rows were written",)),
     ],
 )  # fmt: skip
-def test_rows_that_were_changed(tmp_path: Path, edit: Callable[[bytes], bytes], faults: tuple[str, ...]) -> None:
+def test_rows_that_were_changed(
+    tmp_path: Path, edit: Callable[[bytes], bytes], faults: tuple[str, ...]
+) -> None:
     path = five(tmp_path)
     path.write_bytes(edit(path.read_bytes()))
     assert check(path).faults == faults
@@ -62,12 +67,16 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     lines[20_001] = b"what is this?"
     path.write_bytes(b"\n".join(lines))
     cells = "got 1 cells, allowed: 9"
-    with pytest.raises(RecordingError, match=f"run.csv, line 20002: {cells}: damaged; palpate check"):
+    with pytest.raises(
+        RecordingError, match=f"run.csv, line 20002: {cells}: damaged; palpate check"
+    ):
         read(path)
     report = check(path)
     found = [(place.line, place.rows_before, place.reason) for place in report.damaged]
     assert found == [(20_002, 20_000, cells)]
-    assert f"damaged: line 20002, 14 bytes ({cells}); 20000 rows before, 9999 after" in report.faults
+    assert (
+        f"damaged: line 20002, 14 bytes ({cells}); 20000 rows before, 9999 after" in report.faults
+    )
 
 
 def _sidecar(device: str, marks: str = "") -> str:
@@ -83,7 +92,9 @@ def _sidecar(device: str, marks: str = "") -> str:
         (_sidecar('{"period_s": "fast"}'), "period_s: got 'fast', allowed: 0 to 1e+06, s"),
     ],
 )
-def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:
+def test_a_broken_sidecar_does_not_keep_the_rows_back(
+    tmp_path: Path, text: str, message: str
+) -> None:
     path = five(tmp_path)
     path.with_suffix(".json").write_text(text)
     [fault] = check(path).faults
@@ -126,7 +137,11 @@ def test_a_sidecar_that_was_edited_is_told(tmp_path: Path) -> None:
     recording, report = read(path), check(path)
     assert (recording.full_scale_pF, report.faults) == (8, recording.doubts)
     [doubt] = recording.doubts
-    assert doubt.startswith("the sidecar was changed after it was written (its checksum differs): device, settings")
+    assert doubt.startswith(
+        "the sidecar was changed after it was written (its checksum differs): device, settings"
+    )
     assert doubt.endswith("; the rows agree with the checksum in it: take the sidecar from a copy")
     assert (report.verified, report.changed) == (5, True)
-    assert check(path, repair=True).faults[-1].startswith("not repaired: only the sidecar was changed")
+    assert (
+        check(path, repair=True).faults[-1].startswith("not repaired: only the sidecar was changed")
+    )

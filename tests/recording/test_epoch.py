@@ -52,7 +52,9 @@ def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
     for path, recording in zip(paths, recordings, strict=True):
         known = np.isfinite(recording.hard)  # a computer that stops may have lost some
         assert known.any()
-        assert np.abs(recording.utc_ns - told_utc_ns(recording, path, zero_s))[known].max() < 5_000_000
+        assert (
+            np.abs(recording.utc_ns - told_utc_ns(recording, path, zero_s))[known].max() < 5_000_000
+        )
     assert (np.diff(np.concatenate([recording.utc_ns for recording in recordings])) > 0).all()
 
 

@@ -35,7 +35,10 @@ def _has_such() -> None:
 READERS: dict[str, tuple[Callable[[Path], object], type[Exception]]] = {
     "check": (palpate.check, RecordingError),
     "read": (palpate.read, RecordingError),
-    "read, columns": (lambda path: palpate.read(path, columns={"hard": 1, "soft": 2}), RecordingError),
+    "read, columns": (
+        lambda path: palpate.read(path, columns={"hard": 1, "soft": 2}),
+        RecordingError,
+    ),
     "open": (lambda path: palpate.open(str(path)), RecordingError),
     "calibration": (Calibration.load, CalibrationError),
     "moduli": (read_moduli, CalibrationError),
@@ -43,10 +46,14 @@ READERS: dict[str, tuple[Callable[[Path], object], type[Exception]]] = {
 }
 
 
-@pytest.mark.parametrize(("reader", "kind"), [*((reader, "pipe") for reader in READERS), ("read", "folder")])
+@pytest.mark.parametrize(
+    ("reader", "kind"), [*((reader, "pipe") for reader in READERS), ("read", "folder")]
+)
 def test_no_reader_waits(reader: str, kind: str, tmp_path: Path) -> None:
     read, error = READERS[reader]
-    with pytest.raises(error, match={"folder": "Is a directory", "pipe": "a pipe, not a file"}[kind]):
+    with pytest.raises(
+        error, match={"folder": "Is a directory", "pipe": "a pipe, not a file"}[kind]
+    ):
         read(node(tmp_path, kind))
 
 
@@ -63,13 +70,20 @@ def test_what_is_replaced(tmp_path: Path) -> None:
         assert stat.S_IMODE(path.stat().st_mode) == 0o640  # as the umask says
         path.chmod(0o4604)
         write(path, b"newer")
-        assert (path.read_bytes(), stat.S_IMODE(path.stat().st_mode)) == (b"newer", 0o604)  # as before, but no set-id
+        assert (path.read_bytes(), stat.S_IMODE(path.stat().st_mode)) == (
+            b"newer",
+            0o604,
+        )  # as before, but no set-id
         other.write_bytes(b"other")
         other.chmod(0o666)
         path.unlink()
         path.symlink_to(other)
         write(path)  # the link is replaced; what it pointed to, and its permissions, stay apart
-        assert (path.is_symlink(), path.read_bytes(), other.read_bytes()) == (False, b"new", b"other")
+        assert (path.is_symlink(), path.read_bytes(), other.read_bytes()) == (
+            False,
+            b"new",
+            b"other",
+        )
         assert stat.S_IMODE(path.stat().st_mode) == 0o640
     finally:
         os.umask(before)
@@ -102,7 +116,9 @@ def test_an_error_leaves_the_old_file(tmp_path: Path) -> None:
     assert missing.value.filename == str(tmp_path / "nowhere" / "a")
 
 
-def test_a_file_is_synced_before_and_after_it_gets_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_is_synced_before_and_after_it_gets_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """On FAT the name stands for an empty file until the file is synced once more; then the folder."""
     path, sync = tmp_path / "a", os.fsync
     path.write_bytes(b"old")

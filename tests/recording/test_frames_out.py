@@ -27,10 +27,17 @@ RICH = dataclasses.replace(
     doubts=(),
 )
 HOLED = Recording(
-    PLAY.t_hard_s, PLAY.t_soft_s, np.where(np.arange(len(PLAY.hard)) % 50 == 7, np.nan, PLAY.hard), PLAY.soft
+    PLAY.t_hard_s,
+    PLAY.t_soft_s,
+    np.where(np.arange(len(PLAY.hard)) % 50 == 7, np.nan, PLAY.hard),
+    PLAY.soft,
 )
 UNTIMED = Recording(
-    np.full(len(PLAY.hard), np.nan), np.full(len(PLAY.hard), np.nan), PLAY.hard, PLAY.soft, zero_utc_ns=5
+    np.full(len(PLAY.hard), np.nan),
+    np.full(len(PLAY.hard), np.nan),
+    PLAY.hard,
+    PLAY.soft,
+    zero_utc_ns=5,
 )
 OUT: dict[str, Callable[[Recording], Any]] = {
     "to_arrow": Recording.to_arrow,
@@ -44,7 +51,9 @@ if hasattr(pd.DataFrame, "from_arrow"):  # since pandas 3
 FIELDS = ("full_scale_pF", "host_stamps", "gap_rows")
 
 
-@pytest.mark.parametrize("recording", [PLAIN, RICH, HOLED, UNTIMED], ids=["plain", "rich", "holed", "untimed"])
+@pytest.mark.parametrize(
+    "recording", [PLAIN, RICH, HOLED, UNTIMED], ids=["plain", "rich", "holed", "untimed"]
+)
 @pytest.mark.parametrize("out", OUT)
 def test_a_recording_comes_back_with_the_same_bits(recording: Recording, out: str) -> None:
     back = palpate.read(OUT[out](recording))
@@ -110,7 +119,9 @@ def test_wrong_cells_of_an_own_frame_are_refused(frame: pd.DataFrame, message: s
 
 @pytest.mark.parametrize("recording", [PLAIN, RICH, HOLED], ids=["plain", "rich", "holed"])
 @pytest.mark.parametrize("way", ["csv", "frame of csv", "xlsx", "parquet"])
-def test_a_frame_in_a_file_is_the_same_recording(recording: Recording, way: str, tmp_path: Path) -> None:
+def test_a_frame_in_a_file_is_the_same_recording(
+    recording: Recording, way: str, tmp_path: Path
+) -> None:
     frame, path = recording.to_pandas(), tmp_path / f"frame.{way.split()[-1]}"
     if way == "parquet":
         parquet.write_table(recording.to_arrow(), path)
@@ -128,8 +139,14 @@ def test_a_frame_in_a_file_is_the_same_recording(recording: Recording, way: str,
 def test_the_status_of_rows_in_a_frame_is_heeded() -> None:
     rows = pd.read_csv("tests/data/four-specimens.csv")
     found = palpate.read(rows)
-    assert np.allclose(found.hard, PLAIN.hard, rtol=0, atol=1e-6)  # the text has fewer digits than the codes
-    assert [touch.start for touch in palpate.touches(rows)] == [touch.start for touch in palpate.touches(PLAIN)] != []
+    assert np.allclose(
+        found.hard, PLAIN.hard, rtol=0, atol=1e-6
+    )  # the text has fewer digits than the codes
+    assert (
+        [touch.start for touch in palpate.touches(rows)]
+        == [touch.start for touch in palpate.touches(PLAIN)]
+        != []
+    )
     rows["status"] = np.where(MIDDLE, 4, 0)
     found = palpate.read(rows)
     assert np.isnan(found.hard).tolist() == MIDDLE.tolist()

@@ -40,7 +40,9 @@ def test_killed_at_random_moments(tmp_path: Path, tally: Tally) -> None:
     moments = random_of("killed")
     for number in range(MOMENTS):
         path = tmp_path / f"{number}.csv"
-        with subprocess.Popen([sys.executable, "-c", ENDLESS, str(path)], stdout=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            [sys.executable, "-c", ENDLESS, str(path)], stdout=subprocess.PIPE, text=True
+        ) as process:
             assert process.stdout
             said = process.stdout.readline()
             time.sleep(moments.uniform(0, 1.5))

@@ -93,7 +93,9 @@ class Life(RuleBasedStateMachine):
     @rule()
     def fail_to_sync(self) -> None:
         """After the first error nothing is written: nobody knows what is on the disk."""
-        with mock.patch.object(writer, "to_disk", side_effect=OSError(errno.EIO, "Input/output error")):
+        with mock.patch.object(
+            writer, "to_disk", side_effect=OSError(errno.EIO, "Input/output error")
+        ):
             self.sync()
         self.write(1)
         assert self.writer.error
@@ -128,7 +130,9 @@ class Life(RuleBasedStateMachine):
 
     @WRITING
     @rule(
-        end=st.sampled_from(["close", "kill", "cut power"]), share=st.floats(0, 1), zeros=st.sampled_from([0, 1, 4096])
+        end=st.sampled_from(["close", "kill", "cut power"]),
+        share=st.floats(0, 1),
+        zeros=st.sampled_from([0, 1, 4096]),
     )
     def end(self, end: str, share: float, zeros: int) -> None:
         """End by a close, a kill while a row is written, or a power cut: of what was not synced any part is left."""
@@ -179,7 +183,11 @@ class Life(RuleBasedStateMachine):
         assert not (agreed and report.damaged)
         if after["run.csv"] != data:
             assert agreed or len(data.rstrip(b"\0")) - len(after["run.csv"]) < 256
-            [new] = [name for name in after if name not in before and name.startswith("run.csv.unrepaired")]
+            [new] = [
+                name
+                for name in after
+                if name not in before and name.startswith("run.csv.unrepaired")
+            ]
             assert after[new] == data
         self.kept |= {name: content for name, content in after.items() if "repaired" in name}
         assert self.kept.items() <= after.items()
@@ -200,11 +208,17 @@ class Life(RuleBasedStateMachine):
         again = recorded(self.path)
         palpate.touches(again)
         assert (again.notes, again.doubts) == (recording.notes, recording.doubts)
-        assert len(recording.hard) == report.survey.rows >= len(survivors(data, rows_of(self.rows + 1)))
+        assert (
+            len(recording.hard)
+            == report.survey.rows
+            >= len(survivors(data, rows_of(self.rows + 1)))
+        )
         if not data.startswith(self.synced):
             assert recording.doubts
         elif recording.doubts:
-            assert any(re.search("before the repair|written|cut off", text) for text in recording.doubts)
+            assert any(
+                re.search("before the repair|written|cut off", text) for text in recording.doubts
+            )
         assert report.verified == 0 or all("cut off" in text for text in recording.doubts)
         assert not report.clean or data == self.synced
 

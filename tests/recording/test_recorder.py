@@ -21,19 +21,26 @@ from palpate.recording.writer import is_locked, lock, unlock
 from palpate.stream import stream as stream_module
 from recording_bench import document, sample, soon
 
-PLAN = Plan("Monday", "N. N.", (Specimen("30 OO", 0.143, 4),), (Entry(0.5, "30 OO"),), (Note(1.0, "warm"),))
+PLAN = Plan(
+    "Monday", "N. N.", (Specimen("30 OO", 0.143, 4),), (Entry(0.5, "30 OO"),), (Note(1.0, "warm"),)
+)
 
 
 def test_what_the_pages_promise() -> None:
     """A write each 0.1 s, a sync each second, room for a disk that hangs, and for a consumer that is late."""
     assert (stream_module._LAG_S, stream_module._LEAST) == (1.0, 4096)
     assert (FLUSH_S, SYNC_S, CAPACITY) == (0.1, 1.0, 32768)
-    assert (recorder_module.capacity_for({"period_s": 1e-5}), sidecar.LARGEST) == (300_000, 4_000_000)
+    assert (recorder_module.capacity_for({"period_s": 1e-5}), sidecar.LARGEST) == (
+        300_000,
+        4_000_000,
+    )
 
 
 def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    recorder = Recorder(path, {"name": "x", "full_scale_pF": float("inf")}, {"scene": "paper"}, ["first"])
+    recorder = Recorder(
+        path, {"name": "x", "full_scale_pF": float("inf")}, {"scene": "paper"}, ["first"]
+    )
     before = document(path)
     assert "end" not in before
     assert (before["settings"], before["notes"]) == ({"scene": "paper"}, ["first"])
@@ -53,7 +60,12 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     assert not is_locked(path)
     data = path.read_bytes()
     written = {"rows": 100, "bytes": len(data), "crc32": zlib.crc32(data)}
-    assert document(path)["end"] == {**written, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    assert document(path)["end"] == {
+        **written,
+        "dropped": 0,
+        "clean": True,
+        "counters": {"read": 100},
+    }
     assert "checkpoint" not in document(path)  # the end says the same
     assert path.read_text().startswith(HEADER)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
@@ -67,20 +79,25 @@ def test_nothing_is_overwritten(tmp_path: Path, there: str) -> None:
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [(there, "precious")]
 
 
-def test_marks_notes_and_session_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_marks_notes_and_session_have_a_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Beyond it an error, and the recording goes on; the sidecar can be read."""
     monkeypatch.setattr(writer_module, "_MOST_BYTES", 5000)
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {}, {}, ["first"])
     recorder.mark("0", sample(0))
     with pytest.raises(
-        ValueError, match=r"^marks: got \d+ bytes of sidecar with them, allowed: 5000; begin another one$"
+        ValueError,
+        match=r"^marks: got \d+ bytes of sidecar with them, allowed: 5000; begin another one$",
     ):
         recorder.mark("1" * 5000, None)
     with pytest.raises(ValueError, match=r"^notes: got \d+ bytes"):
         recorder.note("1" * 5000)
     recorder.session(PLAN)
-    with pytest.raises(ValueError, match=r"session: got \d+ bytes of sidecar with them, allowed: 5000"):
+    with pytest.raises(
+        ValueError, match=r"session: got \d+ bytes of sidecar with them, allowed: 5000"
+    ):
         recorder.session(Plan(touches=tuple(Entry(float(at), "30 OO") for at in range(200))))
     with pytest.raises(ValueError, match=r"^notes: got \d+ bytes"):
         Recorder(tmp_path / "other.csv", {}, {}, ["note" * 1500])
@@ -93,7 +110,9 @@ def test_marks_notes_and_session_have_a_limit(tmp_path: Path, monkeypatch: pytes
     assert plan_of(document(path)) == PLAN
 
 
-def test_an_error_ends_the_recording_and_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_ends_the_recording_and_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, fail = tmp_path / "run.csv", Mock(side_effect=MemoryError("no more"))
     recorder = Recorder(path, {}, {}, [])
     monkeypatch.setattr(writer_module, "write", fail)
@@ -105,11 +124,15 @@ def test_an_error_ends_the_recording_and_is_said(tmp_path: Path, monkeypatch: py
     end, report = document(path)["end"], check(path)
     assert (recorder.rows, end["rows"], recorder.dropped, end["dropped"]) == (0, 0, 500, 500)
     assert (report.survey.rows, report.clean) == (0, False)
-    assert any("the recorder stopped with an error" in fault and said in fault for fault in report.faults)
+    assert any(
+        "the recorder stopped with an error" in fault and said in fault for fault in report.faults
+    )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed on this system")
-def test_a_file_that_is_removed_is_an_error_within_2_s_also_without_a_sample(tmp_path: Path) -> None:
+def test_a_file_that_is_removed_is_an_error_within_2_s_also_without_a_sample(
+    tmp_path: Path,
+) -> None:
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
     recorder.path.unlink()
     begun = time.monotonic()
@@ -118,7 +141,9 @@ def test_a_file_that_is_removed_is_an_error_within_2_s_also_without_a_sample(tmp
     recorder.close()
 
 
-def test_a_checkpoint_that_hangs_delays_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkpoint_that_hangs_delays_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The source goes on while the disk does not answer; then all of its rows are written."""
     monkeypatch.setattr(recorder_module, "SYNC_S", 0.0)
     hangs, hung, sync = Event(), Event(), os.fsync
@@ -141,16 +166,26 @@ def test_a_checkpoint_that_hangs_delays_nobody(tmp_path: Path, monkeypatch: pyte
     assert check(tmp_path / "run.csv").clean
 
 
-def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sidecar_that_cannot_be_written_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
-    monkeypatch.setattr(writer_module, "replacing", Mock(side_effect=OSError(errno.EIO, os.strerror(errno.EIO))))
-    for step in (lambda: recorder.note("lost"), recorder.close, lambda: Recorder(tmp_path / "other.csv", {}, {}, [])):
+    monkeypatch.setattr(
+        writer_module, "replacing", Mock(side_effect=OSError(errno.EIO, os.strerror(errno.EIO)))
+    )
+    for step in (
+        lambda: recorder.note("lost"),
+        recorder.close,
+        lambda: Recorder(tmp_path / "other.csv", {}, {}, []),
+    ):
         with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
             step()
     assert not (tmp_path / "other.csv").exists()
 
 
-def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Also when no row comes, and when the process is killed after it; it can be amended after the end."""
     monkeypatch.setattr(recorder_module, "SYNC_S", 0.02)
     path, other = tmp_path / "run.csv", Plan("Tuesday")
@@ -205,7 +240,9 @@ def test_a_mark_may_be_earlier_and_be_renamed(tmp_path: Path) -> None:
     assert read(path).marks[1] == (2.0, "named")
 
 
-def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_one_is_refused_and_readers_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A writer waits for a reader that asks in between."""
     path = tmp_path / "run.csv"
     path.write_bytes(b"x")
@@ -224,7 +261,9 @@ def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path, monkeypatch
         unlock(first)
 
 
-def test_a_file_system_without_locks_takes_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_system_without_locks_takes_a_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def none(*_: object, shared: bool) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 

@@ -26,12 +26,23 @@ def test_zeros_in_the_middle_cost_the_rows_that_they_hit(tmp_path: Path) -> None
     with pytest.raises(RecordingError, match=rf"line {place.line}: .*palpate check --repair"):
         read(path)
     refused = check(path, repair=True)
-    assert refused.faults[-1].startswith(f"not repaired: {place.bytes:,} damaged bytes would be taken out")
+    assert refused.faults[-1].startswith(
+        f"not repaired: {place.bytes:,} damaged bytes would be taken out"
+    )
     repaired, again = check(path, repair=True, remove_damage=True), read(path)
-    assert (repaired.survey.rows, repaired.survey.gaps, repaired.verified) == (report.survey.rows, 1, 0)
-    [doubt] = again.doubts  # the checkpoint was of rows that are gone: the new checksum must not hide it
+    assert (repaired.survey.rows, repaired.survey.gaps, repaired.verified) == (
+        report.survey.rows,
+        1,
+        0,
+    )
+    [doubt] = (
+        again.doubts
+    )  # the checkpoint was of rows that are gone: the new checksum must not hide it
     assert doubt.startswith("before the repair: the rows were changed after they were written")
-    assert any(note.startswith(f"repaired: removed {place.bytes} bytes of 1 damaged place") for note in again.notes)
+    assert any(
+        note.startswith(f"repaired: removed {place.bytes} bytes of 1 damaged place")
+        for note in again.notes
+    )
 
 
 def test_a_torn_row_is_removed_without_a_question_and_verified_rows_stay_so(tmp_path: Path) -> None:
@@ -39,17 +50,26 @@ def test_a_torn_row_is_removed_without_a_question_and_verified_rows_stay_so(tmp_
     assert check(path).verified == SYNCED
     report = check(path, repair=True)
     assert (report.faults, report.verified, report.survey.rows) == ((), SYNCED, ROWS)
-    removed = "repaired: removed 17 bytes of an incomplete row (the file before: run.csv.unrepaired)"
+    removed = (
+        "repaired: removed 17 bytes of an incomplete row (the file before: run.csv.unrepaired)"
+    )
     assert report.findings == (f"{removed}; 50 of 60 rows are verified",)
     assert check(path, repair=True) == report
-    assert sorted(contents(tmp_path)) == ["run.csv", "run.csv.unrepaired", "run.json", "run.json.unrepaired"]
+    assert sorted(contents(tmp_path)) == [
+        "run.csv",
+        "run.csv.unrepaired",
+        "run.json",
+        "run.json.unrepaired",
+    ]
 
 
 def test_a_cut_table_without_a_sidecar_is_one_fault(tmp_path: Path) -> None:
     path = killed(tmp_path / "run.csv", ROWS, SYNCED, torn=49)
     path.with_suffix(".json").unlink()
     [_, fault] = check(path, repair=True).faults
-    refused = "not repaired: the other lines are rows, and what the sidecar said cannot be known again"
+    refused = (
+        "not repaired: the other lines are rows, and what the sidecar said cannot be known again"
+    )
     assert fault == f"the last row is cut off: its 49 bytes are left out; {refused}"
 
 
@@ -61,6 +81,8 @@ def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> 
     with path.open("ab") as file:
         file.write(b"more")
     before = contents(tmp_path)
-    with pytest.raises(RecordingError, match="it has changed in the meantime; all files are as they were"):
+    with pytest.raises(
+        RecordingError, match="it has changed in the meantime; all files are as they were"
+    ):
         verification.repair_files(recording, [])  # type: ignore[arg-type]
     assert contents(tmp_path) == before

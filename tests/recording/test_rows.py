@@ -25,10 +25,14 @@ def drawn(rng: random.Random, count: int) -> Block:
     late = rng.choice([10**3, 10**9, 10**13, 2**62])
     for row in block:
         for name in ("t_hard_ns", "t_soft_ns"):
-            row[name] = rng.choice([rng.randrange(late), -rng.randrange(late), 26_000_000 * rng.randrange(10**6)])
+            row[name] = rng.choice(
+                [rng.randrange(late), -rng.randrange(late), 26_000_000 * rng.randrange(10**6)]
+            )
         for name in ("hard", "soft"):
             code = row[f"{name}_raw"] = rng.choice([-1, rng.randrange(2**24), rng.randrange(2**31)])
-            value = rng.choice([rng.gauss(0, 10.0 ** rng.randint(-30, 30)), round(rng.uniform(-9, 9), 6), *ODD])
+            value = rng.choice(
+                [rng.gauss(0, 10.0 ** rng.randint(-30, 30)), round(rng.uniform(-9, 9), 6), *ODD]
+            )
             row[name] = Codes().pF(code) if 0 <= code < 2**24 else value
         row["seq"], row["status"] = rng.randrange(10 ** rng.randint(1, 18)), rng.randrange(9)
         row["t_uncertainty_us"] = rng.choice([-1, rng.randrange(1000), rng.randrange(2**31)])
@@ -67,10 +71,20 @@ def test_the_bytes_of_rows(tally: Tally) -> None:
             block[name][np.isinf(block[name])] = math.nan
         again = parse_rows(format_rows(block), COLUMNS, None)  # the values as they are written
         assert all(
-            again[name].tobytes() == block[name].tobytes() for name in again.dtype.names or () if "raw" not in name
+            again[name].tobytes() == block[name].tobytes()
+            for name in again.dtype.names or ()
+            if "raw" not in name
         )
     ends = np.zeros(2, DTYPE)
-    for name in ("seq", "t_hard_ns", "t_soft_ns", "hard_raw", "soft_raw", "t_uncertainty_us", "status"):
+    for name in (
+        "seq",
+        "t_hard_ns",
+        "t_soft_ns",
+        "hard_raw",
+        "soft_raw",
+        "t_uncertainty_us",
+        "status",
+    ):
         ends[name] = np.iinfo(DTYPE[name]).min, np.iinfo(DTYPE[name]).max
     ends["hard"], ends["soft"] = [-1.7976931348623157e308, -math.inf], [-5e-324, math.nan]
     assert format_rows(ends) == written(ends)
@@ -91,9 +105,17 @@ def test_a_block_is_read_as_python_reads_it_or_a_line_has_a_reason(tally: Tally)
             data = data.replace(b"\n", b"\r\n")
         for _ in range(rng.choice([0, 1, 1, 1, 2])):
             at = rng.randint(0, len(data))
-            data = data[:at] + rng.choice([*PIECES, rng.randbytes(1)]) + data[at + rng.choice([0, 0, 1, 1, 2, 5]) :]
+            data = (
+                data[:at]
+                + rng.choice([*PIECES, rng.randbytes(1)])
+                + data[at + rng.choice([0, 0, 1, 1, 2, 5]) :]
+            )
         tally.count("blocks of rows, damaged or not")
-        lines = [line.removesuffix(b"\r") for line in data.removesuffix(b"\n").split(b"\n")] if data else []
+        lines = (
+            [line.removesuffix(b"\r") for line in data.removesuffix(b"\n").split(b"\n")]
+            if data
+            else []
+        )
         wrong = [line for line in lines if unreadable(line, columns)]
         try:
             found = parse_rows(data, columns, None).tolist()
@@ -119,7 +141,10 @@ def test_rows_of_an_earlier_version(seed: int) -> None:
     [after] = samples_of(parse_rows(earlier, EARLIER))
     assert np.array_equal(after[:5], sample[:5])
     assert after[7:] == (sample.status, -1)
-    assert None not in (unreadable(line, EARLIER), *(unreadable(line[:length]) for length in range(len(line))))
+    assert None not in (
+        unreadable(line, EARLIER),
+        *(unreadable(line[:length]) for length in range(len(line))),
+    )
 
 
 @pytest.mark.parametrize(
@@ -133,10 +158,19 @@ def test_rows_of_an_earlier_version(seed: int) -> None:
     ],
 )
 def test_what_is_wrong_with_a_row(column: str, cell: str) -> None:
-    cells = dict(zip(COLUMNS, ["7", "0.5", "0.6", "8388608", "8388608", "0.0", "0.0", "150", "0"], strict=True))
+    cells = dict(
+        zip(
+            COLUMNS,
+            ["7", "0.5", "0.6", "8388608", "8388608", "0.0", "0.0", "150", "0"],
+            strict=True,
+        )
+    )
     good = ",".join(cells.values()).encode()
     bad = ",".join({**cells, column: cell}.values()).encode()
     with pytest.raises(ValueError, match="a line is not a row"):
         parse_rows(b"\n".join([good, bad, good]))
     said = f"'{cell}' is not a valid value for column {column}"
-    assert (unreadable(good), unreadable(bad)) == (None, "got 10 cells, allowed: 9" if "," in cell else said)
+    assert (unreadable(good), unreadable(bad)) == (
+        None,
+        "got 10 cells, allowed: 9" if "," in cell else said,
+    )

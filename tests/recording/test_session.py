@@ -40,9 +40,18 @@ def test_a_plan_comes_back_from_a_sidecar(tmp_path: Path) -> None:
         ([], "session: got [], allowed: names and values"),
         ({"title": 1}, "session: title: got 1, allowed: a text of 0 to 200 characters"),
         ({"specimens": ["gel"]}, "session: specimens, 1: got 'gel', allowed: names and values"),
-        ({"specimens": [{"name": "gel"}] * 2}, "session: specimens: got 'gel' twice, allowed: each name once"),
-        ({"specimens": [{"name": "gel", "modulus_MPa": 0}]}, "modulus_MPa: got 0, allowed: a number above 0, or null"),
-        ({"specimens": [{"name": "gel", "wanted": 100}]}, "wanted: got 100, allowed: an integer from 1 to 99"),
+        (
+            {"specimens": [{"name": "gel"}] * 2},
+            "session: specimens: got 'gel' twice, allowed: each name once",
+        ),
+        (
+            {"specimens": [{"name": "gel", "modulus_MPa": 0}]},
+            "modulus_MPa: got 0, allowed: a number above 0, or null",
+        ),
+        (
+            {"specimens": [{"name": "gel", "wanted": 100}]},
+            "wanted: got 100, allowed: an integer from 1 to 99",
+        ),
         ({"touches": [{"start_s": True}]}, "start_s: got True, allowed: a finite number, s"),
         ({"notes": [{"t_s": 1.0, "text": 5}]}, "session: notes, 1: text: got 5"),
     ],
@@ -65,7 +74,9 @@ def test_an_entry_belongs_to_the_touch_it_is_nearest_to(touches: Touches) -> Non
 
 def test_an_entry_farther_than_a_length_is_of_no_touch(touches: Touches) -> None:
     length_s = touches[0].samples * PERIOD_S
-    near, far = (Plan(touches=(Entry(touches[0].start_s - share * length_s, "x"),)) for share in (0.99, 1.01))
+    near, far = (
+        Plan(touches=(Entry(touches[0].start_s - share * length_s, "x"),)) for share in (0.99, 1.01)
+    )
     assert near.matched(touches) == [near.touches[0], None, None, None]
     assert far.matched(touches) == [None] * 4
     assert far.matched(touches, period_s=2 * PERIOD_S) == [far.touches[0], None, None, None]

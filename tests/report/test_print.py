@@ -20,9 +20,18 @@ LONG = "of a name that is very long and has_no_place_to_break_at_all" * 2
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a report with everything in it, and a name that is too long."""
-    folder, path = made_once(tmp_path_factory, "report", recorded), tmp_path_factory.mktemp("print") / "r.html"
+    folder, path = (
+        made_once(tmp_path_factory, "report", recorded),
+        tmp_path_factory.mktemp("print") / "r.html",
+    )
     files = [*specimens(folder), with_session(path.with_name("odd.csv"), odd=f" {LONG[:60]}")]
-    report.write(path, files, folder / "probe.toml", moduli=folder / "ten" / "moduli.csv", title=f"gel {LONG}")
+    report.write(
+        path,
+        files,
+        folder / "probe.toml",
+        moduli=folder / "ten" / "moduli.csv",
+        title=f"gel {LONG}",
+    )
     return path
 
 
@@ -34,7 +43,9 @@ def driver(page: Path, chromium: Browser) -> Iterator[Any]:
     chromium.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
-def show(driver: Any, width: int, height: int = 900, scheme: str = "light", media: str = "") -> None:
+def show(
+    driver: Any, width: int, height: int = 900, scheme: str = "light", media: str = ""
+) -> None:
     """Set the size of the window in CSS pixels, the colours that the system asks for, and the medium."""
     driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
@@ -48,7 +59,9 @@ def show(driver: Any, width: int, height: int = 900, scheme: str = "light", medi
 def test_each_text_can_be_read(driver: Any, scheme: str) -> None:
     show(driver, 1280, scheme=scheme)
     assert page_looks.audit(driver) == []
-    ground = driver.execute_script("return getComputedStyle(document.documentElement).backgroundColor")
+    ground = driver.execute_script(
+        "return getComputedStyle(document.documentElement).backgroundColor"
+    )
     assert ground == {"light": "rgb(255, 255, 255)", "dark": "rgb(29, 33, 37)"}[scheme]
 
 
@@ -68,9 +81,14 @@ def test_no_scrolling_to_the_side(driver: Any, width: int) -> None:
 
 def test_it_prints_on_a4(driver: Any) -> None:
     show(driver, 1280)
-    printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})
+    printed = driver.execute_cdp_cmd(
+        "Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True}
+    )
     data = base64.b64decode(printed["data"])
-    boxes = {tuple(map(round, map(float, box))) for box in re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", data)}
+    boxes = {
+        tuple(map(round, map(float, box)))
+        for box in re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", data)
+    }
     assert boxes == {(595, 842)}  # points
     assert 3 <= data.count(b"/Type /Page\n") <= 8
 
@@ -80,7 +98,11 @@ def test_nothing_is_asked_for(driver: Any, page: Path) -> None:
     driver.get_log("browser")
     driver.get(page.as_uri())
     sent = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
-    asked = [one["params"]["request"]["url"] for one in sent if one["method"] == "Network.requestWillBeSent"]
+    asked = [
+        one["params"]["request"]["url"]
+        for one in sent
+        if one["method"] == "Network.requestWillBeSent"
+    ]
     assert asked == [page.as_uri()]
     assert driver.get_log("browser") == []
     assert driver.execute_script("return performance.getEntriesByType('resource').length") == 0

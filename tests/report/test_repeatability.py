@@ -8,7 +8,14 @@ from effort import draws
 from palpate.report.repeatability import repeatability
 
 # Shrout and Fleiss (1979), Table 2: six targets, four judges.
-SHROUT_FLEISS = [[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]]
+SHROUT_FLEISS = [
+    [9, 2, 5, 8],
+    [6, 1, 3, 2],
+    [8, 4, 6, 8],
+    [7, 1, 2, 6],
+    [10, 5, 6, 9],
+    [6, 2, 4, 7],
+]
 
 
 def test_the_example_of_shrout_and_fleiss() -> None:
@@ -18,7 +25,12 @@ def test_the_example_of_shrout_and_fleiss() -> None:
     freedom), by the formula in Shrout and Fleiss, and in McGraw and Wong (1996), Table 7.
     """
     found = repeatability(SHROUT_FLEISS)
-    assert (found.specimens, found.touches, found.within_freedom, found.per_specimen) == (6, 24, 18, 4)
+    assert (found.specimens, found.touches, found.within_freedom, found.per_specimen) == (
+        6,
+        24,
+        18,
+        4,
+    )
     assert round(found.between, 2) == 11.24
     assert round(found.within, 2) == 6.26
     assert round(found.icc, 2) == 0.17
@@ -44,20 +56,30 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
         within.append(found.within)
         between.append((found.between - found.within) / found.per_specimen)
     assert abs(held / count - 0.95) < 5 * (0.0475 / count) ** 0.5 + 0.01
-    for values, true in ((within, 1.0), (between, 4.0)):  # both estimates of a variance have no bias
+    for values, true in (
+        (within, 1.0),
+        (between, 4.0),
+    ):  # both estimates of a variance have no bias
         assert abs(np.mean(values) - true) < 5 * np.std(values) / count**0.5
 
 
 @pytest.mark.parametrize(
     ("groups", "freedom", "error", "icc"),
     [
-        ([[0.0, 1.0], [1.1, 0.0], [0.1, 0.9]], 3, 0.689, -0.993),  # specimens differ by less than their touches scatter
+        (
+            [[0.0, 1.0], [1.1, 0.0], [0.1, 0.9]],
+            3,
+            0.689,
+            -0.993,
+        ),  # specimens differ by less than their touches scatter
         ([[1.0, 1.1, 0.9]], 2, 0.1, math.nan),
         ([[1.0, 1.0], [2.0, 2.0], []], 2, 0.0, 1.0),
         ([[1.0]], 0, math.nan, math.nan),
     ],
 )
-def test_what_cannot_be_known_is_nan(groups: list[list[float]], freedom: int, error: float, icc: float) -> None:
+def test_what_cannot_be_known_is_nan(
+    groups: list[list[float]], freedom: int, error: float, icc: float
+) -> None:
     found = repeatability(groups)
     assert found.within_freedom == freedom
     assert (found.error, found.icc) == pytest.approx((error, icc), abs=0.01, nan_ok=True)

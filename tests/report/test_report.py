@@ -29,7 +29,10 @@ class Page:
         every = page.find_all(True)
         self.tags = {tag.name for tag in every}
         self.refers = [
-            name for tag in every for name in tag.attrs if re.match(r"on|(src|href|srcset|data|action)$", name)
+            name
+            for tag in every
+            for name in tag.attrs
+            if re.match(r"on|(src|href|srcset|data|action)$", name)
         ]
         self.text, self.rows, section = {"": ""}, dict[str, list[list[str]]]({"": []}), ""
         for part in page.select("body > *"):
@@ -38,7 +41,9 @@ class Page:
                 self.text[section], self.rows[section] = "", []
             self.text[section] += part.get_text(" ")
             self.rows[section] += [[cell.text for cell in row(["td", "th"])] for row in part("tr")]
-            self.rows[section] += [[name.text, value.text] for name, value in zip(part("dt"), part("dd"), strict=True)]
+            self.rows[section] += [
+                [name.text, value.text] for name, value in zip(part("dt"), part("dd"), strict=True)
+            ]
 
     def row(self, section: str, first: str) -> list[str]:
         """Return the only row of a section that begins with a text."""
@@ -66,7 +71,9 @@ def ten(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Page:
 
 
 def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
-    replayed = document("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
+    replayed = document(
+        "replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml"
+    )
     value, _, interval = replayed["modulus_of_mean"]["text"].partition(" (")
     row = ten.row("Results", "gel")
     assert row[:3] == ["gel", value.removesuffix(" MPa"), interval.rstrip(")")]
@@ -85,13 +92,19 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     assert re.search(r"3\d of these touches are data of the calibration itself", ten.text[""])
     numbers = [row[0] for row in ten.rows["Every touch"] if row and row[0].isdigit()]
     assert numbers == [str(number) for number in range(1, 45)]
-    left = [row[1] for row in ten.rows["Every touch"] if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")]
+    left = [
+        row[1]
+        for row in ten.rows["Every touch"]
+        if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")
+    ]
     assert ["offset: " in reason for reason in left] == [True]
     assert "43 of 44 touches are kept; 1 is left out" in ten.text[""]
     *parts, whole, of_modulus = map(float, ten.row("Uncertainty, in words", "gel")[1:])
     assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
     assert parts[2] == pytest.approx(2.9 / 2, rel=0.05)  # of four touches
-    assert of_modulus == pytest.approx(2.04 * whole, rel=0.1)  # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
+    assert of_modulus == pytest.approx(
+        2.04 * whole, rel=0.1
+    )  # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
 
 
 def test_repeatability_of_the_session(folder: Path, ten: Page, tmp_path: Path) -> None:
@@ -115,23 +128,41 @@ def test_the_calibration_is_shown_with_its_data(
     assert "Eq. (2)" in ten.text["Calibration"]
     assert "The curve fits. 10 specimens, 39 values." in ten.text["Calibration"]
     found = palpate.Calibration.load(folder / "probe.toml")
-    values = [value for row in ten.rows["Calibration"] if len(row) == 7 for value in row[6].split(", ")][1:]
+    values = [
+        value for row in ten.rows["Calibration"] if len(row) == 7 for value in row[6].split(", ")
+    ][1:]
     assert sorted(map(float, values)) == pytest.approx(sorted(found.ratios), rel=1e-3)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    given: list[str | Path] = [*specimens(folder), "--moduli", folder / "ten" / "moduli.csv", "-o", tmp_path / "p.toml"]
+    given: list[str | Path] = [
+        *specimens(folder),
+        "--moduli",
+        folder / "ten" / "moduli.csv",
+        "-o",
+        tmp_path / "p.toml",
+    ]
     assert run("calibrate", *given, "--report", tmp_path / "p.html").exit_code == 0
     own = Page(tmp_path / "p.html")
-    assert [row[:2] for row in own.rows["Calibration"]] == [row[:2] for row in ten.rows["Calibration"]]
+    assert [row[:2] for row in own.rows["Calibration"]] == [
+        row[:2] for row in ten.rows["Calibration"]
+    ]
     assert ({"svg"} <= own.tags, own.refers) == (True, [])
 
 
 def test_sources_settings_and_commands(folder: Path, ten: Page) -> None:
     text = ten.text["Sources, and how to do it again"]
-    files = [*specimens(folder), folder / "gel" / "gel.csv", folder / "probe.toml", folder / "ten" / "moduli.csv"]
+    files = [
+        *specimens(folder),
+        folder / "gel" / "gel.csv",
+        folder / "probe.toml",
+        folder / "ten" / "moduli.csv",
+    ]
     for file in [*files, folder / "gel" / "gel.json"]:
         assert hashlib.sha256(file.read_bytes()).hexdigest() in text, file.name
     [command] = [line for line in text.splitlines() if line.strip().startswith("palpate report")]
-    assert "--calibration probe.toml --moduli moduli.csv --operator 'A. Bee' --note 'left hand'" in command
+    assert (
+        "--calibration probe.toml --moduli moduli.csv --operator 'A. Bee' --note 'left hand'"
+        in command
+    )
     assert f"palpate {palpate.__version__}" in ten.text["Device and settings"]
     assert "simulated probe" in ten.text["Device and settings"]
     assert "Simulated data: no probe was used." in ten.text[""]
@@ -142,9 +173,18 @@ def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
     copied(tmp_path / "session.csv", folder / "session.csv")
     shutil.copy(folder / "probe.toml", tmp_path)
     words = ["report", "session.csv", "--calibration", "probe.toml"]
-    subprocess.run([sys.executable, "-m", "palpate", *words], cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, "-m", "palpate", *words], cwd=tmp_path, check=True, capture_output=True
+    )
     page = Page(tmp_path / "session-report.html")
-    made = run("report", tmp_path / "session.csv", *words[2:3], tmp_path / "probe.toml", "-o", tmp_path / "again.html")
+    made = run(
+        "report",
+        tmp_path / "session.csv",
+        *words[2:3],
+        tmp_path / "probe.toml",
+        "-o",
+        tmp_path / "again.html",
+    )
     assert made.exit_code == 0, made.output
     assert (tmp_path / "again.html").read_bytes() == (tmp_path / "session-report.html").read_bytes()
     assert "gel series" in page.text[""]
@@ -152,14 +192,19 @@ def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
     assert "fingerprint 66 cc 5c 90" in page.text[""]
     assert page.row("Results", "30 OO")[8:] == ["1", "1"]
     assert page.row("Results", "30 OO")[3] == "0.143"
-    reasons = [row[1] for row in page.rows["Every touch"] if len(row) == 2 and row[1].startswith(LEFT_OUT)]
+    reasons = [
+        row[1] for row in page.rows["Every touch"] if len(row) == 2 and row[1].startswith(LEFT_OUT)
+    ]
     assert reasons[0] == f"{LEFT_OUT} left out. discarded"
     assert page.row("Every touch", "2")[-1] == "slipped"
     happened = {(row[2], row[3]) for row in page.rows["Recordings"] if len(row) == 4}
     assert {("mark", "slipped"), ("tare", "tare"), ("gap", "unplugged for 2 s"), ("note", "bench 2"), ("note", "bumps wiped")} <= happened  # fmt: skip
     assert "1 touch without a specimen" in page.text["Results"]
     settings = page.rows["Device and settings"]
-    assert [["threshold", "10.0"] in settings, ["temperature_C", "25.00 to 25.00"] in settings] == [True, True]
+    assert [["threshold", "10.0"] in settings, ["temperature_C", "25.00 to 25.00"] in settings] == [
+        True,
+        True,
+    ]
 
 
 def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
@@ -177,7 +222,13 @@ def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
     """A report in kPa has the digits of one in MPa; the begin is in the zone that the recording says."""
     path = copied(tmp_path / "gel.csv", folder / "gel" / "gel.csv")
     zero = 1_763_733_731_000_000_000 - round(float(palpate.read(path).t_hard_s[0]) * 1e9)
-    change(path, {"clock": {"zero_utc_ns": zero, "zero_monotonic_ns": 0}, "started": "2025-11-21T16:02:11+02:00"})
+    change(
+        path,
+        {
+            "clock": {"zero_utc_ns": zero, "zero_monotonic_ns": 0},
+            "started": "2025-11-21T16:02:11+02:00",
+        },
+    )
     given: list[str | Path] = [path, "--calibration", folder / "probe.toml"]
     more = ["--unit", "kPa", "--shore", "--probe", "P3", "--site", "Lab 2"]
     for words, name in (([], "a.html"), (more, "b.html")):
@@ -187,7 +238,9 @@ def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
     value = float(mega.row("Results", "gel")[1])
     row = kilo.row("Results", "gel")
     assert float(row[1]) == pytest.approx(1000 * value, rel=1e-12)
-    assert float(row[2]) == pytest.approx(shore_a_of_modulus(value), abs=0.6)  # of a rounded modulus
+    assert float(row[2]) == pytest.approx(
+        shore_a_of_modulus(value), abs=0.6
+    )  # of a rounded modulus
     assert kilo.rows["Every touch"][0][2:4] == ["kPa", "Shore A"]
     assert ["Probe", "P3"] in kilo.rows[""]
     assert "palpate report gel.csv --calibration probe.toml --probe P3 --site 'Lab 2' --unit kPa --shore" in kilo.text["Sources, and how to do it again"]  # fmt: skip
@@ -207,7 +260,9 @@ def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     name = "gel<img src=x onerror=alert(1)>&'-1.csv" if sys.platform != "win32" else "gel&'-1.csv"
     path = with_session(tmp_path / name, odd=HOSTILE)
-    made = report.write(tmp_path / "r.html", [path], title=f"T {HOSTILE}", operator=HOSTILE, notes=[HOSTILE])
+    made = report.write(
+        tmp_path / "r.html", [path], title=f"T {HOSTILE}", operator=HOSTILE, notes=[HOSTILE]
+    )
     page = Page(tmp_path / "r.html")
     assert page.tags <= {
         "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "i", "sub", "div", "dl", "dt", "dd", "table",
@@ -234,16 +289,25 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
         ([one, one], 2, "got one twice"),
         ([one, "--calibration", one], 4, "not a calibration"),
         ([tmp_path / "table.csv"], 2, "palpate convert"),
-        ([folder / "session.csv", tmp_path / "other.csv"], 4, "30 OO: got 0.2 MPa, allowed: 0.143 MPa"),
+        (
+            [folder / "session.csv", tmp_path / "other.csv"],
+            4,
+            "30 OO: got 0.2 MPa, allowed: 0.143 MPa",
+        ),
     ]
     (tmp_path / "table.csv").write_text("a,b,c\n" + "1,2,3\n" * 20)
     other = copied(tmp_path / "other.csv", folder / "session.csv")
     change(other, {"session": {"specimens": [{"name": "30 OO", "modulus_MPa": 0.2}]}})
     for words, code, said in cases:
         result = run("report", *words, "-o", out)
-        assert (result.exit_code, said in result.stderr, out.exists()) == (code, True, False), result.stderr
+        assert (result.exit_code, said in result.stderr, out.exists()) == (code, True, False), (
+            result.stderr
+        )
     idle = tmp_path / "idle.csv"
-    assert run("record", "sim:four-specimens?speed=1", "-o", idle, "--seconds", "1").exit_code in (0, 5)
+    assert run("record", "sim:four-specimens?speed=1", "-o", idle, "--seconds", "1").exit_code in (
+        0,
+        5,
+    )
     none = run("report", idle, "-o", out)
     assert (none.exit_code, "no touch was found" in none.stderr) == (5, True)
     assert "No touch was found." in out.read_text(encoding="utf-8")
@@ -256,7 +320,10 @@ def test_exit_codes(folder: Path, tmp_path: Path) -> None:
 
 def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) -> None:
     """Of two recordings of the same name, which are told apart."""
-    paths = [copied(tmp_path / day / "gel.csv", folder / "gel" / "gel.csv") for day in ("monday", "tuesday")]
+    paths = [
+        copied(tmp_path / day / "gel.csv", folder / "gel" / "gel.csv")
+        for day in ("monday", "tuesday")
+    ]
     report.write(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text
@@ -264,7 +331,9 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
     assert page.row("Results", "gel")[4] == "8"
     assert all(path.as_posix() in page.text["Recordings"] for path in paths)
     assert "No calibration was given" in page.text[""]
-    assert "% a touch, by the repeated touches of this session:" in page.text["Uncertainty, in words"]
+    assert (
+        "% a touch, by the repeated touches of this session:" in page.text["Uncertainty, in words"]
+    )
 
 
 def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:

@@ -14,7 +14,9 @@ STIFFNESS = 0.3 * (1 - 1 / RATIO) / (1 - 1 / RIGID)
 """Of the soft bump and the object in series, pF/mm, by eq. (2)."""
 
 
-def tilted(along: float, across: float = 0.0, *, tremor: float = 0.05, seed: int = 0, **substrate: Any) -> Simulation:
+def tilted(
+    along: float, across: float = 0.0, *, tremor: float = 0.05, seed: int = 0, **substrate: Any
+) -> Simulation:
     press = Press(2.0, [(0.0, RATIO)], depth_pF=DEPTH_PF, tilt_deg=(along, across))
     return quiet(seed, presses=[press], substrate=Substrate(**substrate), tremor=tremor)
 
@@ -30,7 +32,9 @@ def test_flat_bumps_have_the_same_force_and_an_offset(along: float) -> None:
     # A conversion during which a bump is reached averages a corner.
     both = (hard > 0.02) & (soft > 0.02)
     assert both.sum() > 200
-    assert hard[both] == pytest.approx(RATIO * soft[both] + RATIO * STIFFNESS * gap, abs=4 * STEP_PF)
+    assert hard[both] == pytest.approx(
+        RATIO * soft[both] + RATIO * STIFFNESS * gap, abs=4 * STEP_PF
+    )
     assert (run.true_ratio[both] == RATIO).all()
 
 
@@ -39,7 +43,9 @@ def test_domes_differ_in_depth_by_the_gap() -> None:
     run = tilted(1.0, exponent=1.5, tremor=0.0)
     hard, soft = (change[held(run)] for change in changes(run))
     first, second = changes(tilted(0.0, tremor=0.0))
-    assert hard + soft == pytest.approx(math.cos(math.radians(1)) * (first + second)[held(run)], abs=4 * STEP_PF)
+    assert hard + soft == pytest.approx(
+        math.cos(math.radians(1)) * (first + second)[held(run)], abs=4 * STEP_PF
+    )
     apart = (hard / (RATIO * STIFFNESS)) ** (2 / 3) - (soft / STIFFNESS) ** (2 / 3)
     assert apart == pytest.approx(3.0 * math.tan(math.radians(1)), rel=1e-4)
     force = np.linspace(0, 0.3, 50)  # with one bump in contact, with two, and with none
@@ -51,15 +57,21 @@ def test_domes_differ_in_depth_by_the_gap() -> None:
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 @pytest.mark.parametrize(("misplaced", "unequal"), [(0.0, 0.0), (0.05, 0.0), (-0.05, 0.2)])
-def test_a_split_soft_bump_adds_the_forces_of_its_halves(exponent: float, misplaced: float, unequal: float) -> None:
+def test_a_split_soft_bump_adds_the_forces_of_its_halves(
+    exponent: float, misplaced: float, unequal: float
+) -> None:
     """F1 = r K (d + m g)^s gives d, and then F2 = K sum w (d +- g)^s, a half that is lifted off without force."""
-    split = Substrate(layout="soft-hard-soft", exponent=exponent, misplaced=misplaced, unequal=unequal)
+    split = Substrate(
+        layout="soft-hard-soft", exponent=exponent, misplaced=misplaced, unequal=unequal
+    )
     level, gap = np.linspace(0, DEPTH_PF, 200), 3.0 * math.tan(math.radians(2))
     first, soft = (split.pressed(level, RATIO, 2.0, hard=hard) for hard in (True, False))
     assert RATIO * first + soft == pytest.approx((1 + RATIO) * level, abs=1e-9)
     touches = first > 0
     depth = (first[touches] / STIFFNESS) ** (1 / exponent) - misplaced * gap
-    halves = [np.maximum(depth + side * gap, 0) ** exponent * (1 + side * unequal) / 2 for side in (-1, 1)]
+    halves = [
+        np.maximum(depth + side * gap, 0) ** exponent * (1 + side * unequal) / 2 for side in (-1, 1)
+    ]
     assert soft[touches] == pytest.approx(STIFFNESS * sum(halves), abs=1e-9)
     assert (depth < gap).any()
     if exponent == 1 and not (misplaced or unequal):  # the gap cancels
@@ -68,7 +80,9 @@ def test_a_split_soft_bump_adds_the_forces_of_its_halves(exponent: float, mispla
 
 def test_a_tremor_of_the_angle_moves_force_between_the_bumps() -> None:
     long = Press(0.0, [(0.0, RATIO)], depth_pF=DEPTH_PF, hold_s=60.0)
-    run = quiet(1, presses=[long], duration_s=58.0, tremor=0.0, substrate=Substrate(tremor_deg=0.05))
+    run = quiet(
+        1, presses=[long], duration_s=58.0, tremor=0.0, substrate=Substrate(tremor_deg=0.05)
+    )
     hard, soft = (change[held(run)] for change in changes(run))
     assert hard + soft == pytest.approx((1 + RATIO) * DEPTH_PF, abs=4 * STEP_PF)
     moved = RATIO * STIFFNESS * 3.0 * math.radians(0.05) / (1 + RATIO)
@@ -127,14 +141,19 @@ def test_cross_talk_adds_a_share_of_the_other_channel() -> None:
     run = quiet(bumps=Bumps(cross_talk=0.03), tremor=0.05)
     hard, soft = changes(run)
     touching = soft > 0.1
-    assert hard[touching] / soft[touching] == pytest.approx((RATIO + 0.03) / (1 + 0.03 * RATIO), rel=1e-5)
+    assert hard[touching] / soft[touching] == pytest.approx(
+        (RATIO + 0.03) / (1 + 0.03 * RATIO), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("depth", [0.125, 0.25, 0.5])
 @pytest.mark.parametrize(
-    ("exponent", "quadratic", "reference"), [(0.9, 0.0, 0.25), (1.0, 0.4, 0.5), (1.0, 0.4, 0.0), (1.2, 0.4, 0.25)]
+    ("exponent", "quadratic", "reference"),
+    [(0.9, 0.0, 0.25), (1.0, 0.4, 0.5), (1.0, 0.4, 0.0), (1.2, 0.4, 0.25)],
 )
-def test_a_gauge_is_right_at_its_reference(depth: float, exponent: float, quadratic: float, reference: float) -> None:
+def test_a_gauge_is_right_at_its_reference(
+    depth: float, exponent: float, quadratic: float, reference: float
+) -> None:
     """Of a force f = C1 / r: c = f (f / reference)^(p - 1) (1 + q f) / (1 + q reference); the truth stays r."""
     gauge = Gauge(exponent=exponent, quadratic_per_pF=quadratic, reference_pF=reference)
     run = quiet(presses=[Press(2.0, [(0.0, RATIO)], depth_pF=depth)], gauges=(Gauge(), gauge))

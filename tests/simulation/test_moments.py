@@ -16,7 +16,17 @@ from numeric import EXACT, STEP_PF, changes, held
 from numpy.typing import NDArray
 from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.simulation import Baseline, Converter, Faults, Lines, Peaks, Press, Scenario, Tilt, simulate
+from palpate.simulation import (
+    Baseline,
+    Converter,
+    Faults,
+    Lines,
+    Peaks,
+    Press,
+    Scenario,
+    Tilt,
+    simulate,
+)
 from palpate.simulation.board import known
 from palpate.simulation.hand import SESSIONS, Hand
 from palpate.simulation.press import tilting
@@ -25,7 +35,9 @@ from palpate.simulation.scenarios import PROBE
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
 WITHIN = 5 / np.sqrt(2 * MANY)
-FAST = Converter(jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019)  # averages nothing
+FAST = Converter(
+    jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019
+)  # averages nothing
 
 seeds = st.integers(0, 2**31)
 
@@ -44,13 +56,18 @@ def powers(values: np.ndarray, step_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @examples(20)
 @given(seeds, st.floats(1e-5, 1e-2) | st.integers(0, 7), st.floats(-3.5, 3.5), st.floats(-3.5, 3.5))
-def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: float, soft: float) -> None:
+def test_noise_has_its_variance_and_is_white(
+    seed: int, noise: float, hard: float, soft: float
+) -> None:
     """Of another converter, pF; or of the AD7746 at a CAPF, by the data sheet."""
     converter, levels = Converter(noise_pF=noise), (Baseline(hard), Baseline(soft))
     if isinstance(noise, int):
         converter, noise = Converter(capf=noise), NOISE_PF[noise]
     run = simulate(
-        Scenario(duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter), seed
+        Scenario(
+            duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter
+        ),
+        seed,
     )
     assert np.array_equal(run.hard, (run.hard_raw - 0x800000) / CODES_PER_PF)
     deviations = run.hard - hard, run.soft - soft
@@ -62,7 +79,9 @@ def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: floa
 
 @examples(5)
 @given(
-    seeds, st.just(Peaks()) | st.builds(Lines, st.tuples(st.floats(3.2, 6.0), st.floats(7.0, 11.8)), sway=st.just(0.0))
+    seeds,
+    st.just(Peaks())
+    | st.builds(Lines, st.tuples(st.floats(3.2, 6.0), st.floats(7.0, 11.8)), sway=st.just(0.0)),
 )
 def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Peaks | Lines) -> None:
     """Sines near each other beat: in 200 s the mean square is known to 10 %, of 40 hands to 1.6 %; 5 of it."""
@@ -78,10 +97,15 @@ def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Pea
 
 @examples(4)
 @given(seeds, st.floats(0.005, 0.1), st.floats(0.05, 0.8), st.floats(1.1, 3.0))
-def test_the_force_trembles_by_its_share(seed: int, tremor: float, depth: float, ratio: float) -> None:
+def test_the_force_trembles_by_its_share(
+    seed: int, tremor: float, depth: float, ratio: float
+) -> None:
     """Both channels alike: it is the force, not the readings. The mean square of 8 hands is known to 3.5 % or less."""
     press = Press(0.0, [(0.0, ratio)], depth_pF=depth, hold_s=200.0)
-    scenario, squares = Scenario(presses=[press], duration_s=195.0, tremor=tremor, converter=FAST), []
+    scenario, squares = (
+        Scenario(presses=[press], duration_s=195.0, tremor=tremor, converter=FAST),
+        [],
+    )
     for hand in range(8):
         run = simulate(scenario, seed + hand)
         hard, soft = (change[held(run)] for change in changes(run))
@@ -109,9 +133,16 @@ def test_readings_without_noise_have_the_true_ratio(
     run = simulate(Scenario(presses=[press], tremor=tremor, tilt=tilt, converter=EXACT), seed)
     hard, soft = (change[held(run)] for change in changes(run))
     truth = run.true_ratio[held(run)]
-    assert np.abs(hard / soft - truth).max() < 3e-5 * ratio + (1 + 1.5 * ratio) * STEP_PF / soft.min()
+    assert (
+        np.abs(hard / soft - truth).max() < 3e-5 * ratio + (1 + 1.5 * ratio) * STEP_PF / soft.min()
+    )
     since = run.t_hard_s[held(run)] - 2.0
-    expected = ratio * (1 + relaxes * np.expm1(-since)) * (1 + ramp * since) * (1 + rock * np.sin(np.pi * since))
+    expected = (
+        ratio
+        * (1 + relaxes * np.expm1(-since))
+        * (1 + ramp * since)
+        * (1 + rock * np.sin(np.pi * since))
+    )
     assert truth == pytest.approx(expected, rel=1e-12)
 
 
@@ -123,7 +154,9 @@ def test_conversions_are_lost_at_their_rate(seed: int, lost: float) -> None:
     gone = np.isnan(np.stack((run.hard, run.soft)))
     assert gone.size > 22_500
     assert gone.mean() == pytest.approx(lost, abs=5 * np.sqrt(lost * (1 - lost) / gone.size))
-    assert (gone[0] & gone[1]).mean() == pytest.approx(lost**2, abs=5 * lost / np.sqrt(gone[0].size))
+    assert (gone[0] & gone[1]).mean() == pytest.approx(
+        lost**2, abs=5 * lost / np.sqrt(gone[0].size)
+    )
 
 
 @examples(12)
@@ -131,20 +164,29 @@ def test_conversions_are_lost_at_their_rate(seed: int, lost: float) -> None:
 def test_spikes_have_their_rate_size_and_both_signs(seed: int, rate: float, size: float) -> None:
     """Poisson: 5 standard deviations of 2,800 spikes are 9.4 %."""
     plain = Scenario(duration_s=350.0, tremor=0.0, converter=Converter(noise_pF=0.0))
-    run, calm = simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed), simulate(plain, seed)
+    run, calm = (
+        simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed),
+        simulate(plain, seed),
+    )
     spikes = np.concatenate([run.hard - calm.hard, run.soft - calm.soft])
     hits = spikes[spikes != 0]
-    assert hits.size == pytest.approx(rate * plain.duration_s, abs=5 * np.sqrt(rate * plain.duration_s))
+    assert hits.size == pytest.approx(
+        rate * plain.duration_s, abs=5 * np.sqrt(rate * plain.duration_s)
+    )
     assert np.abs(hits) == pytest.approx(size, abs=2 * STEP_PF)
     assert (hits > 0).mean() == pytest.approx(0.5, abs=2.5 / np.sqrt(hits.size))
 
 
 @examples(3)
 @given(seeds, st.floats(6.0, 8.0), st.floats(0.05, 0.12), st.floats(0.0, 30.0))
-def test_bursts_take_their_share_of_the_time(seed: int, rate: float, length: float, factor: float) -> None:
+def test_bursts_take_their_share_of_the_time(
+    seed: int, rate: float, length: float, factor: float
+) -> None:
     """A time is outside if no burst begins in the span before it: exp(-rate length), of 30,000 spans."""
     duration_s, random = 3000.0, np.random.default_rng(seed)
-    noise = Faults(bursts_per_s=rate, burst_s=length, burst_factor=factor).burst_noise(duration_s, random)
+    noise = Faults(bursts_per_s=rate, burst_s=length, burst_factor=factor).burst_noise(
+        duration_s, random
+    )
     found = np.concatenate([noise(random.uniform(1, duration_s, 1000)) for _ in range(30)])
     outside = np.exp(-rate * length)
     spread = np.sqrt(outside * (1 - outside) * (1 / found.size + length / duration_s))
@@ -154,12 +196,18 @@ def test_bursts_take_their_share_of_the_time(seed: int, rate: float, length: flo
 
 @examples(8)
 @given(seeds, st.floats(1e-5, 1.0), st.floats(0.05, 50.0), st.floats(0.05, 2.0))
-def test_a_baseline_wanders_by_its_rms_and_time_constant(seed: int, rms: float, tau: float, lag: float) -> None:
+def test_a_baseline_wanders_by_its_rms_and_time_constant(
+    seed: int, rms: float, tau: float, lag: float
+) -> None:
     """Of independent courses: the level, and the change in a time t, whose variance is 2 rms^2 (1 - exp(-t / tau))."""
     random = np.random.default_rng(seed)
     step_s = min(0.01, tau / 10)
-    lag = max(round(lag / 50 / step_s), 1) * step_s  # on the grid: between its points the course is a line
-    courses = (Baseline(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random) for _ in range(MANY))
+    lag = (
+        max(round(lag / 50 / step_s), 1) * step_s
+    )  # on the grid: between its points the course is a line
+    courses = (
+        Baseline(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random) for _ in range(MANY)
+    )
     levels = np.array([course(np.array([step_s, step_s + lag]), 0.011) for course in courses])
     has_deviation(levels[:, 0], rms)
     has_deviation(levels[:, 1], rms)
@@ -170,7 +218,10 @@ def test_a_baseline_wanders_by_its_rms_and_time_constant(seed: int, rms: float, 
 @given(seeds, st.floats(1e-4, 0.02), st.floats(0.1, 2.0))
 def test_a_tilt_walks_with_the_root_of_the_time(seed: int, walk: float, after: float) -> None:
     random = np.random.default_rng(seed)
-    ends = [tilting(Tilt(walk=walk), 1.0 + after, random)(1.0, np.array([1.0 + after]))[0] - 1 for _ in range(MANY)]
+    ends = [
+        tilting(Tilt(walk=walk), 1.0 + after, random)(1.0, np.array([1.0 + after]))[0] - 1
+        for _ in range(MANY)
+    ]
     has_deviation(np.array(ends), walk * np.sqrt(after))
 
 
@@ -229,7 +280,9 @@ def test_ten_specimens() -> None:
     assert begins[0] > 5  # s: a list of specimens is entered, and a busy computer has its baseline
     found = palpate.touches(simulate(scenario, seed=1))
     assert len(found) == 40
-    assert sum(bool(touch.flags) for touch in found) <= 4  # the gauges bend a little: the firmest presses are flagged
+    assert (
+        sum(bool(touch.flags) for touch in found) <= 4
+    )  # the gauges bend a little: the firmest presses are flagged
     means = np.array([touch.ratio for touch in found]).reshape(10, 4).mean(axis=1)
     truth = [PROBE.ratio(modulus) for modulus in SORBOTHANE_MPA.values()]
     assert np.abs(means / truth - 1).max() < 0.05

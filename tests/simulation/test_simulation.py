@@ -13,7 +13,16 @@ from numeric import HARD_PF, QUIET, SOFT_PF, STEP_PF, held, quiet
 from palpate import Status
 from palpate.ad7746.bus import VirtualClock
 from palpate.samples import Block, block_of
-from palpate.simulation import SCENARIOS, Gauge, Press, Scenario, Simulation, Substrate, scenarios, simulate
+from palpate.simulation import (
+    SCENARIOS,
+    Gauge,
+    Press,
+    Scenario,
+    Simulation,
+    Substrate,
+    scenarios,
+    simulate,
+)
 from palpate.simulation.board import foreign, kit_of, known
 from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
 from palpate.simulation.scenarios import EFFECTS
@@ -40,7 +49,10 @@ def test_faults_are_marked_as_in_samples() -> None:
     assert np.array_equal(lost.hard_raw == -1, np.isnan(lost.hard))
     assert 0.05 < missing.mean() < 0.15  # two conversions a pair, 5 % each
     saturated = scenarios.run("saturating", 1)
-    for values, flag in ((saturated.hard, Status.HARD_SATURATED), (saturated.soft, Status.SOFT_SATURATED)):
+    for values, flag in (
+        (saturated.hard, Status.HARD_SATURATED),
+        (saturated.soft, Status.SOFT_SATURATED),
+    ):
         marked = (saturated.status & int(flag)) != 0
         assert np.array_equal(marked, np.abs(values) >= saturated.full_scale_pF)
     assert (saturated.status == Status.HARD_SATURATED).any()
@@ -50,14 +62,29 @@ def test_faults_are_marked_as_in_samples() -> None:
     ("made", "message"),
     [
         (lambda: Converter(capf=8), "capf: got 8, allowed: 0 to 7"),
-        (lambda: Converter(conversion_s=0), "conversion_s: got 0, allowed: a finite number above 0"),
+        (
+            lambda: Converter(conversion_s=0),
+            "conversion_s: got 0, allowed: a finite number above 0",
+        ),
         (lambda: Faults(lost=-1.0), "lost: got -1.0, allowed: 0 to 1"),
-        (lambda: Faults(lost=0.9, lost_run=8.0), "lost: got 0.9, allowed: at most 0.889 with lost_run 8.0"),
-        (lambda: Gauge(exponent=0.9), "reference_pF: got 0 with exponent 0.9, allowed: above 0, or exponent 1"),
+        (
+            lambda: Faults(lost=0.9, lost_run=8.0),
+            "lost: got 0.9, allowed: at most 0.889 with lost_run 8.0",
+        ),
+        (
+            lambda: Gauge(exponent=0.9),
+            "reference_pF: got 0 with exponent 0.9, allowed: above 0, or exponent 1",
+        ),
         (lambda: Substrate(rigid_ratio=1), "rigid_ratio: got 1, allowed: above 1"),
-        (lambda: Substrate(layout="soft-soft"), 'layout: got "soft-soft", allowed: "hard-soft", "soft-hard-soft"'),
+        (
+            lambda: Substrate(layout="soft-soft"),
+            'layout: got "soft-soft", allowed: "hard-soft", "soft-hard-soft"',
+        ),
         (lambda: Substrate(unequal=0.1), "unequal: got 0.1, allowed: 0 to 0"),
-        (lambda: Press(0.0, [(0.0, 1.0)], tilt_deg=(60.0, 0.0)), "tilt_deg: got (60.0, 0.0), allowed: -45 to 45"),
+        (
+            lambda: Press(0.0, [(0.0, 1.0)], tilt_deg=(60.0, 0.0)),
+            "tilt_deg: got (60.0, 0.0), allowed: -45 to 45",
+        ),
         (lambda: replace(QUIET, tremor=nan), "tremor: got nan, allowed: 0 or more"),
         (lambda: scenarios.run("moon"), "scenario: got 'moon', allowed: soft-steady"),
     ],
@@ -78,7 +105,9 @@ def soft_baseline(seed: int = 0, duration_s: float = 10.0, **settings: Any) -> S
 def test_a_drift_has_its_slope_from_its_begin_on() -> None:
     run = soft_baseline(drift_pF_per_s=3e-4, drift_from_s=4.0)
     expected = SOFT_PF + 3e-4 * np.maximum(run.t_soft_s - 4.0, 0)
-    assert run.soft == pytest.approx(expected, abs=2 * STEP_PF)  # in one conversion the corner is averaged
+    assert run.soft == pytest.approx(
+        expected, abs=2 * STEP_PF
+    )  # in one conversion the corner is averaged
     later = run.t_soft_s > 4.1
     assert np.polyfit(run.t_soft_s[later], run.soft[later], 1)[0] == pytest.approx(3e-4, rel=1e-3)
     assert run.hard == pytest.approx(HARD_PF, abs=STEP_PF)
@@ -122,13 +151,17 @@ def test_host_stamps_are_wrong_and_the_readings_are_not() -> None:
         assert np.abs(wrong).max() < 0.003
         # A uniform error of +-a has an s.d. of a / sqrt(3); from n = 2300 values it is known to 1 %.
         assert wrong.std() == pytest.approx(0.003 / np.sqrt(3), rel=0.05)
-        assert abs(np.corrcoef(wrong[1:], wrong[:-1])[0, 1]) < 5 / np.sqrt(wrong.size)  # they do not add up
+        assert abs(np.corrcoef(wrong[1:], wrong[:-1])[0, 1]) < 5 / np.sqrt(
+            wrong.size
+        )  # they do not add up
     assert (run.hard == true.hard).all()
     assert np.array_equal(run.true_ratio, true.true_ratio, equal_nan=True)
     skewed = simulate(replace(base, stamps=Stamps(skew_s=0.003)))
     assert (skewed.t_hard_s == true.t_hard_s).all()
     assert skewed.t_soft_s - true.t_soft_s == pytest.approx(0.003)
-    together = simulate(replace(base, converter=Converter(together=True), stamps=Stamps(host_s=0.003)))
+    together = simulate(
+        replace(base, converter=Converter(together=True), stamps=Stamps(host_s=0.003))
+    )
     assert (together.t_hard_s == together.t_soft_s).all()
 
 
@@ -178,22 +211,37 @@ def on_board(name: str, seed: int = 1) -> Block:
         return block_of(source)
 
 
-@pytest.mark.parametrize("name", ["not-level", "power-gauge", "creep", "lag", "cross-talk", "thermal", "relaxing"])
+@pytest.mark.parametrize(
+    "name", ["not-level", "power-gauge", "creep", "lag", "cross-talk", "thermal", "relaxing"]
+)
 def test_the_board_has_the_effect(name: str) -> None:
     run, block = simulate(SCENARIOS[name], 1), on_board(name)
     t = block["t_hard_ns"] / 1e9
     idle, pressed = t < 1.5, (t > 7.0) & (t < 8.5)
-    hard, soft = (block[channel][pressed].mean() - block[channel][idle].mean() for channel in ("hard", "soft"))
+    hard, soft = (
+        block[channel][pressed].mean() - block[channel][idle].mean() for channel in ("hard", "soft")
+    )
     inside = held(run) & (run.t_hard_s > 7.0) & (run.t_hard_s < 8.5)
     expected = (run.hard[inside].mean() - 0.62) / (run.soft[inside].mean() + 0.41)
-    assert hard / soft == pytest.approx(expected, rel=2e-3)  # the driver begins up to 0.1 s after the scenario
+    assert hard / soft == pytest.approx(
+        expected, rel=2e-3
+    )  # the driver begins up to 0.1 s after the scenario
 
 
 def test_what_a_board_cannot_be_is_refused() -> None:
     left_out = set(SCENARIOS) - set(known())
-    assert left_out == {"coarse-codes", "fast-converter", "host-stamps", "lost-runs", "skew", "together"}
+    assert left_out == {
+        "coarse-codes",
+        "fast-converter",
+        "host-stamps",
+        "lost-runs",
+        "skew",
+        "together",
+    }
     assert foreign(SCENARIOS["jitter"]) == foreign(SCENARIOS["slow-converter"]) == ""
-    with pytest.raises(ValueError, match="scenario: got wrong time stamps, allowed on a board: its own"):
+    with pytest.raises(
+        ValueError, match="scenario: got wrong time stamps, allowed on a board: its own"
+    ):
         kit_of(SCENARIOS["skew"], VirtualClock())
     with pytest.raises(ValueError, match="sim: got scenario 'together', allowed: soft-steady"):
         palpate.open("sim:together")

@@ -18,7 +18,10 @@ pytest.importorskip("pty")
 from arduino import uno
 
 PAIRS = 10_000 if NIGHTLY else 300
-CAPDAC = {"capdac_hard": int(6.92 / 0.171), "capdac_soft": int(4.69 / 0.171)}  # idle gauges, a step: chip.hpp
+CAPDAC = {
+    "capdac_hard": int(6.92 / 0.171),
+    "capdac_soft": int(4.69 / 0.171),
+}  # idle gauges, a step: chip.hpp
 UNTOUCHED = 140  # pairs before the first press, at 4 s
 
 
@@ -41,7 +44,9 @@ def of(made: Any, channel: int, first_code: int, count: int) -> Any:
     return mine[begin : begin + count]
 
 
-def test_every_pair_is_recorded_with_its_codes_and_times(built: Path, tmp_path: Path, tally: Tally) -> None:
+def test_every_pair_is_recorded_with_its_codes_and_times(
+    built: Path, tmp_path: Path, tally: Tally
+) -> None:
     rows = uno.record(built, tmp_path, PAIRS)[:PAIRS]
     assert rows["seq"].tolist() == list(range(PAIRS))
     assert set(rows["status"]) == {0}
@@ -53,7 +58,9 @@ def test_every_pair_is_recorded_with_its_codes_and_times(built: Path, tmp_path: 
     differences = np.ptp(late_us)  # up to a constant: the two clocks begin at other moments
     assert differences < 1000
     assert np.max(np.abs(late_us[1] - late_us[0])) <= np.max(rows["t_uncertainty_us"]) < 2000
-    tally.say(f"Arduino sketch: {PAIRS} pairs, all recorded, codes equal, times within {differences:.0f} us")
+    tally.say(
+        f"Arduino sketch: {PAIRS} pairs, all recorded, codes equal, times within {differences:.0f} us"
+    )
 
 
 def test_what_goes_wrong_is_said_and_repaired(built: Path, tmp_path: Path) -> None:
@@ -71,7 +78,11 @@ def test_what_goes_wrong_is_said_and_repaired(built: Path, tmp_path: Path) -> No
     ]
     pairs = pairs_of(said)
     assert numbers(said) == list(range(100))
-    assert {pair["status"] for pair in pairs} == {0, int(Status.EXCITATION), int(Status.SOFT_SATURATED)}
+    assert {pair["status"] for pair in pairs} == {
+        0,
+        int(Status.EXCITATION),
+        int(Status.SOFT_SATURATED),
+    }
     assert pairs[-1]["t_soft_us"] < pairs[0]["t_soft_us"]
     made = of(uno.conversions(tmp_path), 1, pairs[0]["hard_raw"], 100)
     since_us = [(pair["t_hard_us"] - pairs[0]["t_hard_us"]) % 2**32 for pair in pairs]
@@ -97,13 +108,18 @@ def assert_true(pairs: list[dict[str, int]], made: NDArray[Any]) -> list[list[fl
         for pair in pairs:
             late_us = pair[f"t_{name}_us"] - mine["middle_us"]
             nearest = np.argmin(np.abs(late_us))
-            assert (abs(late_us[nearest]) < 1000, pair[f"{name}_raw"]) == (True, mine["code"][nearest])
+            assert (abs(late_us[nearest]) < 1000, pair[f"{name}_raw"]) == (
+                True,
+                mine["code"][nearest],
+            )
             middles[channel].append(float(mine["middle_us"][nearest]) / 1e6)
     return middles
 
 
 def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -> None:
-    with uno.board(built, tmp_path, 60, "absent=1.0:1.01", "garbled=1.3:1.32", "beyond=0:9") as port:
+    with uno.board(
+        built, tmp_path, 60, "absent=1.0:1.01", "garbled=1.3:1.32", "beyond=0:9"
+    ) as port:
         short = list(uno.lines(port, 60))
     assert sorted(np.diff(numbers(short))) == [1] * 57 + [2, 2]
     assert_true(pairs_of(short), uno.conversions(tmp_path))
@@ -112,13 +128,18 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
         long = list(uno.lines(port, 60))
     first = numbers(long).index(0, 1)
     assert numbers(long) == [*range(first), *range(60 - first)]
-    assert [line[:24] for line in long if "answer" in line] == ["# AD7746 at 0x48: no ans", "# AD7746 answers again"]
+    assert [line[:24] for line in long if "answer" in line] == [
+        "# AD7746 at 0x48: no ans",
+        "# AD7746 answers again",
+    ]
     assert_true(pairs_of(long), uno.conversions(tmp_path))
 
 
 def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
     """While the probe is pressed: the hard channel moves by more than a step."""
-    with uno.board(built, tmp_path, UNTOUCHED + 60, "await=4.75") as port:  # pressed; waits for the letter
+    with uno.board(
+        built, tmp_path, UNTOUCHED + 60, "await=4.75"
+    ) as port:  # pressed; waits for the letter
         pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, UNTOUCHED + 20))
     assert_true(pairs, uno.conversions(tmp_path))
     again = [pair["seq"] for pair in pairs].index(0, 1)
@@ -132,11 +153,19 @@ def test_any_faults(built: Path, tmp_path: Path, seed: int) -> None:
     """No pair is wrong, whatever fails and when; what the chip tells is in the status."""
     rng = random_of(f"arduino {seed}")
     begins = {name: rng.uniform(0, 3) for name in ("absent", "garbled", "overloaded", "beyond")}
-    spans = {name: (begin, begin + rng.choice([0.005, 0.02, 0.1, 0.5])) for name, begin in begins.items()}
-    with uno.board(built, tmp_path, 90, *(f"{name}={begin}:{end}" for name, (begin, end) in spans.items())) as port:
+    spans = {
+        name: (begin, begin + rng.choice([0.005, 0.02, 0.1, 0.5])) for name, begin in begins.items()
+    }
+    with uno.board(
+        built, tmp_path, 90, *(f"{name}={begin}:{end}" for name, (begin, end) in spans.items())
+    ) as port:
         pairs = pairs_of(uno.lines(port, 90))
     for pair, *both in zip(pairs, *assert_true(pairs, uno.conversions(tmp_path)), strict=True):
         failed = any(spans["overloaded"][0] <= middle < spans["overloaded"][1] for middle in both)
-        saturated = pair["soft_raw"] > 0xFFFFFF - SATURATED_CODES or pair["soft_raw"] < SATURATED_CODES
+        saturated = (
+            pair["soft_raw"] > 0xFFFFFF - SATURATED_CODES or pair["soft_raw"] < SATURATED_CODES
+        )
         assert pair["status"] == Status.EXCITATION * failed + Status.SOFT_SATURATED * saturated
-    assert all(after > before or after == 0 for before, after in pairwise(pair["seq"] for pair in pairs))
+    assert all(
+        after > before or after == 0 for before, after in pairwise(pair["seq"] for pair in pairs)
+    )

@@ -16,7 +16,9 @@ from palpate.recording.sidecar import load
 def test_usb(tmp_path: Path) -> None:
     with Bench() as bench:
         bench.another()
-        source = palpate.open("usb:1/2", backend=bench.carrier.backend(), clock=bench.carrier.clock, capf=1)
+        source = palpate.open(
+            "usb:1/2", backend=bench.carrier.backend(), clock=bench.carrier.clock, capf=1
+        )
         with Stream(source, record=tmp_path / "run.csv") as stream:
             samples = [estimate.sample for _, estimate in zip(range(40), stream, strict=False)]
         codes = {(c.pin, c.code) for c in bench.kit.chip.conversions if not c.lost}
@@ -25,12 +27,21 @@ def test_usb(tmp_path: Path) -> None:
     assert {s.status for s in samples} == {Status.OK}
     device = source.describe()
     described = recorded(tmp_path / "run.csv").describe()
-    assert described == device | {"period_s": described["period_s"]}  # a median of the last conversions
+    assert described == device | {
+        "period_s": described["period_s"]
+    }  # a median of the last conversions
     assert described["period_s"] == pytest.approx(device["period_s"], rel=0.02)
     assert (device["stamps"], stream.tracker.settings["host_stamps"]) == ("converter", False)
     capdacs = [device["configuration"][name]["capdac"] for name in ("hard", "soft")]
-    assert (device["configuration"]["capf"], *capdacs) == (1, CENTRED.hard.capdac, CENTRED.soft.capdac)
-    assert (device["device"]["address"], len(bytes.fromhex(device["registers"]))) == (2, datasheet.REGISTERS)
+    assert (device["configuration"]["capf"], *capdacs) == (
+        1,
+        CENTRED.hard.capdac,
+        CENTRED.soft.capdac,
+    )
+    assert (device["device"]["address"], len(bytes.fromhex(device["registers"]))) == (
+        2,
+        datasheet.REGISTERS,
+    )
     assert stream.counters.errors == stream.counters.reconnects == 0
 
 
@@ -50,7 +61,9 @@ def test_a_board_that_cannot_be_begun_is_given_back() -> None:
         with pytest.raises(SourceTimeout), source:
             pytest.fail("it has begun")
         bench.kit.faults.clear()
-        with palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock) as again:
+        with palpate.open(
+            "usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock
+        ) as again:
             assert next(iter(again)).status == Status.OK
 
 
@@ -62,9 +75,13 @@ def conditions(path: Path, source: str) -> tuple[list[dict[str, float]], palpate
 
 
 @pytest.mark.parametrize(("capf", "steps"), [(0, 0), (4, 3)])
-def test_they_are_in_the_recording_and_make_no_pair_late(tmp_path: Path, capf: int, steps: int) -> None:
+def test_they_are_in_the_recording_and_make_no_pair_late(
+    tmp_path: Path, capf: int, steps: int
+) -> None:
     """At the begin and the end; every 10 s where the period leaves time for it."""
-    found, stream, end_s = conditions(tmp_path / "run.csv", f"sim:four-specimens?seed=1&capf={capf}")
+    found, stream, end_s = conditions(
+        tmp_path / "run.csv", f"sim:four-specimens?seed=1&capf={capf}"
+    )
     times = [each["t_s"] for each in found]
     assert len(times) == 2 + steps
     assert times[0] < 3.0
@@ -79,4 +96,6 @@ def test_a_chip_that_cannot_be_read_has_none(tmp_path: Path) -> None:
     """The board is unplugged before the end: the error of the source counts, not the error of the temperature."""
     with pytest.raises(palpate.DeviceNotFound):
         conditions(tmp_path / "run.csv", "sim:four-specimens?seed=1&replug=1&fault=unplug:inf@5")
-    assert [each["temperature_C"] for each in (load(tmp_path / "run.csv") or {})["conditions"]] == [25.0]
+    assert [each["temperature_C"] for each in (load(tmp_path / "run.csv") or {})["conditions"]] == [
+        25.0
+    ]

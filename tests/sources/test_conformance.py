@@ -68,7 +68,9 @@ def replaced(**fields: Any) -> Callable[[], Source]:
     """Return a board with other fields in its samples; a function gets the number and the time."""
 
     def pair(self: Board, seq: int, t_ns: int) -> Any:
-        changed = {name: field(seq, t_ns) if callable(field) else field for name, field in fields.items()}
+        changed = {
+            name: field(seq, t_ns) if callable(field) else field for name, field in fields.items()
+        }
         return Board.pair(self, seq, t_ns)._replace(**changed)
 
     return wrong(pair=pair)
@@ -86,15 +88,24 @@ def never_ending(self: Board) -> Iterator[Any]:
 
 WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "no source": (dict, "an object of type dict"),
-    "seq repeats": (replaced(seq=lambda seq, _: seq // 2), "seq: got 0, allowed: above the one before"),
+    "seq repeats": (
+        replaced(seq=lambda seq, _: seq // 2),
+        "seq: got 0, allowed: above the one before",
+    ),
     "time goes back": (replaced(t_soft_ns=lambda _, t: -t), "t_soft_ns: goes back"),
-    "times in us": (replaced(t_hard_ns=lambda _, t: t // 1000), "period_s: got 0.002, allowed: 2e-06"),
+    "times in us": (
+        replaced(t_hard_ns=lambda _, t: t // 1000),
+        "period_s: got 0.002, allowed: 2e-06",
+    ),
     "nan, status OK": (replaced(soft=math.nan), "status: got 0 for .* nan pF"),
     "lost with a value": (replaced(status=8), "LOST .* only then"),
     "value and code differ": (replaced(hard=1.0), "hard: got 1.0, allowed: the pF of its code"),
     "an AD7746's codes": (wrong(describe=lambda _: {}), "hard_raw: got .* allowed: -1 to 16777215"),
     "describe raises": (wrong(describe=lambda _: dict[str, Any]()["serial"]), "describe.*KeyError"),
-    "period of a channel": (described(period_s=PERIOD_NS / 2e9), "period_s: got 0.001, allowed: 0.002"),
+    "period of a channel": (
+        described(period_s=PERIOD_NS / 2e9),
+        "period_s: got 0.001, allowed: 0.002",
+    ),
     "stamps": (described(stamps="mine"), "stamps: got 'mine'"),
     "interrupt ignored": (
         wrong(interrupt=lambda _: None, __iter__=never_ending),
@@ -132,11 +143,16 @@ def test_i2c() -> None:
     source = open("i2c:/dev/i2c-1?hard_input=2", open_bus=bus, clock=clock)
     source.live = False  # it has another clock than the test
     assert len(check_source(source, patience=PATIENCE)) == 100
-    assert (source.describe()["configuration"]["hard"]["capdac"], bus.opened) == (CENTRED.soft.capdac, 0)
+    assert (source.describe()["configuration"]["hard"]["capdac"], bus.opened) == (
+        CENTRED.soft.capdac,
+        0,
+    )
 
 
 @pytest.mark.parametrize("picofarads", [(1.0, -1.0), (6.9, 4.7)])
-def test_iio(picofarads: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_iio(
+    picofarads: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     kernel = Kernel(tmp_path, picofarads).install(monkeypatch)
     source = open(f"iio:{tmp_path}", clock_ns=kernel.clock_ns)
     source.live = False

@@ -17,7 +17,16 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Install the package in a folder; return the environment in which Python finds it."""
     need_package("hatchling")
     folder = tmp_path_factory.mktemp("installed")
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation"]
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-index",
+        "--no-deps",
+        "--no-build-isolation",
+    ]
     subprocess.run([*pip, "--target", str(folder), str(PACKAGE)], check=True)
     return {**os.environ, "PYTHONPATH": str(folder)}
 
@@ -25,7 +34,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def run(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     """Run a module of Python."""
     command = [sys.executable, "-m", *words]
-    return subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", cwd=cwd, check=False)
+    return subprocess.run(
+        command, env=environment, capture_output=True, encoding="utf-8", cwd=cwd, check=False
+    )
 
 
 def test_its_own_tests(installed: dict[str, str], tmp_path: Path) -> None:
@@ -51,9 +62,13 @@ def test_a_recording_and_its_replay(installed: dict[str, str], tmp_path: Path) -
 
 def test_the_commands_list_it(installed: dict[str, str], tmp_path: Path) -> None:
     listed = run(installed, "palpate", "devices", "--json", cwd=tmp_path)
-    assert {"uri": "fdc1004:fake", "what": "a simulated FDC1004"} in json.loads(listed.stdout)["devices"]
+    assert {"uri": "fdc1004:fake", "what": "a simulated FDC1004"} in json.loads(listed.stdout)[
+        "devices"
+    ]
     doctor = run(installed, "palpate", "doctor", cwd=tmp_path)
     assert "ok  source fdc1004: of package palpate-fdc1004" in doctor.stdout
-    refused = run(installed, "palpate", "record", "fdc1004:fake?rate=7", "-o", "run.csv", cwd=tmp_path)
+    refused = run(
+        installed, "palpate", "record", "fdc1004:fake?rate=7", "-o", "run.csv", cwd=tmp_path
+    )
     assert refused.returncode == 2
     assert "rate: got '7', allowed: 100, 200, 400" in refused.stderr

@@ -13,16 +13,23 @@ CHANGED = "were changed after they were written"
 
 def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
     """All rows are in the copy, and its sidecar says what is wrong with them; read as a table they are not verified."""
-    path, copy = record(tmp_path / "run.csv", [sample(i) for i in range(300)]), tmp_path / "copy.csv"
+    path, copy = (
+        record(tmp_path / "run.csv", [sample(i) for i in range(300)]),
+        tmp_path / "copy.csv",
+    )
     path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
     stream = Stream(str(path), record=copy)
     with pytest.raises(RecordingError, match=CHANGED), stream:
         list(stream)
     report = check(copy)
     assert (report.survey.rows, report.faults) == (300, ())
-    assert report.findings[0].startswith(f"the source ended with an error: {path}: the rows {CHANGED}")
+    assert report.findings[0].startswith(
+        f"the source ended with an error: {path}: the rows {CHANGED}"
+    )
     notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
-    assert notes[0].startswith("a recording of palpate, read as a table of another program: its rows are not verified")
+    assert notes[0].startswith(
+        "a recording of palpate, read as a table of another program: its rows are not verified"
+    )
 
 
 def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
@@ -37,7 +44,9 @@ def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
 def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None) -> None:
     """The checksum is compared at its end: stopped before, a change would not be noticed, and a message says so."""
     path, said = record(tmp_path / "run.csv", [sample(i) for i in range(5000)]), list[str]()
-    with Stream(palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append) as stream:
+    with Stream(
+        palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append
+    ) as stream:
         next(iter(stream))
     assert said == [f"{path}: not read to its end: its rows are not verified"]
     assert stream.counters.read == stream.counters.delivered < 5000

@@ -27,7 +27,10 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ke
 
 def opened(kernel: Kernel, **options: Any) -> tuple[Source, list[str]]:
     """Open the source; return the list that its messages go to."""
-    source, said = palpate.open(f"iio:{kernel.folder}", clock_ns=kernel.clock_ns, **options), list[str]()
+    source, said = (
+        palpate.open(f"iio:{kernel.folder}", clock_ns=kernel.clock_ns, **options),
+        list[str](),
+    )
     source.notify = said.append
     return source, said
 
@@ -48,7 +51,9 @@ def test_a_signal_beyond_the_range(install: Callable[..., Kernel]) -> None:
         kernel = install(idle)
         samples, said, _ = read(kernel, 20, **options)
         assert {sample.status for sample in samples} == {status}
-        assert all(part.format(kernel.folder) in text for part, text in zip(parts, said, strict=True))
+        assert all(
+            part.format(kernel.folder) in text for part, text in zip(parts, said, strict=True)
+        )
         assert kernel.capdac[0] == (iio.LAST_STEP if options else 0)
 
 
@@ -68,7 +73,9 @@ def test_centre(install: Callable[..., Kernel], idle: tuple[float, float], step:
 @pytest.mark.parametrize(
     ("hz", "capf", "period_ms"), [(1000, 0, 29.4), (250, 0, 34.0), (100, 0, 60.0), (1000, 7, 227.4)]
 )
-def test_the_period_is_the_real_one(install: Callable[..., Kernel], hz: int, capf: int, period_ms: float) -> None:
+def test_the_period_is_the_real_one(
+    install: Callable[..., Kernel], hz: int, capf: int, period_ms: float
+) -> None:
     kernel = install(hz=hz)
     kernel.capf = capf
     with Stream(opened(kernel)[0]) as stream:
@@ -87,7 +94,9 @@ def test_times_and_their_uncertainty(install: Callable[..., Kernel], hz: int, mo
     with opened(kernel)[0] as source:
         begun, zero, samples = len(kernel.conversions), kernel.now_ns, iter(source)
         found = [next(samples) for _ in range(20)]
-        kernel.now_ns += 77_777_777  # the host stalls between two pairs: the tick's phase is another one
+        kernel.now_ns += (
+            77_777_777  # the host stalls between two pairs: the tick's phase is another one
+        )
         found += [next(samples) for _ in range(20)]
     made = [middle for _, middle, _ in kernel.conversions[begun:]]
     for sample, hard, soft in zip(found, made[::2], made[1::2], strict=True):
@@ -109,7 +118,10 @@ def test_a_stall_in_a_read(install: Callable[..., Kernel], stall_ms: int, lost: 
         assert next(samples).status == Status.OK
     (_, hard, _), (_, soft, _) = kernel.conversions[-4:-2]
     wrong_us = abs((during.t_soft_ns - during.t_hard_ns) - (soft - hard)) / 1000
-    assert (during.status == Status.LOST, source.counters) == (lost, {"errors": int(lost), "reconnects": 0})
+    assert (during.status == Status.LOST, source.counters) == (
+        lost,
+        {"errors": int(lost), "reconnects": 0},
+    )
     assert lost or 2_500 < wrong_us <= during.t_uncertainty_us
 
 
@@ -117,7 +129,9 @@ def test_a_stall_in_a_read(install: Callable[..., Kernel], stall_ms: int, lost: 
 def test_another_scale_is_refused(install: Callable[..., Kernel], scale: str) -> None:
     kernel = install()
     kernel.scale = scale
-    with pytest.raises(ProtocolError, match=r"in_capacitance_scale: got '.*', allowed: 4.87793e-07"):
+    with pytest.raises(
+        ProtocolError, match=r"in_capacitance_scale: got '.*', allowed: 4.87793e-07"
+    ):
         opened(kernel)
 
 
@@ -151,12 +165,16 @@ def test_the_range_is_set_again(install: Callable[..., Kernel], root: bool) -> N
 
 
 @pytest.mark.parametrize("capf", [0, 7])
-def test_no_excitation_is_said_in_words_and_a_quiet_sensor_has_one(install: Callable[..., Kernel], capf: int) -> None:
+def test_no_excitation_is_said_in_words_and_a_quiet_sensor_has_one(
+    install: Callable[..., Kernel], capf: int
+) -> None:
     for pins, idle, count, messages in (("", IDLE, 30, 2), ("B", (1.0, -1.0), 500, 0)):
         kernel = install(idle, pins=pins)
         kernel.capf = capf
         said = read(kernel, count)[1]
-        assert ["adi,exca-output-en; or adi,excb-output-en;" in message for message in said] == [True] * messages
+        assert ["adi,exca-output-en; or adi,excb-output-en;" in message for message in said] == [
+            True
+        ] * messages
         assert not said or said[0].startswith("hard: CIN1 gives exactly 0 pF, 8 times in a row")
 
 
@@ -197,8 +215,13 @@ def test_real_files(tree: Path) -> None:
         described = source.describe()
     assert first[3:] == (8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0, 0)
     assert first.t_soft_ns - first.t_hard_ns == 2000
-    assert (described["capdac"], source.zero_ns) == ({"hard": 41, "soft": 0}, None)  # of another clock
-    assert palpate.open("iio:", root=tree).describe()["period_s"] == 0.042  # of the table, before it is measured
+    assert (described["capdac"], source.zero_ns) == (
+        {"hard": 41, "soft": 0},
+        None,
+    )  # of another clock
+    assert (
+        palpate.open("iio:", root=tree).describe()["period_s"] == 0.042
+    )  # of the table, before it is measured
     with palpate.Stream(f"iio:{folder}?hard_input=2") as stream:
         assert next(iter(stream)).sample.soft_raw == 8387374
         assert stream.epoch
@@ -210,7 +233,9 @@ def test_real_files(tree: Path) -> None:
 
 
 def test_no_device(tree: Path) -> None:
-    with pytest.raises(DeviceNotFound, match=r"no ad7746 in .*: load the driver of the kernel, or .* i2c:"):
+    with pytest.raises(
+        DeviceNotFound, match=r"no ad7746 in .*: load the driver of the kernel, or .* i2c:"
+    ):
         palpate.open("iio:", root=tree / "nothing")
     with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
         palpate.open(f"iio:{tree}/iio:device0")

@@ -11,17 +11,37 @@ from palpate.sources import iio, line_protocol, lsl, serial
 from project import ROOT
 
 LIMITS: list[tuple[str, str, Any, Any]] = [
-    ("serial", "from 0.01 to 100 pF", (line_protocol.SMALLEST_PF, line_protocol.LARGEST_PF), (0.01, 100)),
+    (
+        "serial",
+        "from 0.01 to 100 pF",
+        (line_protocol.SMALLEST_PF, line_protocol.LARGEST_PF),
+        (0.01, 100),
+    ),
     ("serial", "a number from 1e30 on", line_protocol.OVERLOAD, 1e30),
     ("serial", "has at most 1000 bytes", line_protocol.LONGEST, 1000),
     ("serial", "If lines come for 10 s, and not one is read", serial.PATIENCE_S, 10),
     ("serial", "If no line is read in the first 5 s", serial.SETTLE_S, 5),
-    ("serial", "3 times as fast as the computer's over the first 10 s", (serial.PACE, serial.PACE_S), (3, 10)),
+    (
+        "serial",
+        "3 times as fast as the computer's over the first 10 s",
+        (serial.PACE, serial.PACE_S),
+        (3, 10),
+    ),
     ("serial", "gets 2 s ahead", serial.AHEAD_NS, 2e9),
     ("serial", "in 20 pairs in a row", serial.RESTARTS, 20),
     ("serial", "If no pair with both values comes for 10 s", serial.SILENCE_S, 10),
-    ("serial", "longest time to wait for an unplugged port, s | 30 |", serial.SerialSource.__init__, ("replug", 30)),
-    ("serial", "| `baud` | bits per second | 115200 |", serial.SerialSource.__init__, ("baud", 115200)),
+    (
+        "serial",
+        "longest time to wait for an unplugged port, s | 30 |",
+        serial.SerialSource.__init__,
+        ("replug", 30),
+    ),
+    (
+        "serial",
+        "| `baud` | bits per second | 115200 |",
+        serial.SerialSource.__init__,
+        ("baud", 115200),
+    ),
     ("serial", "of 0.488 aF", round(1e6 / datasheet.CODES_PER_PF, 3), 0.488),
     ("iio", "the same code 8 times in a row", iio.SAME, 8),
     ("iio", "An offset is a multiple of 338646", iio.CODES_PER_STEP, 338646),
@@ -30,12 +50,22 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
     ("lsl", "longest time until the stream answers, 5 s", lsl.WAIT_S, 5),
     ("lsl", "no sample comes for 5 s", lsl._SILENT_S, 5),
     ("lsl", "Stamps 10 minutes or more from LSL's clock", lsl._FOREIGN_S, 600),
-    ("lsl", "longest time to wait for a stream that was lost, 30 s", lsl.LslSource.__init__, ("replug", 30)),
+    (
+        "lsl",
+        "longest time to wait for a stream that was lost, 30 s",
+        lsl.LslSource.__init__,
+        ("replug", 30),
+    ),
     ("acceptance", "the I2C clock is 55 to 450 kHz", steps._BUS_KHZ, (55, 450)),
     ("acceptance", "within 6 % of the data sheet", steps._PACE, 0.06),
     ("acceptance", "more than 0.05 pF where a bump should be", wiring.EMPTY_PF, 0.05),
     ("acceptance", "in the range of 17 pF", wiring.MOST_PF, 17),
-    ("acceptance", "0.164 pF within 20 %", (datasheet.DAC_STEP_PF, steps._STEP_PF), (0.164, (0.13, 0.2))),
+    (
+        "acceptance",
+        "0.164 pF within 20 %",
+        (datasheet.DAC_STEP_PF, steps._STEP_PF),
+        (0.164, (0.13, 0.2)),
+    ),
     ("acceptance", "61 pairs, by the driver", steps._PAIRS, 60),
     ("acceptance", "the rate as described within 5 %", steps._RATE, 0.05),
     ("acceptance", "times to 2 ms", steps._MOST_US, 2000),
@@ -47,7 +77,9 @@ INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (board.TIMEOUT_MS, 20
          (find.POLL_S, 1)]  # fmt: skip
 
 
-@pytest.mark.parametrize(("page", "words", "value", "expected"), LIMITS, ids=[words[:40] for _, words, *_ in LIMITS])
+@pytest.mark.parametrize(
+    ("page", "words", "value", "expected"), LIMITS, ids=[words[:40] for _, words, *_ in LIMITS]
+)
 def test_a_limit_of_a_page(page: str, words: str, value: Any, expected: Any) -> None:
     text = " ".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").split())
     assert words in text

@@ -21,7 +21,9 @@ def documented() -> list[Any]:
     """Return line, option and result of each row of the table on the page."""
     page = (ROOT / "docs" / "serial.md").read_text(encoding="utf-8")
     table = page.partition("## Which lines are read")[2].partition("## The grammar")[0]
-    rows = [re.split(r"(?<!\\)\|", row)[1:-1] for row in table.splitlines() if row.startswith("| `")]
+    rows = [
+        re.split(r"(?<!\\)\|", row)[1:-1] for row in table.splitlines() if row.startswith("| `")
+    ]
     return [[cell.replace("\\|", "|").strip() for cell in row] for row in rows]
 
 
@@ -33,7 +35,11 @@ def test_the_table_of_the_page() -> None:
     for quoted, option, result in rows:
         line, (name, _, value) = quoted[1:-1], option.partition("=")
         sent = Sent([line], **({name: value} if option else {}))
-        found = sent.said[0].partition("; no checksum")[0] if sent.samples else f"refused: {sent.refusals[-1]}"
+        found = (
+            sent.said[0].partition("; no checksum")[0]
+            if sent.samples
+            else f"refused: {sent.refusals[-1]}"
+        )
         assert found == (result if result.startswith("refused") else f"{line!r} -> {result}")
         assert bool(sent.samples) != result.startswith("refused")
     assert len(rows) >= 25
@@ -44,7 +50,9 @@ def test_no_line_gives_more_or_less_than_the_strict_grammar() -> None:
     for _ in range(LINES):
         line = line_of(rng)
         found, expected = Sent(line + b"\n").pairs, strict(line)
-        assert found == ([pytest.approx(expected, rel=1e-12, nan_ok=True)] if expected else []), line
+        assert found == ([pytest.approx(expected, rel=1e-12, nan_ok=True)] if expected else []), (
+            line
+        )
         read += bool(expected)
     assert LINES / 10 < read < LINES * 0.9
 
@@ -52,7 +60,10 @@ def test_no_line_gives_more_or_less_than_the_strict_grammar() -> None:
 @pytest.mark.parametrize(
     ("first", "others"),
     [
-        ("hard:6.92,soft:4.69", ["6.92,4.69", "soft:4.69,hard:6.92", "hard:1,soft:2,t_ms:3", "hard:3,soft:4*09"]),
+        (
+            "hard:6.92,soft:4.69",
+            ["6.92,4.69", "soft:4.69,hard:6.92", "hard:1,soft:2,t_ms:3", "hard:3,soft:4*09"],
+        ),
         ("6.92,4.69", ["6.92", "6.92,4.69,1", "hard:6.92,soft:4.69"]),
         ("hard=1,soft=2*3E", ["hard=1,soft=2", "hard=1,soft=2*3F"]),
         ("seq=0,hard=1,soft=2", ["hard=1,soft=2", "n=1,hard=1,soft=2", "seq=1.0,hard=1,soft=2"]),
@@ -105,21 +116,45 @@ def test_only_the_first_values_need_the_size_of_pF() -> None:
 
 def test_codes_become_capacitances_and_a_status_goes_with_its_values() -> None:
     middle, full = 8388608, 16777215
-    lines = [(0, middle, 0), (middle + 1, full, 4), (-1, middle, 8), (-1, middle, 0), (middle, middle, 8), (1, 1, 9)]
+    lines = [
+        (0, middle, 0),
+        (middle + 1, full, 4),
+        (-1, middle, 8),
+        (-1, middle, 0),
+        (middle, middle, 8),
+        (1, 1, 9),
+    ]
     sent = Sent(["hard_raw={},soft_raw={},status={}".format(*line) for line in lines])
     assert sent.pairs[:2] == [(-4.096, 0), (2**-21 * 1.024, pytest.approx(4.09599951, abs=1e-8))]
     assert [sample.hard_raw for sample in sent.samples] == [0, 8388609, -1]
     expected = [Status.HARD_SATURATED, Status.SOFT_SATURATED | Status.EXCITATION, Status.LOST]
-    assert ([sample.status for sample in sent.samples], sent.source.counters["errors"]) == (expected, 3)
+    assert ([sample.status for sample in sent.samples], sent.source.counters["errors"]) == (
+        expected,
+        3,
+    )
     assert sent.source.describe()["full_scale_pF"] < 4.096
 
 
 def test_columns_and_patterns_say_what_a_line_is() -> None:
-    lines = ["heap=23000 free=48000", "CIN1=6.92 CIN2=4.69", "CIN2=6.93 CIN1=4.70", "CIN1=6.94 CIN2=4.71"]
+    lines = [
+        "heap=23000 free=48000",
+        "CIN1=6.92 CIN2=4.69",
+        "CIN2=6.93 CIN1=4.70",
+        "CIN1=6.94 CIN2=4.71",
+    ]
     assert Sent(lines, columns="hard,soft").pairs == [(6.92, 4.69), (6.94, 4.71)]
     assert Sent(["1,2,a-b,3"], columns="hard_pF,soft_pF,-,-").pairs == [(1, 2)]
     pattern = r"h=(?P<hard>\S+) s=(?P<soft>\S+)(?: seq=(?P<seq>\d+))?"
-    lines = ["h=1 s=2", "h=1 s=2 ", "x h=1 s=2", "h=1 s=2 x", "h=1 s=two", "h=0x1 s=2", "h=1_0 s=2", "h=1 s=2 seq=7"]
+    lines = [
+        "h=1 s=2",
+        "h=1 s=2 ",
+        "x h=1 s=2",
+        "h=1 s=2 x",
+        "h=1 s=two",
+        "h=0x1 s=2",
+        "h=1_0 s=2",
+        "h=1 s=2 seq=7",
+    ]
     sent = Sent(lines, pattern=pattern, unit="fF")
     assert (sent.pairs, sent.source.counters["errors"]) == ([(0.001, 0.002)] * 3, 5)
 
@@ -133,13 +168,20 @@ def test_lines_that_do_not_fit_are_counted_after_the_first_that_does() -> None:
     assert sent.said == ["tty: '# AD7746'", first, "tty: '#'", at_end]
     assert Sent(["#"], pattern="(?P<hard>.) (?P<soft>.)").said == ["tty: '#'"]
     [said] = Sent(["a b c"], pattern="(?P<hard>.) (?P<soft>.)").said
-    assert said == "tty: lines not read: 1. The last: 'a b c'. Reason: it does not match the pattern as a whole"
+    assert (
+        said
+        == "tty: lines not read: 1. The last: 'a b c'. Reason: it does not match the pattern as a whole"
+    )
     assert Sent([]).said == ["tty: no line came: check the board, and the baud rate, 115200"]
     many = Sent(["C1=1 C2=2", *["what"] * 100])
-    assert [text.split(".")[0] for text in many.said[1:]] == [f"tty: {n} lines were not read" for n in (10, 100)]
+    assert [text.split(".")[0] for text in many.said[1:]] == [
+        f"tty: {n} lines were not read" for n in (10, 100)
+    ]
 
 
-@pytest.mark.parametrize("end", [b"9" * 5000 + b" 2\n", b"9" * 1500 + b"\xff" + b"9" * 1500 + b"\xff" + b" 1\n"])
+@pytest.mark.parametrize(
+    "end", [b"9" * 5000 + b" 2\n", b"9" * 1500 + b"\xff" + b"9" * 1500 + b"\xff" + b" 1\n"]
+)
 def test_a_long_line_is_one_error_however_it_arrives(end: bytes) -> None:
     sent = Sent(b"end\nC1=1 C2=2\n" + end + b"C1=3 C2=4\n")
     assert (sent.pairs, sent.source.counters["errors"]) == ([(1, 2), (3, 4)], 1)
@@ -154,13 +196,17 @@ def test_a_long_line_is_one_error_however_it_arrives(end: bytes) -> None:
         (["1.5,2.5", *["what"] * 3], [0, 99, 110, 128.9], ""),
     ],
 )
-def test_too_long_without_a_line_that_is_read(lines: list[str], arrivals_s: list[float], failed: str) -> None:
+def test_too_long_without_a_line_that_is_read(
+    lines: list[str], arrivals_s: list[float], failed: str
+) -> None:
     found = Sent(lines, arrivals_s).failed
     assert failed in found if failed else not found
 
 
 def test_silence_is_reported_once() -> None:
-    sent = Sent(["1.5,2.5", *["1.5,nan"] * 5, "1.5,2.5", "what"], [0, 1, 10, 10.1, 12, 15, 20, 30.1])
+    sent = Sent(
+        ["1.5,2.5", *["1.5,nan"] * 5, "1.5,2.5", "what"], [0, 1, 10, 10.1, 12, 15, 20, 30.1]
+    )
     silent = "tty: no pair with both values for 10 s: check the board, the baud rate, 115200, and the probe"
     assert [text.startswith(silent) for text in sent.said] == [False, True, True, False]
 
@@ -189,7 +235,10 @@ def test_the_palpate_format() -> None:
     assert {sample.t_soft_ns - sample.t_hard_ns for sample in sent.samples} == {15_000_000}
     assert [sample.status for sample in sent.samples] == [0] * 9 + [Status.LOST]
     assert sent.source.describe()["stamps"] == "converter"
-    assert (sent.source.gaps, sent.source.counters) == ((), {"errors": 0, "lost": 0, "reconnects": 0})
+    assert (sent.source.gaps, sent.source.counters) == (
+        (),
+        {"errors": 0, "lost": 0, "reconnects": 0},
+    )
 
 
 def test_every_byte_that_changes_is_seen() -> None:
@@ -213,14 +262,20 @@ def test_a_board_that_restarts_is_a_gap(t_us: int) -> None:
     after = [line(k, 900_000 + 31_500 * k) for k in range(5)]
     sent = Sent([*before, "ets Jul 29 2019", *after])
     assert [sample.seq for sample in sent.samples] == list(range(10))
-    assert (sent.source.gaps, sent.source.counters["lost"]) == ((Gap(5, "the board restarted: seq 0 after 74"),), 0)
+    assert (sent.source.gaps, sent.source.counters["lost"]) == (
+        (Gap(5, "the board restarted: seq 0 after 74"),),
+        0,
+    )
     assert (min(steps(sent.samples)) >= 0, steps(sent.samples)[5:]) == (True, [31_500] * 4)
 
 
 def test_a_board_that_always_restarts_ends_it() -> None:
     sent = Sent([line(7, 31_500 * k) for k in range(100)])
     assert len(sent.samples) == 20
-    assert "restarts with each line, or does not count up, or its times are not in us: the board" in sent.failed
+    assert (
+        "restarts with each line, or does not count up, or its times are not in us: the board"
+        in sent.failed
+    )
 
 
 def stamped(clock_s: list[float], arrivals_s: list[float]) -> Sent:
@@ -238,7 +293,9 @@ def stamped(clock_s: list[float], arrivals_s: list[float]) -> Sent:
         ([9, 1], [0, 0.03], 0.03, 1),
     ],
 )
-def test_times_of_the_board(clock_s: list[float], arrivals_s: list[float], expected_s: float, gaps: int) -> None:
+def test_times_of_the_board(
+    clock_s: list[float], arrivals_s: list[float], expected_s: float, gaps: int
+) -> None:
     sent = stamped(clock_s, arrivals_s)
     assert steps(sent.samples) == [round(expected_s * 1e6)]
     assert len(sent.source.gaps) == gaps
@@ -263,7 +320,9 @@ def test_lines_in_batches_are_no_wrong_clock(batch: int, first: int) -> None:
 
 def test_times_that_cannot_be_and_the_uncertainty_of_those_that_are() -> None:
     lines = [(1, 5), (1, 5), (32, 20_000), (33, 4)]
-    sent = Sent([f"t_hard_ms={t},t_soft_ms={t + d},hard=1,soft=2,t_uncertainty_us=40" for t, d in lines])
+    sent = Sent(
+        [f"t_hard_ms={t},t_soft_ms={t + d},hard=1,soft=2,t_uncertainty_us=40" for t, d in lines]
+    )
     assert (steps(sent.samples), sent.source.counters["errors"]) == ([32_000], 2)
     assert {sample.t_uncertainty_us for sample in sent.samples} == {40}
 

@@ -17,11 +17,15 @@ BROKEN = {
 
 
 @pytest.fixture
-def package(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def package(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Install a package with the scheme other:, its module has the given text."""
     folder = tmp_path / "other_probe-1.0.dist-info"
     folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: other-probe\nVersion: 1.0\n", encoding="utf-8")
+    (folder / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: other-probe\nVersion: 1.0\n", encoding="utf-8"
+    )
     groups = "[palpate.sources]\nother = other_probe:open_it\nsim = nothing:at_all\n[palpate.devices]\nother = other_probe:search\n"
     (folder / "entry_points.txt").write_text(groups, encoding="utf-8")
     (tmp_path / "other_probe.py").write_text(request.param, encoding="utf-8")
@@ -36,7 +40,9 @@ def test_a_broken_package(package: None, message: str) -> None:
         assert next(iter(source)).seq == 0
     assert "other_probe" not in sys.modules
     for use in (palpate.open, palpate.Stream):
-        with pytest.raises(SourceError, match=f"other: of package other-probe cannot be loaded from .*: {message}"):
+        with pytest.raises(
+            SourceError, match=f"other: of package other-probe cannot be loaded from .*: {message}"
+        ):
             use("other:")
 
 
@@ -54,7 +60,9 @@ def test_a_search_that_fails_is_a_note(package: None) -> None:
     assert message in findings["search of another package"].text
 
 
-@pytest.mark.parametrize("package", [f"{SEARCH}return [('other:7', 'a probe'), ('other:8', 'a probe')]"], indirect=True)
+@pytest.mark.parametrize(
+    "package", [f"{SEARCH}return [('other:7', 'a probe'), ('other:8', 'a probe')]"], indirect=True
+)
 def test_the_devices_of_a_package_are_listed(package: None) -> None:
     found = [device for device in devices()[0] if device.uri.startswith("other:")]
     assert found == [Found("other:7", "a probe"), Found("other:8", "a probe")]

@@ -48,9 +48,15 @@ def test_the_description_waits_for_the_first_lines(port: Port) -> None:
     line = "t_hard_us={0}000,t_soft_us={0}500,hard_raw=8388608,soft_raw=8400000\n"
     with palpate.open(f"serial:{port.link}") as source:
         port.write("\n" + line.format(1) + line.format(2))
-        assert (source.describe()["stamps"], source.describe()["columns"][0]) == ("converter", "t_hard us")
+        assert (source.describe()["stamps"], source.describe()["columns"][0]) == (
+            "converter",
+            "t_hard us",
+        )
         first, second = (sample for _, sample in zip(range(2), source, strict=False))
-        assert (second.t_hard_ns - first.t_hard_ns, first.t_soft_ns - first.t_hard_ns) == (1_000_000, 500_000)
+        assert (second.t_hard_ns - first.t_hard_ns, first.t_soft_ns - first.t_hard_ns) == (
+            1_000_000,
+            500_000,
+        )
     with palpate.open(f"serial:{port.link}") as source:
         assert source.describe()["stamps"] == "host"
         port.write("\n" + line.format(1) + line.format(2))
@@ -124,12 +130,17 @@ def test_a_port_that_cannot_be_opened(port: Port) -> None:
     """Of two readers each would get a part of each line: `6.92` becomes `6.9`, which is a number, too."""
     with pytest.raises(DeviceNotFound, match="`palpate devices` lists the ports"):
         palpate.open("serial:/dev/ttyNothing7")
-    with palpate.open(f"serial:{port.link}"), pytest.raises(DeviceRefused, match="another program reads it"):
+    with (
+        palpate.open(f"serial:{port.link}"),
+        pytest.raises(DeviceRefused, match="another program reads it"),
+    ):
         palpate.open(f"serial:{port.link}")
     palpate.open(f"serial:{port.link}").close()  # free again
 
 
-def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_reset_the_modem_lines_stay_inactive(
+    port: Port, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import serial
 
     seen = []
@@ -139,7 +150,9 @@ def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: py
     assert seen == [(True, True), (False, False)]
 
 
-def test_record_ends_by_the_clock_without_a_sample(port: Port, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_record_ends_by_the_clock_without_a_sample(
+    port: Port, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("palpate.cli.record._GRACE_S", 0.1)
     done = run("record", f"serial:{port.link}", "-o", tmp_path / "run.csv", "--seconds", "0.2")
     assert (done.exit_code, "0 rows" in done.stderr) == (5, True)
@@ -147,6 +160,14 @@ def test_record_ends_by_the_clock_without_a_sample(port: Port, tmp_path: Path, m
     timer = threading.Timer(0.2, port.write, ["\n" + "C1=1 C2=2\n" * 3])
     timer.start()
     done = run(
-        "record", f"serial:{port.link}?pattern=(?P<hard>.);(?P<soft>.)", "-o", tmp_path / "b.csv", "--seconds", "1"
+        "record",
+        f"serial:{port.link}?pattern=(?P<hard>.);(?P<soft>.)",
+        "-o",
+        tmp_path / "b.csv",
+        "--seconds",
+        "1",
     )
-    assert "lines not read: 3. The last: 'C1=1 C2=2'. Reason: it does not match the pattern as a whole" in done.stderr
+    assert (
+        "lines not read: 3. The last: 'C1=1 C2=2'. Reason: it does not match the pattern as a whole"
+        in done.stderr
+    )

@@ -18,7 +18,11 @@ from project import FOUR
 @pytest.mark.parametrize(
     ("uri", "options", "message"),
     [
-        ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, lsl:, serial:, sim:, usb: or a path"),
+        (
+            "moon:",
+            {},
+            "source: got moon:, allowed: i2c:, iio:, lsl:, serial:, sim:, usb: or a path",
+        ),
         ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
         ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, excitation, level, chop"),
         ("sim:all?seed=x", {}, "seed: got 'x', allowed: a whole number from 0 to"),
@@ -28,11 +32,23 @@ from project import FOUR
         ("sim:all?capf", {}, "source: got 'capf', allowed: NAME=VALUE, each name once"),
         ("sim:all?capf=1&capf=2", {}, "source: got 'capf=2', allowed: NAME=VALUE, each name once"),
         ("sim:all?capf=1", {"capf": 2}, "source: got capf twice"),
-        ("sim:all?fault=fire@3", {}, "fault: got 'fire@3', allowed: KIND[:AMOUNT]@SECONDS, KIND one of no-answer"),
+        (
+            "sim:all?fault=fire@3",
+            {},
+            "fault: got 'fire@3', allowed: KIND[:AMOUNT]@SECONDS, KIND one of no-answer",
+        ),
         ("sim:all?fault=stall:x@3", {}, "fault: got amount 'x'"),
         ("sim:all?fault=stall@soon", {}, "fault's time: got 'soon'"),
-        ("sim:tap", {"excitation": "C"}, "excitation: got 'C', allowed: A, B, AB, or two of them: HARD,SOFT as B,A"),
-        ("sim:tap", {"hard_input": 2, "soft_input": 2}, "soft_input: got 2, as hard_input, allowed: the other one"),
+        (
+            "sim:tap",
+            {"excitation": "C"},
+            "excitation: got 'C', allowed: A, B, AB, or two of them: HARD,SOFT as B,A",
+        ),
+        (
+            "sim:tap",
+            {"hard_input": 2, "soft_input": 2},
+            "soft_input: got 2, as hard_input, allowed: the other one",
+        ),
         ("sim:tap", {"wiring": "wrong"}, "wiring: got 'wrong', allowed: guide, exca"),
         ("usb:left", {}, "usb: got address 'left', allowed: BUS/ADDRESS"),
         ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, excitation, level, chop"),
@@ -44,17 +60,29 @@ from project import FOUR
         ("serial:x?columns=hard,soft,hard", {}, "hard is there twice"),
         ("serial:x?columns=hard,soft,t_hard_us", {}, "both times t_hard and t_soft"),
         ("serial:x?columns=t_ms,hard_V,soft", {}, "what is 'hard_V'"),
-        ("serial:x?columns=hard,soft&pattern=(?P<hard>.)(?P<soft>.)", {}, "columns: got a pattern, too"),
+        (
+            "serial:x?columns=hard,soft&pattern=(?P<hard>.)(?P<soft>.)",
+            {},
+            "columns: got a pattern, too",
+        ),
         ("serial:x?pattern=(", {}, "allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>.)", {}, "allowed: groups"),
         ("serial:x?unit=kF", {}, "unit: got 'kF', allowed: aF, fF, pF"),
-        ("serial:x?unit=-1", {}, "unit (aF, fF, pF, nF, uF, µF, μF, mF, F, or pF of one count): got '-1'"),
+        (
+            "serial:x?unit=-1",
+            {},
+            "unit (aF, fF, pF, nF, uF, µF, μF, mF, F, or pF of one count): got '-1'",
+        ),
         ("serial:x?baud=49", {}, "allowed: a whole number from 50 to 4000000"),
         ("lsl:", {}, "lsl: got no stream, allowed: lsl:NAME or"),
         ("lsl:?unit=pf", {}, "unit: got 'pf', allowed: aF"),
         ('lsl:a"b', {}, "name: got 'a\"b', allowed: no text with double quotes"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
-        ("run.csv", {"seed": 1}, "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal"),
+        (
+            "run.csv",
+            {"seed": 1},
+            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal",
+        ),
     ],
 )
 def test_what_is_refused(uri: str, options: dict[str, Any], message: str) -> None:
@@ -94,7 +122,12 @@ def test_a_simulated_board_is_the_same_again() -> None:
             runs.append(list(source))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
-    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide"}
+    expected = {
+        "scenario": "soft-steady",
+        "seed": 2,
+        "speed": "as fast as possible",
+        "wiring": "guide",
+    }
     assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
     assert described["full_scale_pF"] == datasheet.SATURATED_PF

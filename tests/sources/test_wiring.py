@@ -21,24 +21,44 @@ SHORT = "sim:tap"
 DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
 # wiring -> parts of the message of the default options; those that cannot be measured.
 REFUSED = {
-    "exca": ["CIN1+ (socket P4) has 0.003 pF on EXCB, about 6.7 pF on EXCA: use excitation=A (as", "soft bump: CIN2+"],
-    "hard-exca": ["hard bump: CIN1+ (socket P4) has", "about 6.7 pF on EXCA: use excitation=A,B (as in usb:"],
-    "soft-exca": ["soft bump: CIN2+ has 0.003 pF on EXCB, about 4.4 pF on EXCA: use excitation=B,A (as in", DEMO],
+    "exca": [
+        "CIN1+ (socket P4) has 0.003 pF on EXCB, about 6.7 pF on EXCA: use excitation=A (as",
+        "soft bump: CIN2+",
+    ],
+    "hard-exca": [
+        "hard bump: CIN1+ (socket P4) has",
+        "about 6.7 pF on EXCA: use excitation=A,B (as in usb:",
+    ],
+    "soft-exca": [
+        "soft bump: CIN2+ has 0.003 pF on EXCB, about 4.4 pF on EXCA: use excitation=B,A (as in",
+        DEMO,
+    ],
     "demo-exca": ["use excitation=A (as in usb:?excitation=A)", "about 5.8 pF on EXCA", DEMO],
     "demo-alone": ["soft bump: CIN2+ has 0.003 pF on EXCB, 1.400 pF on EXCA", DEMO],
-    "hard-minus": ["hard bump: CIN1+ (socket P4)", "its wire is at CIN1- (socket P3): move it to CIN1+"],
+    "hard-minus": [
+        "hard bump: CIN1+ (socket P4)",
+        "its wire is at CIN1- (socket P3): move it to CIN1+",
+    ],
     "hard-open": [
         "hard bump: CIN1+ (socket P4)",
         "nothing is connected: look at its wires, one to CIN1+, the other to EXCB",
     ],
     "soft-open": ["soft bump: CIN2+", "nothing is connected", "no socket for CIN2+ (P6)"],
-    "open": ["no probe is connected", "wire the hard bump to CIN1+ and EXCB, the soft bump to CIN2+ and EXCB"],
+    "open": [
+        "no probe is connected",
+        "wire the hard bump to CIN1+ and EXCB, the soft bump to CIN2+ and EXCB",
+    ],
     "hard-shorted": ["hard bump: CIN1+ (socket P4) has more than 17 pF on EXCB: look for a short"],
     "soft-shorted": ["soft bump: CIN2+ has more than 17 pF on EXCB: look for a short"],
     "excb-shorted": ["EXCB (socket P2) is shorted or overloaded (the chip reports EXCERR)"],
 }
 MEASURED = {"demo": [f"1.400 pF on EXCA and about 4.4 pF on EXCB, {DEMO}", "on EXCB goes on"]}
-QUIET = {"guide", "swapped", "exca-shorted", "differential"}  # EXCA is not driven; swapped needs a press
+QUIET = {
+    "guide",
+    "swapped",
+    "exca-shorted",
+    "differential",
+}  # EXCA is not driven; swapped needs a press
 
 
 def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
@@ -60,7 +80,11 @@ def test_every_mistake_is_named_at_the_begin(wiring: str) -> None:
     took_s, said, refusal = begun(f"{SHORT}?wiring={wiring}")
     assert [part for part in REFUSED.get(wiring, []) if part not in refusal] == []
     assert [part for part in MEASURED.get(wiring, []) if part not in " ".join(said)] == []
-    assert (bool(refusal), bool(said), took_s < 1.0) == (wiring in REFUSED, wiring in MEASURED, True)
+    assert (bool(refusal), bool(said), took_s < 1.0) == (
+        wiring in REFUSED,
+        wiring in MEASURED,
+        True,
+    )
 
 
 def ratio_of(wiring: str, **options: Any) -> float:
@@ -78,11 +102,17 @@ def test_an_option_that_is_named_gives_the_true_ratio(wiring: str, excitation: s
     named = set(re.findall("use excitation=([AB,]+)", " ".join([*said, refusal])))
     assert len(named) <= 1
     for option in named:
-        assert ratio_of(wiring, excitation=option, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
-    if "may not be connected" in " ".join(said):  # the length sensor alone: it cannot be told from a small bump
+        assert ratio_of(wiring, excitation=option, **right) == pytest.approx(
+            ratio_of("guide"), rel=0.05
+        )
+    if "may not be connected" in " ".join(
+        said
+    ):  # the length sensor alone: it cannot be told from a small bump
         assert wiring == "demo-alone"
     elif not refusal:
-        assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
+        assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(
+            ratio_of("guide"), rel=0.05
+        )
 
 
 def test_a_short_at_the_other_excitation_is_not_an_open_input() -> None:
@@ -103,16 +133,30 @@ def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
 
 def test_a_sentence_says_what_excitation_a_cannot_show() -> None:
     said = begun(f"{SHORT}?wiring=exca&excitation=A")[1]
-    assert said == [f"soft bump: EXCA also drives {DEMO}: remove them; the readings cannot show whether they are there"]
+    assert said == [
+        f"soft bump: EXCA also drives {DEMO}: remove them; the readings cannot show whether they are there"
+    ]
     _, said, _ = begun(f"{SHORT}?wiring=demo&excitation=B,AB")
-    assert [f"{DEMO}: remove them, or use excitation=B (as in usb:?excitation=B)" in text for text in said] == [True]
+    assert [
+        f"{DEMO}: remove them, or use excitation=B (as in usb:?excitation=B)" in text
+        for text in said
+    ] == [True]
     assert begun(f"{SHORT}?wiring=guide&excitation=AB")[1] == []  # nothing is on EXCA
 
 
 def test_the_registers_of_the_options() -> None:
-    options = {"excitation": ("A", "AB"), "level": 1, "chop": True, "differential": True, "soft_input": 1}
+    options = {
+        "excitation": ("A", "AB"),
+        "level": 1,
+        "chop": True,
+        "differential": True,
+        "soft_input": 1,
+    }
     configuration = configuration_of(options)
-    assert [configuration.registers(number)[0].hex() for number in (0, 1)] == ["e1000902", "a1002902"]
+    assert [configuration.registers(number)[0].hex() for number in (0, 1)] == [
+        "e1000902",
+        "a1002902",
+    ]
     assert configuration_of({}) == Configuration()
 
 
@@ -123,14 +167,20 @@ def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
         for name in ("exca", "swapped")
     )
     assert (refused.exit_code, all(part in refused.stderr for part in REFUSED["exca"])) == (3, True)
-    assert (swapped.exit_code, swapped.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
+    assert (
+        swapped.exit_code,
+        swapped.stdout.count("touch 1: swapped: the soft channel changed more"),
+    ) == (0, 1)
     assert [path.name for path in tmp_path.glob("*.csv")] == ["swapped.csv"]
 
 
 @pytest.mark.parametrize(
     ("fault", "text"),
     [
-        ("wire-off:1@3", "hard bump: CIN1+ has 0.003 pF on EXCB: its wire is off: look at CIN1+ and EXCB"),
+        (
+            "wire-off:1@3",
+            "hard bump: CIN1+ has 0.003 pF on EXCB: its wire is off: look at CIN1+ and EXCB",
+        ),
         ("excitation-shorted:1000@3", "soft bump: EXCB is shorted or overloaded (EXCERR)"),
     ],
 )
@@ -180,4 +230,9 @@ def test_no_false_alarm(name: str) -> None:
         assert said == []
         assert [gap.text for gap in source.gaps if "bump" in gap.text] == []
         touches = palpate.touches(palpate.simulation.run(name, seed + 1))
-        assert not [text for touch in touches for text in palpate.advice(touch) if text.startswith("swapped")]
+        assert not [
+            text
+            for touch in touches
+            for text in palpate.advice(touch)
+            if text.startswith("swapped")
+        ]

@@ -54,15 +54,24 @@ def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tup
 
 
 @pytest.mark.parametrize("live", [False, True])
-def test_any_split_gives_the_same(live: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tally: Tally) -> None:
+def test_any_split_gives_the_same(
+    live: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tally: Tally
+) -> None:
     dice, said = random_of(f"splits {live}"), 0
     for number in range(draws(10, 200, at_least=3)):
         block, gaps = session(dice)
-        described: dict[str, Any] = {"period_s": 0.026, "full_scale_pF": 4.0, "live": live, "gaps": gaps}
+        described: dict[str, Any] = {
+            "period_s": 0.026,
+            "full_scale_pF": 4.0,
+            "live": live,
+            "gaps": gaps,
+        }
         monkeypatch.setattr(stream_module, "_BATCH", 1)
         expected = result(Scripted(samples_of(block), **described), tmp_path / f"{number}.csv", [])
         monkeypatch.setattr(stream_module, "_BATCH", dice.choice([7, 1024]))
-        found = result(Blocks(split(block, dice), **described), tmp_path / f"{number}-blocks.csv", [])
+        found = result(
+            Blocks(split(block, dice), **described), tmp_path / f"{number}-blocks.csv", []
+        )
         assert found == expected, f"schedule {number}"
         assert palpate.touches(recorded(tmp_path / f"{number}-blocks.csv")) == expected[1]
         said += len(expected[4][0])

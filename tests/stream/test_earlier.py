@@ -23,8 +23,13 @@ KEEP = 65536
 def touched(times: int = 1) -> list[Sample]:
     """Return samples of four touches, so many times."""
     runs = [scenarios.run("four-specimens", seed + 1) for seed in range(times)]
-    pairs = [pair for run in runs for pair in zip(run.hard.tolist(), run.soft.tolist(), strict=True)]
-    return [Sample(i, i * PERIOD_NS, i * PERIOD_NS + PERIOD_NS // 2, -1, -1, *pair) for i, pair in enumerate(pairs)]
+    pairs = [
+        pair for run in runs for pair in zip(run.hard.tolist(), run.soft.tolist(), strict=True)
+    ]
+    return [
+        Sample(i, i * PERIOD_NS, i * PERIOD_NS + PERIOD_NS // 2, -1, -1, *pair)
+        for i, pair in enumerate(pairs)
+    ]
 
 
 class Paced(Scripted):
@@ -41,7 +46,9 @@ class Paced(Scripted):
             yield each
 
 
-def begun(source: Paced, path: Path, at: Collection[int], tares: Collection[int] = (), **how: Any) -> Stream:
+def begun(
+    source: Paced, path: Path, at: Collection[int], tares: Collection[int] = (), **how: Any
+) -> Stream:
     """Measure to the end; record from each of these samples on, in path-1.csv, ...; tare at the other ones."""
     with Stream(source, **how) as stream:
         source.go.release()
@@ -71,19 +78,33 @@ def test_with_all_that_was_measured_a_replay_is_the_measurement(at: int, tmp_pat
     assert palpate.touches(recorded(path)) == stream.touches
     found, counters = check(path), document(path)["end"]["counters"]
     assert (found.clean, found.faults) == (True, ())
-    assert counters["read"] == counters["recorded"] == counters["delivered"] == found.survey.rows == len(touched())
+    assert (
+        counters["read"]
+        == counters["recorded"]
+        == counters["delivered"]
+        == found.survey.rows
+        == len(touched())
+    )
     assert not [note for note in document(path)["notes"] if note.startswith(BEGUN)]
 
 
 @pytest.mark.parametrize("stamps", ["converter", "host"])
-def test_with_a_part_it_begins_with_a_tare_mark_and_says_where_a_replay_may_differ(stamps: str, tmp_path: Path) -> None:
+def test_with_a_part_it_begins_with_a_tare_mark_and_says_where_a_replay_may_differ(
+    stamps: str, tmp_path: Path
+) -> None:
     stream = begun(Paced(touched(2), stamps=stamps), tmp_path / "run.csv", {2200}, keep=1024)
     path = tmp_path / "run-1.csv"
     first = int(next(recorded(path).blocks())["seq"][0])
     assert first in (2201 - 1024, 2202 - 1024)
     notes = [f"{BEGUN}{first} pairs: {MAY_DIFFER}{WITHIN if stamps == 'host' else ''}"]
-    assert document(path)["notes"] == notes == [note for note in palpate.read(path).notes if note in notes]
-    assert document(path)["marks"] == [{"seq": first, "t_s": pytest.approx(first * 0.026), "text": BEGIN, "tare": True}]
+    assert (
+        document(path)["notes"]
+        == notes
+        == [note for note in palpate.read(path).notes if note in notes]
+    )
+    assert document(path)["marks"] == [
+        {"seq": first, "t_s": pytest.approx(first * 0.026), "text": BEGIN, "tare": True}
+    ]
     replayed = palpate.touches(recorded(path))
     live = [touch for touch in stream.touches if touch.start_s > replayed[0].start_s + 1]
     if stamps == "converter":  # after the first release the baseline equals the measurement's again
@@ -91,7 +112,9 @@ def test_with_a_part_it_begins_with_a_tare_mark_and_says_where_a_replay_may_diff
     for one, other in zip(live, replayed[1:], strict=True):
         assert abs(one.ratio - other.ratio) < 3 * np.hypot(one.standard_error, other.standard_error)
     counters = document(path)["end"]["counters"]
-    assert counters["read"] == counters["recorded"] == counters["delivered"] == len(palpate.read(path))
+    assert (
+        counters["read"] == counters["recorded"] == counters["delivered"] == len(palpate.read(path))
+    )
 
 
 def test_no_sample_is_missing_or_twice_while_the_source_runs(tmp_path: Path) -> None:
@@ -114,7 +137,10 @@ def test_no_sample_is_missing_or_twice_while_the_source_runs(tmp_path: Path) -> 
 
 
 def test_earlier_needs_samples_that_are_kept(tmp_path: Path) -> None:
-    with Stream(Scripted([*touched()])) as stream, pytest.raises(ValueError, match=r"with Stream.*keep=65536"):
+    with (
+        Stream(Scripted([*touched()])) as stream,
+        pytest.raises(ValueError, match=r"with Stream.*keep=65536"),
+    ):
         stream.start_recording(tmp_path / "run.csv", earlier=True)
     for keep in (0, 1023, 2**24 + 1):
         with pytest.raises(ValueError, match=f"keep: got {keep}, allowed: 1024 to 16777216"):

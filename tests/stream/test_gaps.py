@@ -27,7 +27,9 @@ def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
     samples = four(seed)
     for i, each in enumerate(samples):
         if each.seq >= first:
-            hard, soft = (code + round(shift_pF * CODES_PER_PF) for code in (each.hard_raw, each.soft_raw))
+            hard, soft = (
+                code + round(shift_pF * CODES_PER_PF) for code in (each.hard_raw, each.soft_raw)
+            )
             values = {"hard": capacitance_pF(hard), "soft": capacitance_pF(soft)}
             samples[i] = each._replace(hard_raw=hard, soft_raw=soft, **values)
     return samples
@@ -79,9 +81,7 @@ def test_a_loop_of_ones_own_cannot_go_on_over_a_gap() -> None:
     """It gave a touch of 2.15 without a flag."""
     stream = measured(replug(0.02, 9.3))
     right, wrong = (Tracker(**stream.tracker.settings) for _ in range(2))
-    text = (
-        "gap: got the board was unplugged for 1.0 s, then sample [0-9]+ without `gaps_before`, allowed: Tracker.gap()"
-    )
+    text = "gap: got the board was unplugged for 1.0 s, then sample [0-9]+ without `gaps_before`, allowed: Tracker.gap()"
     with pytest.raises(RuntimeError, match=text):
         feed_in_a_loop(replug(0.02, 9.3), wrong, passes=False)
     assert [round(touch.start_s) for touch in wrong.touches] == [2]
@@ -101,16 +101,25 @@ def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Pat
     for name in ("hard", "soft"):
         block[name][block["status"] != 0] = np.nan
     for part in np.split(block, [np.searchsorted(block["seq"], at)]):
-        tracker.process(*(np.ascontiguousarray(part[name]) for name in ("t_hard_ns", "t_soft_ns", "hard", "soft")))
+        tracker.process(
+            *(
+                np.ascontiguousarray(part[name])
+                for name in ("t_hard_ns", "t_soft_ns", "hard", "soft")
+            )
+        )
         if part["seq"][0] < at:
             tracker.gap()
     tracker.finish()
-    live, fed = ([(t.start, t.samples, t.ratio.hex(), t.flags) for t in x.touches] for x in (stream, tracker))
+    live, fed = (
+        [(t.start, t.samples, t.ratio.hex(), t.flags) for t in x.touches] for x in (stream, tracker)
+    )
     assert live == fed
     assert palpate.touches(recorded(path), scene=scene) == stream.touches
 
 
-def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from palpate.recording.writer import Writer
 
     path, seen = tmp_path / "run.csv", list[tuple[int, int]]()
@@ -135,8 +144,12 @@ def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(tmp_path: Path, monke
 
 def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    stream = measured(Scripted(shifted(500), gaps=[Gap(500, "the board was unplugged for 1.0 s")]), record=path)
-    told = "gap after sample 499: the board was unplugged for 1.0 s: the baseline was measured again"
+    stream = measured(
+        Scripted(shifted(500), gaps=[Gap(500, "the board was unplugged for 1.0 s")]), record=path
+    )
+    told = (
+        "gap after sample 499: the board was unplugged for 1.0 s: the baseline was measured again"
+    )
     assert told in check(path).findings
     assert told in document("replay", path)["notes"]
     assert told in run("convert", path, "-o", tmp_path / "copy.csv").stderr
@@ -180,6 +193,8 @@ def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
         recording = recorded(path)
         assert palpate.touches(recording) == stream.touches
         assert sum(told in note for note in recording.notes) == notes
-    table = recorded(tmp_path / "1.csv", columns={"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"})
+    table = recorded(
+        tmp_path / "1.csv", columns={"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"}
+    )
     palpate.touches(table)
     assert "no sample for 2.1 s" in table.notes[-1]

@@ -27,7 +27,11 @@ def nothing_left_running() -> Iterator[None]:
 
 
 def assert_they_add_up(counters: StreamCounters) -> None:
-    assert counters.read == counters.delivered + counters.dropped == counters.recorded + counters.unrecorded
+    assert (
+        counters.read
+        == counters.delivered + counters.dropped
+        == counters.recorded + counters.unrecorded
+    )
     assert counters.waiting == 0
 
 
@@ -37,7 +41,9 @@ REFUSED = {"seq": 1, "hard_raw": 2**24, "soft_raw": -2, "hard": NEXT.hard + 1e-9
 
 
 @pytest.mark.parametrize(("name", "value"), REFUSED.items())
-def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, value: float, tmp_path: Path) -> None:
+def test_of_a_block_the_samples_before_a_wrong_one_are_stored(
+    name: str, value: float, tmp_path: Path
+) -> None:
     block = block_of([*good(2), NEXT, *good(2, 4)])
     block[name][2] = value
     seq = block["seq"][2]
@@ -49,11 +55,17 @@ def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, value: 
     assert_they_add_up(stream.counters)
     report = check(tmp_path / "run.csv")
     assert (report.clean, report.survey.rows, stream.counters.lost) == (True, 2, 0)
-    assert [text[:46] for text in report.findings] == ["the source ended with an error: source: sample"]
+    assert [text[:46] for text in report.findings] == [
+        "the source ended with an error: source: sample"
+    ]
 
 
-@pytest.mark.parametrize("given", [["name"], {"period_s": 0}, {"full_scale_pF": math.nan}, {"stamps": "moon"}])
-def test_a_false_description_is_an_error_before_the_first_sample(given: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "given", [["name"], {"period_s": 0}, {"full_scale_pF": math.nan}, {"stamps": "moon"}]
+)
+def test_a_false_description_is_an_error_before_the_first_sample(
+    given: Any, tmp_path: Path
+) -> None:
     """Also one that is false when the source has begun."""
     at_once, later = Liar(good(3), lies={"describe": given}), Liar(good(3))
     with pytest.raises(ProtocolError, match=r"^source: describe\(\)"):
@@ -65,13 +77,20 @@ def test_a_false_description_is_an_error_before_the_first_sample(given: Any, tmp
     assert (at_once.closed, later.closed, list(tmp_path.iterdir())) == (1, 1, [])
 
 
-def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample(tmp_path: Path) -> None:
+def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample(
+    tmp_path: Path,
+) -> None:
     path, hangs, release = tmp_path / "run.csv", threading.Event(), threading.Event()
     source = Liar([*good(2), hangs.set, release.wait, *good(2, 2)], live=True)
-    with pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"), Stream(source, record=path) as stream:
+    with (
+        pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"),
+        Stream(source, record=path) as stream,
+    ):
         assert all((next(iter(stream)), hangs.wait(60)))
     before, found = stream.counters, check(path)
-    assert any("the source ended with an error: the source did not stop" in text for text in found.findings)
+    assert any(
+        "the source ended with an error: the source did not stop" in text for text in found.findings
+    )
     assert source.closed == 0
     release.set()
     assert stream._started().join(30)

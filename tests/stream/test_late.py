@@ -16,7 +16,11 @@ class Thinned(Source):
     live = False
 
     def __init__(self, keeps: int, held_s: float) -> None:
-        self._board, self._keeps, self._held_s = palpate.open("sim:four-specimens?seed=1"), keeps, held_s
+        self._board, self._keeps, self._held_s = (
+            palpate.open("sim:four-specimens?seed=1"),
+            keeps,
+            held_s,
+        )
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs."""
@@ -27,7 +31,9 @@ class Thinned(Source):
                 idle.append(sample)
             if self._held_s < t_s < 9.5:  # lifted
                 old = idle[sample.seq % len(idle)]
-                yield sample._replace(hard_raw=old.hard_raw, soft_raw=old.soft_raw, hard=old.hard, soft=old.soft)
+                yield sample._replace(
+                    hard_raw=old.hard_raw, soft_raw=old.soft_raw, hard=old.hard, soft=old.soft
+                )
             elif not 3 < t_s < 9.5 or sample.seq % self._keeps == 0:
                 yield sample
 

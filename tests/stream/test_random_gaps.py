@@ -55,7 +55,11 @@ class Play(BoardSource):
     def __init__(self, seed: int) -> None:
         self.dice = dice = random.Random(seed)
         self.presses = [
-            Press(2.0 + 5.0 * k + dice.uniform(0, 1.0), dice.uniform(1.2, 7.0), dice.uniform(0.05, 0.35))
+            Press(
+                2.0 + 5.0 * k + dice.uniform(0, 1.0),
+                dice.uniform(1.2, 7.0),
+                dice.uniform(0.05, 0.35),
+            )
             for k in range(dice.randint(1, 3))
         ]
         self.end_s = self.presses[-1].stop_s + dice.uniform(0.0, 3.0)
@@ -66,7 +70,9 @@ class Play(BoardSource):
         backend = TwinBackend(self.clock)
         backend.plug(self.twin)
         super().__init__(EvalKit(backend=backend, clock=self.clock), {}, self.clock)
-        self._events = sorted((dice.uniform(0.0, self.end_s), self._event()) for _ in range(dice.randint(1, 3)))
+        self._events = sorted(
+            (dice.uniform(0.0, self.end_s), self._event()) for _ in range(dice.randint(1, 3))
+        )
         self._began = True
 
     def __iter__(self) -> Iterator[Sample]:
@@ -95,7 +101,10 @@ class Play(BoardSource):
 
     def _pins(self, pin: int, begin_s: float, end_s: float) -> float:
         t_s = (begin_s + end_s) / 2
-        changes = (press.profile(t_s) * press.depth_pF * (press.ratio if pin == 1 else 1.0) for press in self.presses)
+        changes = (
+            press.profile(t_s) * press.depth_pF * (press.ratio if pin == 1 else 1.0)
+            for press in self.presses
+        )
         return IDLE_PF[pin - 1] + self.shift_pF[pin - 1] + sum(changes)
 
     def _plugged(self, before: Callable[[], None]) -> Callable[[], None]:
@@ -107,13 +116,17 @@ class Play(BoardSource):
                     self.twin.chip.factory = bytes(dice.randrange(256) for _ in FACTORY)
                     self.twin.chip._dac_step_pF = (dice.uniform(0.14, 0.19), 0.158)
                 if dice.random() < 0.2:
-                    self.twin.faults.append(Fault("no answer", skip=dice.randrange(20), times=dice.randint(1, 4)))
+                    self.twin.faults.append(
+                        Fault("no answer", skip=dice.randrange(20), times=dice.randint(1, 4))
+                    )
             before()
 
         return plugged
 
     def _event(self) -> str:
-        return self.dice.choice(["unplug"] * 5 + ["gains", "centre", "lost conversion", "no answer", "brown-out"])
+        return self.dice.choice(
+            ["unplug"] * 5 + ["gains", "centre", "lost conversion", "no answer", "brown-out"]
+        )
 
     def _do(self, event: str) -> None:
         if event == "gains":
@@ -121,7 +134,9 @@ class Play(BoardSource):
         elif event == "centre":
             self.centre()
         else:
-            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 2.0}.get(event, 1.0)
+            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 2.0}.get(
+                event, 1.0
+            )
             self.twin.faults.append(Fault(event, amount, times=3 if event == "no answer" else 1))
 
 
@@ -130,7 +145,9 @@ WORKERS = 6
 
 
 @pytest.mark.parametrize("worker", range(WORKERS))
-def test_a_touch_after_a_gap_is_right_or_has_a_flag(worker: int, tmp_path: Path, tally: Tally) -> None:
+def test_a_touch_after_a_gap_is_right_or_has_a_flag(
+    worker: int, tmp_path: Path, tally: Tally
+) -> None:
     for number in range(worker, COUNT, WORKERS):
         play, path = Play(SEED + number), tmp_path / f"{number}.csv"
         stream = measured(play, record=path, seconds=TOUCH_S)
@@ -145,5 +162,7 @@ def test_a_touch_after_a_gap_is_right_or_has_a_flag(worker: int, tmp_path: Path,
             assert palpate.touches(again, seconds=TOUCH_S) == stream.touches, f"schedule {number}"
         tally.count("schedules with gaps")
         for touch in stream.touches if recording.gap_marks else ():
-            tally.count("touches beside gaps, " + ("with a flag" if touch.flags else "without a flag"))
+            tally.count(
+                "touches beside gaps, " + ("with a flag" if touch.flags else "without a flag")
+            )
             assert touch.flags or play.is_right(touch), f"schedule {number}: {touch}"

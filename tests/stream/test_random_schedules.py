@@ -27,7 +27,12 @@ ERRORS = (PalpateError, OSError, RuntimeError, ValueError, SystemExit)
 
 def bad(good: Sample) -> list[Any]:
     """Return what a source may yield in place of a sample: nothing of it can be stored."""
-    return [good._replace(t_hard_ns=2**63), good._replace(soft=math.nan), good._replace(status=99), None]
+    return [
+        good._replace(t_hard_ns=2**63),
+        good._replace(soft=math.nan),
+        good._replace(status=99),
+        None,
+    ]
 
 
 def unusual(good: Sample) -> list[Any]:

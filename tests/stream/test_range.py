@@ -21,14 +21,18 @@ def jumped(jump_pF: float, at: int = 400) -> list[Any]:
     return [row._replace(hard=row.hard + jump_pF) if row.seq >= at else row for row in rows]
 
 
-def test_a_channel_that_leaves_the_range_without_a_touch_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_channel_that_leaves_the_range_without_a_touch_is_told_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(stream_module, "_BATCH", 100)
     messages: list[str] = []
     with Stream(Scripted(jumped(6.0), full_scale_pF=4.0), notify=messages.append) as stream:
         outside = [stream.out_of_range for _ in stream.batches()]
     assert outside[0] == ()
     assert outside[-1] == ("hard",)
-    assert [message[:50] for message in messages] == ["hard: outside the range of the converter for 2 s, "]
+    assert [message[:50] for message in messages] == [
+        "hard: outside the range of the converter for 2 s, "
+    ]
     stream = measured(Scripted(jumped(6.0, at=750), full_scale_pF=4.0), notify=messages.append)
     assert (stream.out_of_range, len(messages)) == ((), 1)  # 1.3 s
 

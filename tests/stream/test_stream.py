@@ -19,7 +19,11 @@ def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounte
     """See that every sample is accounted for, in the counters and in the file; note it."""
     counters, report = stream.counters, check(path)
     assert counters.waiting == 0
-    assert counters.read == counters.delivered + counters.dropped == counters.recorded + counters.unrecorded
+    assert (
+        counters.read
+        == counters.delivered + counters.dropped
+        == counters.recorded + counters.unrecorded
+    )
     assert (report.clean, report.survey.rows) == (True, counters.recorded)
     last = stream._started().last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
@@ -29,9 +33,13 @@ def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounte
 
 
 @pytest.mark.parametrize("gap", [2, 10**6])
-def test_late_samples_and_those_that_never_came_are_counted(tmp_path: Path, gap: int, tally: Tally) -> None:
+def test_late_samples_and_those_that_never_came_are_counted(
+    tmp_path: Path, gap: int, tally: Tally
+) -> None:
     path = tmp_path / "run.csv"
-    with Stream(Scripted([sample(i * gap) for i in range(200)], live=True, period_s=0.026), record=path) as stream:
+    with Stream(
+        Scripted([sample(i * gap) for i in range(200)], live=True, period_s=0.026), record=path
+    ) as stream:
         assert len(list(stream)) == 200
     counters = settled(stream, path, "source slower, or with gaps", tally)
     assert (counters.lost, counters.late) == (199 * (gap - 1), 199)
@@ -54,7 +62,9 @@ def test_a_consumer_that_is_too_slow_loses_estimates_but_no_rows(
     assert (counters.read, counters.delivered, counters.unrecorded) == (2308, taken, 0)
 
 
-def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_source_faster_than_the_disk(
+    tmp_path: Path, tally: Tally, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A disk that hangs while three times what may wait for it comes: what has no room is counted, and said."""
     from palpate.recording import writer
 
@@ -63,17 +73,23 @@ def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch
     source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
     source.before = lambda _: begin.wait()
     with Stream(source, record=path) as stream:
-        monkeypatch.setattr(writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
+        monkeypatch.setattr(
+            writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1]
+        )
         begin.set()
         list(stream.batches())
         hangs.set()
     counters = settled(stream, path, "disk hangs", tally)
     assert counters.unrecorded > 0
-    assert f"{counters.unrecorded} samples were read, but are not in the file" in check(path).findings
+    assert (
+        f"{counters.unrecorded} samples were read, but are not in the file" in check(path).findings
+    )
 
 
 @pytest.mark.parametrize("count", [0, 500])
-@pytest.mark.parametrize("error", [None, DeviceNotFound("unplugged"), SystemExit(3), GeneratorExit()])
+@pytest.mark.parametrize(
+    "error", [None, DeviceNotFound("unplugged"), SystemExit(3), GeneratorExit()]
+)
 def test_what_the_source_raises_comes_after_its_last_sample(
     tmp_path: Path, count: int, error: BaseException | None, tally: Tally
 ) -> None:
@@ -137,7 +153,9 @@ def test_a_recording_is_closed_after_what_is_being_written_beside_it(
         ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift and a tracker"),
     ],
 )
-def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], message: str) -> None:
+def test_a_stream_that_cannot_be_made_closes_its_source(
+    wrong: dict[str, Any], message: str
+) -> None:
     source = Scripted([])
     with pytest.raises((ValueError, RecordingError), match=message):
         Stream(source, **wrong)
@@ -149,7 +167,10 @@ def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], m
 def test_a_source_that_cannot_be_recorded_is_closed(tmp_path: Path) -> None:
     refused = Scripted([])
     (tmp_path / "run.csv").write_text("precious")
-    with pytest.raises(RecordingError, match="already exists"), Stream(refused, record=tmp_path / "run.csv"):
+    with (
+        pytest.raises(RecordingError, match="already exists"),
+        Stream(refused, record=tmp_path / "run.csv"),
+    ):
         pass
     assert refused.closed == 1
 
@@ -164,7 +185,11 @@ def test_it_begins_once(tmp_path: Path) -> None:
     assert source.closed == 1
     with pytest.raises(ValueError, match="stream: got a second `with`, or one after close"), stream:
         pass
-    with Stream(Scripted([sample(0)])) as once, pytest.raises(ValueError, match="stream: got a second"), once:
+    with (
+        Stream(Scripted([sample(0)])) as once,
+        pytest.raises(ValueError, match="stream: got a second"),
+        once,
+    ):
         pass
 
 
@@ -201,7 +226,15 @@ def test_a_listener_gets_each_event_in_its_order(tmp_path: Path) -> None:
     gap = kinds.index("gap")
     assert (kinds[gap : gap + 2], events[gap][1].seq) == (["gap", "message"], 500)
     touches = [(event[1], event[2].revised) for event in events if event[0] == "touch"]
-    assert touches == [(1, False), (1, True), (2, False), (3, False), (3, True), (4, False), (4, True)]
+    assert touches == [
+        (1, False),
+        (1, True),
+        (2, False),
+        (3, False),
+        (3, True),
+        (4, False),
+        (4, True),
+    ]
     assert kinds.index("touch") > kinds.index("batch")
 
 

@@ -39,7 +39,13 @@ def told(estimates: Iterable[Estimate]) -> list[palpate.Touch]:
 
 @pytest.mark.parametrize(
     ("scene", "settings"),
-    [("handheld", {}), ("handheld", {"samples": 60, "drift": 1.0}), ("paper", {}), ("sliding", {}), ("fixed", {})],
+    [
+        ("handheld", {}),
+        ("handheld", {"samples": 60, "drift": 1.0}),
+        ("paper", {}),
+        ("sliding", {}),
+        ("fixed", {}),
+    ],
 )
 @pytest.mark.parametrize("source", ["sim:all?seed=3", "sim:saturating", "script"])
 def test_a_replay_has_the_bits_of_the_live_touches(
@@ -56,7 +62,9 @@ def test_a_replay_has_the_bits_of_the_live_touches(
     assert recording.settings["scene"] == scene
     assert bits(palpate.touches(recording, **recording.settings)) == bits(stream.touches)
     assert bits(palpate.touches(recorded(path), scene=scene, **settings)) == bits(stream.touches)
-    assert bits(palpate.touches(palpate.read(path), scene=scene, **settings)) == bits(stream.touches)
+    assert bits(palpate.touches(palpate.read(path), scene=scene, **settings)) == bits(
+        stream.touches
+    )
     with Stream(str(path), scene=scene, **settings) as again:
         assert [e.ratio.hex() for e in again][-1] == stream.tracker.ratio.hex()
     assert bits(again.touches) == bits(stream.touches)
@@ -93,7 +101,11 @@ def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
     marks = [mark["seq"] for mark in (sidecar.load(path) or {})["marks"]]
     assert marks == [10, 143, 460, 461]  # where the loop is, not where the reader is
     assert len(ended) == len(stream.touches)  # the one that the tare ended, too
-    assert bits(palpate.touches(recorded(path))) == bits(stream.touches) != bits(palpate.touches(palpate.read(path)))
+    assert (
+        bits(palpate.touches(recorded(path)))
+        == bits(stream.touches)
+        != bits(palpate.touches(palpate.read(path)))
+    )
 
 
 def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path) -> None:
@@ -108,13 +120,21 @@ def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path)
     assert abs(stream.touches[-1].ratio / run.presses[-1].ratios[0][1] - 1) < 0.01
 
 
-def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay(tmp_path: Path) -> None:
+def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay(
+    tmp_path: Path,
+) -> None:
     run, path = scenarios.run("lost-10", seed=2), tmp_path / "run.csv"
     block = run.block()
     alone = np.isfinite(block["hard"]) != np.isfinite(block["soft"])
     assert (alone.sum() > 50, set(block["status"][alone])) == (True, {Status.LOST})
-    stream = measured(Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path)
-    assert bits(stream.touches) == bits(palpate.touches(recorded(path))) == bits(palpate.touches(palpate.read(path)))
+    stream = measured(
+        Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path
+    )
+    assert (
+        bits(stream.touches)
+        == bits(palpate.touches(recorded(path)))
+        == bits(palpate.touches(palpate.read(path)))
+    )
     masked = block.copy()
     for name in ("hard", "soft"):
         masked[name][alone], masked[f"{name}_raw"][alone] = np.nan, -1
@@ -122,8 +142,12 @@ def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay
     assert bits(without.touches) != bits(stream.touches)
 
 
-@pytest.mark.parametrize(("stamps", "smoothed"), [("host", True), ("converter", False), (None, False)])
-def test_a_source_says_whose_its_stamps_are(tmp_path: Path, stamps: str | None, smoothed: bool) -> None:
+@pytest.mark.parametrize(
+    ("stamps", "smoothed"), [("host", True), ("converter", False), (None, False)]
+)
+def test_a_source_says_whose_its_stamps_are(
+    tmp_path: Path, stamps: str | None, smoothed: bool
+) -> None:
     path = tmp_path / "run.csv"
     described: dict[str, Any] = {"stamps": stamps} if stamps else {}
     run = scenarios.run("host-stamps", seed=1)

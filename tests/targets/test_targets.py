@@ -17,10 +17,15 @@ from targets import QUICK, TARGETS, Target
 INPUTS = ROOT / "cpp" / "include", ROOT / "tests" / "cpp", ROOT / "bench" / "embedded"
 
 
-def kept(name: str, compiler: str, make: Callable[[], dict[str, list[str]]]) -> dict[str, list[str]]:
+def kept(
+    name: str, compiler: str, make: Callable[[], dict[str, list[str]]]
+) -> dict[str, list[str]]:
     """Return the lines of each program, compiled and run again if a source or the compiler has changed."""
     found: dict[str, list[str]] = kept_json(
-        name, INPUTS, (need(compiler),), lambda made: made.write_text(json.dumps(make()), encoding="utf-8")
+        name,
+        INPUTS,
+        (need(compiler),),
+        lambda made: made.write_text(json.dumps(make()), encoding="utf-8"),
     )
     return found
 
@@ -32,7 +37,11 @@ def expected() -> dict[str, list[str]]:
 
 # Of a commit: both compilers, 32 bits, another processor, the other order of bytes, another system, no system.
 CHOSEN = (
-    TARGETS if ALL else [t for t in TARGETS if t.name not in ("armhf", "riscv64", "ppc64le") and t.printing != QUICK]
+    TARGETS
+    if ALL
+    else [
+        t for t in TARGETS if t.name not in ("armhf", "riscv64", "ppc64le") and t.printing != QUICK
+    ]
 )
 
 
@@ -116,21 +125,39 @@ def said(compiler: str, *flags: str, header: str = "arithmetic", folder: Path) -
     """Return what a compiler's preprocessor says of a header: empty if it takes it."""
     source = folder / "said.cpp"
     source.write_text(f"#include <palpate/{header}.hpp>\n")
-    command = [need(compiler), *flags, INCLUDE, "-std=c++17", "-E", str(source), "-o", str(folder / "said.i")]
+    command = [
+        need(compiler),
+        *flags,
+        INCLUDE,
+        "-std=c++17",
+        "-E",
+        str(source),
+        "-o",
+        str(folder / "said.i"),
+    ]
     return subprocess.run(command, check=False, capture_output=True, text=True).stderr
 
 
 def test_vectors_of_32_bit_arm_are_refused(tmp_path: Path) -> None:
     neon = ("-D__arm__", "-D__ARM_NEON")  # the headers of such a target need not be here
     assert "vectors of 32-bit ARM" in said("clang++", *neon, folder=tmp_path)
-    assert said("clang++", *neon, "-DPALPATE_VECTORS_OFF", folder=tmp_path).count("palpate needs") == 0
+    assert (
+        said("clang++", *neon, "-DPALPATE_VECTORS_OFF", folder=tmp_path).count("palpate needs") == 0
+    )
 
 
 def test_other_arithmetic_is_refused_with_the_flags_to_add(tmp_path: Path) -> None:
-    assert "add -msse2 -mfpmath=sse" in said("g++", "-U__FLT_EVAL_METHOD__", "-D__FLT_EVAL_METHOD__=2", folder=tmp_path)
+    assert "add -msse2 -mfpmath=sse" in said(
+        "g++", "-U__FLT_EVAL_METHOD__", "-D__FLT_EVAL_METHOD__=2", folder=tmp_path
+    )
     unknown = ("-U__GNUC__", "-nostdinc")
-    assert "does not know this compiler" in said("g++", *unknown, header="contraction", folder=tmp_path)
-    assert said("g++", *unknown, "-DPALPATE_CONTRACTION_OFF", header="contraction", folder=tmp_path) == ""
+    assert "does not know this compiler" in said(
+        "g++", *unknown, header="contraction", folder=tmp_path
+    )
+    assert (
+        said("g++", *unknown, "-DPALPATE_CONTRACTION_OFF", header="contraction", folder=tmp_path)
+        == ""
+    )
     assert said("g++", *unknown, "-D_MSC_VER=1930", header="contraction", folder=tmp_path) == ""
     assert "fp_contract(off)" in (tmp_path / "said.i").read_text()
     assert "needs IEEE arithmetic" in said("g++", "-D_M_FP_FAST=1", folder=tmp_path)

@@ -28,7 +28,9 @@ def document(*arguments: str | Path, **environment: str) -> Any:
     return json.loads(run(*arguments, "--json", **environment).stdout)
 
 
-def commands(command: click.Command = main, names: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+def commands(
+    command: click.Command = main, names: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Yield the words and the object of `palpate` and of each command."""
     yield names, command
     if isinstance(command, click.Group):
@@ -42,7 +44,12 @@ def commands(command: click.Command = main, names: tuple[str, ...] = ()) -> Iter
 def lines_of(block: str) -> list[str]:
     """Return what follows `palpate` in the lines of a block of shell, without comments and what comes after a pipe."""
     joined = re.sub(r"\\\n\s*", " ", block)
-    found = [match[1] for line in joined.splitlines() for part in line.split(" && ") if (match := _PROGRAM.match(part))]
+    found = [
+        match[1]
+        for line in joined.splitlines()
+        for part in line.split(" && ")
+        if (match := _PROGRAM.match(part))
+    ]
     return [re.split(r" (?:\||\|\||&|>|2>)", line)[0] for line in found]
 
 
@@ -66,8 +73,14 @@ def has_options(line: str) -> str | None:
     command, words, name = _command(shlex.split(line))
     if not name and words and not words[0].startswith("-"):
         return f"no command {words[0]}"
-    known = {name for parameter in command.params for name in parameter.opts} | {"--help", "--debug", "-h"}
-    unknown = [word for word in words if re.match(r"--?[a-z]", word) and word.split("=")[0] not in known]
+    known = {name for parameter in command.params for name in parameter.opts} | {
+        "--help",
+        "--debug",
+        "-h",
+    }
+    unknown = [
+        word for word in words if re.match(r"--?[a-z]", word) and word.split("=")[0] not in known
+    ]
     return f"no option {unknown}" if unknown else None
 
 

@@ -95,7 +95,11 @@ def replayed(folder: Path) -> str:
     """Return what replay and check say of each recording."""
     parts = []
     for path in recordings(folder):
-        parts += [said("replay", str(path)), said("replay", str(path), "--json"), said("check", str(path), "--json")]
+        parts += [
+            said("replay", str(path)),
+            said("replay", str(path), "--json"),
+            said("check", str(path), "--json"),
+        ]
         parts.append(said("check", str(path)))
     whole = str(folder / "whole-described.csv")
     options = [["--scene", scene] for scene in ("fixed", "paper", "sliding")]
@@ -110,7 +114,11 @@ def written(folder: Path) -> str:
         path = folder / f"{name}.csv"
         said("record", f"sim:{name}?seed=1", "-o", str(path), "--note", "frozen")
         lines = path.read_text().splitlines()
-        parts += [f"{name}: {len(lines)} lines, crc32 {zlib.crc32(path.read_bytes())}", *lines[:3], lines[-1]]
+        parts += [
+            f"{name}: {len(lines)} lines, crc32 {zlib.crc32(path.read_bytes())}",
+            *lines[:3],
+            lines[-1],
+        ]
         parts.append(path.with_suffix(".json").read_text())
     return "\n".join(parts)
 
@@ -122,7 +130,9 @@ def repaired(folder: Path) -> str:
         if path.stem not in SIMULATED:
             parts.append(said("check", "--repair", "--yes", str(path)))
             for left in sorted(folder.glob(f"{path.stem}.*")):
-                parts.append(f"{left.name} {left.stat().st_size if left.suffix != '.json' else ''}\n")
+                parts.append(
+                    f"{left.name} {left.stat().st_size if left.suffix != '.json' else ''}\n"
+                )
     return "".join(parts)
 
 
@@ -160,26 +170,53 @@ def calibrated(folder: Path) -> str:
     said("simulate", "-o", str(folder / "gel"), "--object", "gel=1.1", "--seed", "7")
     said("record", "sim:four-specimens?seed=2", "-o", str(folder / "four.csv"))
     moduli = str(folder / "ten" / "moduli.csv")
-    specimens = [str(path) for path in sorted((folder / "ten").glob("*.csv")) if str(path) != moduli]
+    specimens = [
+        str(path) for path in sorted((folder / "ten").glob("*.csv")) if str(path) != moduli
+    ]
     probe, gel = folder / "probe.toml", folder / "gel" / "gel.csv"
     shared = ["--moduli", moduli, "--force", "-o"]
     parts = [
-        said("calibrate", *specimens, *shared, str(probe), "--report", str(folder / "calibration.html")),
+        said(
+            "calibrate",
+            *specimens,
+            *shared,
+            str(probe),
+            "--report",
+            str(folder / "calibration.html"),
+        ),
         said("calibrate", *specimens, *shared, str(folder / "json.toml"), "--json"),
         said("calibrate", *specimens, *shared, str(folder / "level.toml"), "--ratio", "level"),
         said("calibrate", *specimens[:3], *shared, str(folder / "few.toml"), "--by", "mean"),
-        said("calibrate", *specimens, *shared, str(folder / "soft.toml"), "--free-soft-ratio", "--accept", "offset"),
+        said(
+            "calibrate",
+            *specimens,
+            *shared,
+            str(folder / "soft.toml"),
+            "--free-soft-ratio",
+            "--accept",
+            "offset",
+        ),
     ]
     parts += [path.read_text() for path in sorted(folder.glob("*.toml"))]
     for calibration in ("probe", "level", "few"):
         options = ["--calibration", str(folder / f"{calibration}.toml")]
         for path in (gel, folder / "four.csv"):
-            parts += [said("replay", str(path), *options), said("replay", str(path), *options, "--json")]
+            parts += [
+                said("replay", str(path), *options),
+                said("replay", str(path), *options, "--json"),
+            ]
         made = str(folder / f"{calibration}.html")
-        parts.append(said("report", str(gel), *options, "-o", made, "--operator", "A. Bee", "--shore"))
+        parts.append(
+            said("report", str(gel), *options, "-o", made, "--operator", "A. Bee", "--shore")
+        )
         parts.append(_text_of(Path(made).read_text(encoding="utf-8")))
-    parts.append(said("report", str(folder / "four.csv"), "-o", str(folder / "plain.html"), "--unit", "kPa"))
-    parts += [_text_of((folder / name).read_text(encoding="utf-8")) for name in ("plain.html", "calibration.html")]
+    parts.append(
+        said("report", str(folder / "four.csv"), "-o", str(folder / "plain.html"), "--unit", "kPa")
+    )
+    parts += [
+        _text_of((folder / name).read_text(encoding="utf-8"))
+        for name in ("plain.html", "calibration.html")
+    ]
     return "\n".join(parts)
 
 
@@ -209,7 +246,10 @@ def accepted(folder: Path) -> str:
                 said("kit", "accept", "sim:?wiring=exca", "--no-prompt", "-o", report),
                 said("kit", "report", report),
                 Path(report).read_text(encoding="utf-8"),
-                *(said("kit", "scan", f"sim:{wiring}") for wiring in ("", "?wiring=exca", "?wiring=excb-shorted")),
+                *(
+                    said("kit", "scan", f"sim:{wiring}")
+                    for wiring in ("", "?wiring=exca", "?wiring=excb-shorted")
+                ),
                 said("kit", "dump", "sim:"),
                 said("kit", "noise", "sim:", "--capf", "0"),
                 said("devices"),
@@ -219,11 +259,17 @@ def accepted(folder: Path) -> str:
 
 def names(_: Path) -> str:
     """Return the public names with their signatures and members."""
-    listed = re.findall(r"^   (palpate\.\S+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+    listed = re.findall(
+        r"^   (palpate\.\S+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
     parts = [f"palpate: {' '.join(palpate.__all__)}"]
     for name in sorted(set(listed)):
         found = pkgutil.resolve_name(name)
-        members = sorted(each for each in dir(found) if not each.startswith("_")) if inspect.isclass(found) else []
+        members = (
+            sorted(each for each in dir(found) if not each.startswith("_"))
+            if inspect.isclass(found)
+            else []
+        )
         parts.append(f"{name}{_signature(found)} {' '.join(members)}".rstrip())
     return "\n".join(parts) + "\n"
 
@@ -240,7 +286,9 @@ def helps(_: Path) -> str:
     return "\n".join(said(*words, "--help") for words, _ in commands())
 
 
-async def _messages(live: Live, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
+async def _messages(
+    live: Live, enough: Callable[[dict[str, Any]], bool]
+) -> tuple[dict[str, Any], list[bytes]]:
     """Return the last message of each type that a page gets, and the frames of rows, until a state is enough."""
     cookie = {"Cookie": f"palpate-{live.port}={live.token}"}
     last: dict[str, Any] = {"state": {"state": "begun"}}
@@ -252,7 +300,10 @@ async def _messages(live: Live, enough: Callable[[dict[str, Any]], bool]) -> tup
             if isinstance(message, bytes):
                 _, number, rows, kind = HEADER.unpack_from(message)
                 if kind == Kind.VIEW:
-                    last[f"view{number}"] = {"rows": rows, "crc32": zlib.crc32(message[HEADER.size :])}
+                    last[f"view{number}"] = {
+                        "rows": rows,
+                        "crc32": zlib.crc32(message[HEADER.size :]),
+                    }
                 else:
                     frames.append(message)
                 continue
@@ -269,7 +320,9 @@ async def _messages(live: Live, enough: Callable[[dict[str, Any]], bool]) -> tup
     return last, frames
 
 
-def _page(source: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
+def _page(
+    source: str, enough: Callable[[dict[str, Any]], bool]
+) -> tuple[dict[str, Any], list[bytes]]:
     with chdir(FOUR.parent), Live(source=source) as live:
         return asyncio.run(_messages(live, enough))
 
@@ -288,10 +341,16 @@ def _keys(value: Any, path: str = "") -> Iterator[str]:
 
 def page(_: Path) -> str:
     """Return the messages of a page that shows a recording, and the form and the touches of those of a measurement."""
-    shown, frames = _page(FOUR.name, lambda last: last["state"]["state"] == "ended" and "view4" in last)
+    shown, frames = _page(
+        FOUR.name, lambda last: last["state"]["state"] == "ended" and "view4" in last
+    )
     parts = [json.dumps(shown[name]) for name in sorted(shown)]
-    parts.append(f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}")
-    played, _frames = _page(f"{FOUR.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "view4" in last)
+    parts.append(
+        f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}"
+    )
+    played, _frames = _page(
+        f"{FOUR.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "view4" in last
+    )
     for name in sorted(played):
         parts += [name, *sorted(set(_keys(played[name])))]
     parts.append(json.dumps(played["touches"]))
@@ -300,7 +359,19 @@ def page(_: Path) -> str:
 
 FROZEN: dict[str, Callable[[Path], str]] = {
     made.__name__: made
-    for made in (replayed, written, repaired, foreign, advised, calibrated, converted, accepted, names, helps, page)
+    for made in (
+        replayed,
+        written,
+        repaired,
+        foreign,
+        advised,
+        calibrated,
+        converted,
+        accepted,
+        names,
+        helps,
+        page,
+    )
 }
 
 

@@ -20,7 +20,9 @@ from unittest.mock import patch
 import scipy.optimize
 import scipy.special  # noqa: F401
 
-FOLDER = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None, prefix="palpate-"))
+FOLDER = Path(
+    tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None, prefix="palpate-")
+)
 
 
 imports: contextlib.AbstractContextManager[Any] = contextlib.nullcontext()
@@ -65,7 +67,9 @@ def own_file(data: bytes) -> None:
         parse_rows(data)
     except ValueError:
         cut = data.endswith(b"\r")  # within the end of a line
-        assert cut or any(unreadable(line + b"\n") for line in data.removesuffix(b"\n").split(b"\n"))
+        assert cut or any(
+            unreadable(line + b"\n") for line in data.removesuffix(b"\n").split(b"\n")
+        )
     path = _file("own.csv", HEADER.encode() + data)
     with suppress(RecordingError):
         report = check(path)
@@ -81,7 +85,9 @@ def own_file(data: bytes) -> None:
 def table(data: bytes) -> None:
     """Parse a table of another logger; the first byte selects the options."""
     how = data[0] if data else 0
-    columns: dict[str, str | int] = {"hard": "hard", "soft": "soft"} if how & 1 else {"hard": 2, "soft": 3}
+    columns: dict[str, str | int] = (
+        {"hard": "hard", "soft": "soft"} if how & 1 else {"hard": 2, "soft": 3}
+    )
     columns |= {"time": 1} if how & 2 else {}
     path = _file("table.csv", data[1:])
     with suppress(RecordingError, ValueError):
@@ -167,7 +173,9 @@ def uri(data: bytes) -> None:
         split(text)
     refused = (ValueError, SourceError, RecordingError)
     no_port = patch("serial.Serial", side_effect=OSError("no port"))
-    no_plugins = patch("palpate.sources.registry.entry_points", return_value=[])  # reads the metadata of each package
+    no_plugins = patch(
+        "palpate.sources.registry.entry_points", return_value=[]
+    )  # reads the metadata of each package
     with no_port, no_plugins, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # warning of Python for a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
@@ -186,7 +194,10 @@ def request(data: bytes) -> None:
     No access without the token if there is one, nor with another host name, nor from a page of another origin.
     """
     query, *lines = data.split(b"\n")
-    headers = [(name.strip().lower(), value.strip()) for name, _, value in (line.partition(b"=") for line in lines)]
+    headers = [
+        (name.strip().lower(), value.strip())
+        for name, _, value in (line.partition(b"=") for line in lines)
+    ]
     for kind in ("http", "websocket"):
         scope = {"type": kind, "path": "/", "query_string": query, "headers": headers}
         assert not _passed(scope, TOKEN)
@@ -215,7 +226,17 @@ def _passed(scope: dict[str, Any], token: str | None) -> bool:
 TARGETS: dict[str, Callable[[bytes], None]] = {
     **{
         each.__name__: each
-        for each in (own_file, table, calibration, moduli, kit_report, firmware, lines, uri, request)
+        for each in (
+            own_file,
+            table,
+            calibration,
+            moduli,
+            kit_report,
+            firmware,
+            lines,
+            uri,
+            request,
+        )
     },
     "sidecar": sidecar_of,
     "config": config_file,

@@ -39,7 +39,13 @@ def anywhere() -> Iterator[tuple[str, bytes]]:
 
 def found() -> dict[str, list[tuple[str, bytes]]]:
     """Return contents that once took too long, by parser: sidecars that are right but for one part, and a table."""
-    right = {"schema": '"palpate-recording-2"', "device": "{}", "settings": "{}", "notes": "[]", "marks": "[]"}
+    right = {
+        "schema": '"palpate-recording-2"',
+        "device": "{}",
+        "settings": "{}",
+        "notes": "[]",
+        "marks": "[]",
+    }
     parts = {
         "100,000 marks": {"marks": json.dumps([0] * 100_000)},
         "10,000 tares": {"marks": json.dumps([{"seq": i, "tare": True} for i in range(10_000)])},
@@ -47,7 +53,8 @@ def found() -> dict[str, list[tuple[str, bytes]]]:
         "full scale of 4000 digits": {"device": '{"full_scale_pF":' + "9" * 4000 + "}"},
     }
     sidecars = {
-        name: ",".join(f'"{key}":{text}' for key, text in (right | part).items()) for name, part in parts.items()
+        name: ",".join(f'"{key}":{text}' for key, text in (right | part).items())
+        for name, part in parts.items()
     }
     wide = "1," * 100_000 + "\n"
     return {

@@ -26,7 +26,13 @@ class Kernel:
     ) -> None:  # fmt: skip
         # pF at CIN1 and CIN2; ticks a second, at which a sleep ends; a step of this chip's CAPDAC; excitation pins of the
         # device tree; whether the offsets may be written.
-        self.folder, self.picofarads, self.step_pF, self.pins, self.root = folder, picofarads, step_pF, pins, root
+        self.folder, self.picofarads, self.step_pF, self.pins, self.root = (
+            folder,
+            picofarads,
+            step_pF,
+            pins,
+            root,
+        )
         self.tick_ns, self.now_ns = 10**9 // hz, 10**12 + 123_456
         self.capdac, self.capf = [0, 0], 0
         self.random = random.Random(1)
@@ -52,7 +58,11 @@ class Kernel:
             return str(self.convert(int(name[14])))
         if name.endswith("_offset"):
             return str(self.capdac[int(name[14])] * 338646)
-        files = {"name": "ad7746", "scale": self.scale, "sampling_frequency": str(FREQUENCIES[self.capf])}
+        files = {
+            "name": "ad7746",
+            "scale": self.scale,
+            "sampling_frequency": str(FREQUENCIES[self.capf]),
+        }
         return files[name.removeprefix("in_capacitance_")]
 
     def write(self, path: Path, text: str) -> None:
@@ -69,7 +79,9 @@ class Kernel:
         self.now_ns += I2C_NS + self.stall_ns * channel
         lasts = round(datasheet.CONVERSION_S[self.capf] * 1e9)
         noise = self.random.gauss(0, datasheet.NOISE_PF[self.capf])
-        value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(self.pins)
+        value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(
+            self.pins
+        )
         code = datasheet.code_of(value)
         self.conversions.append((channel, self.now_ns + lasts // 2, code))
         ticks = -(-SLEEPS_MS[self.capf] * 1_000_000 // self.tick_ns) + 1

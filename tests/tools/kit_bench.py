@@ -25,7 +25,9 @@ from palpate.samples import Sample, Status
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
-CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))  # about the result of `auto_capdac`
+CENTRED = Configuration(
+    hard=Channel(capdac=41), soft=Channel(capdac=27)
+)  # about the result of `auto_capdac`
 
 
 def pins(pin: int, begin_s: float, end_s: float) -> float:
@@ -76,13 +78,21 @@ class Bench(ExitStack):
     """All objects of a test; closes them and checks that nothing is left open."""
 
     def __init__(
-        self, *, plugged: bool = True, loaded: bool = True, seed: int = 0, carrier: Any = None, bus_kHz: float = BUS_KHZ
+        self,
+        *,
+        plugged: bool = True,
+        loaded: bool = True,
+        seed: int = 0,
+        carrier: Any = None,
+        bus_kHz: float = BUS_KHZ,
     ) -> None:
         super().__init__()
         real = os.environ.get("PALPATE_CARRIER") == "usbfs"
         self.carrier: Any = carrier or (_usbfs() if real else ProcessCarrier())
         self.callback(self.carrier.close)
-        self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz)
+        self.kit = KitTwin(
+            ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz
+        )
         self.configuration = CENTRED
         self.firmware: Path | None = None
         self.notes: list[str] = []
@@ -100,14 +110,25 @@ class Bench(ExitStack):
     def open_kit(self, bus: int | None = None, address: int | None = None) -> EvalKit:
         """Open the board, without a driver."""
         where = {"bus": bus, "address": address}
-        kit = EvalKit(**where, firmware=self.firmware, backend=self.carrier.backend(), clock=self.carrier.clock)
+        kit = EvalKit(
+            **where,
+            firmware=self.firmware,
+            backend=self.carrier.backend(),
+            clock=self.carrier.clock,
+        )
         return self.enter_context(closing(kit))
 
     def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
         """Open and configure the driver."""
         kit, clock = self.open_kit(**where), self.carrier.clock
-        limit_ns = 10**9 if self.carrier.real else LIMIT_NS  # the servers of real carriers may be late
-        options: dict[str, Any] = {"replug_s": self.replug_s, "notify": self.notes.append, "limit_ns": limit_ns}
+        limit_ns = (
+            10**9 if self.carrier.real else LIMIT_NS
+        )  # the servers of real carriers may be late
+        options: dict[str, Any] = {
+            "replug_s": self.replug_s,
+            "notify": self.notes.append,
+            "limit_ns": limit_ns,
+        }
         driver = Ad7746(kit, configuration or self.configuration, clock, **options)
         driver.start()
         return self.enter_context(closing(driver))
@@ -129,12 +150,18 @@ class Bench(ExitStack):
 
         If reading ended with an error, pairs may have been lost after the last sample.
         """
-        ended = {(c.pin, c.code): (c.begin + c.end) / 2 for c in self.kit.chip.conversions if not c.lost}
+        ended = {
+            (c.pin, c.code): (c.begin + c.end) / 2 for c in self.kit.chip.conversions if not c.lost
+        }
         for sample in self.samples:
             if sample.status == Status.LOST:
                 assert math.isnan(sample.soft)
                 assert sample.soft_raw == -1
-                assert math.isnan(sample.hard) if sample.hard_raw == -1 else (1, sample.hard_raw) in ended
+                assert (
+                    math.isnan(sample.hard)
+                    if sample.hard_raw == -1
+                    else (1, sample.hard_raw) in ended
+                )
                 continue
             assert (1, sample.hard_raw) in ended, sample
             assert (2, sample.soft_raw) in ended, sample

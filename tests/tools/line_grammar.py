@@ -31,7 +31,9 @@ def strict(line: bytes) -> tuple[float, float] | None:
     text = line.decode(errors="replace").strip()
     if text.startswith("{"):
         try:
-            cells = json.loads(text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str)
+            cells = json.loads(
+                text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str
+            )
         except (ValueError, RecursionError):
             return None
         return _pair([(label, "nan" if value is None else str(value)) for label, value in cells])
@@ -41,8 +43,14 @@ def strict(line: bytes) -> tuple[float, float] | None:
     named = [re.match(r"([A-Za-z_][A-Za-z0-9_]*)[=:]", part) for part in parts]
     labels = [match[1] if match else "" for match in named]
     if any(labels):
-        return _pair([(label, part[len(label) + 1 :]) for label, part in zip(labels, parts, strict=True)])
-    return _pair([("hard", parts[0]), ("soft", parts[1])]) if len(parts) == 2 and all("." in p for p in parts) else None
+        return _pair(
+            [(label, part[len(label) + 1 :]) for label, part in zip(labels, parts, strict=True)]
+        )
+    return (
+        _pair([("hard", parts[0]), ("soft", parts[1])])
+        if len(parts) == 2 and all("." in p for p in parts)
+        else None
+    )
 
 
 def _pair(cells: Cells) -> tuple[float, float] | None:
@@ -56,16 +64,24 @@ def _pair(cells: Cells) -> tuple[float, float] | None:
         found[role] = value
         bare += [abs(value)] if role in ("hard", "soft") and not unit and not isnan(value) else []
     channels = set(found) & {"hard", "soft", "hard_raw", "soft_raw"}
-    if channels not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}) or any(not 0.01 <= size <= 100 for size in bare):
+    if channels not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}) or any(
+        not 0.01 <= size <= 100 for size in bare
+    ):
         return None
     if ("t_hard" in found) != ("t_soft" in found) or {"t", "t_hard"} <= set(found):
         return None
     if "t_hard" in found and abs(found["t_hard"] - found["t_soft"]) > 10e9:
         return None
     codes = {name: found[f"{name}_raw"] for name in ("hard", "soft") if name not in found}
-    found |= {name: nan if code < 0 else (code - 2**23) * 8.192 / 2**24 for name, code in codes.items()}
+    found |= {
+        name: nan if code < 0 else (code - 2**23) * 8.192 / 2**24 for name, code in codes.items()
+    }
     hard, soft = found["hard"], found["soft"]
-    return (hard, soft) if "status" not in found or (found["status"] == 8) == isnan(hard + soft) else None
+    return (
+        (hard, soft)
+        if "status" not in found or (found["status"] == 8) == isnan(hard + soft)
+        else None
+    )
 
 
 def _role(label: str) -> tuple[str, str]:
@@ -84,7 +100,9 @@ def _value(role: str, unit: str, text: str) -> float | None:
     """Return pF, ns or a whole number; None: it is none."""
     if role in WHOLE:
         low, high = WHOLE[role]
-        return int(text) if re.fullmatch(r"-?[0-9]{1,20}", text) and low <= int(text) <= high else None
+        return (
+            int(text) if re.fullmatch(r"-?[0-9]{1,20}", text) and low <= int(text) <= high else None
+        )
     if not role or not re.fullmatch(f"{NUMBER}|{MARK}", text, re.IGNORECASE):
         return None
     value = float(text) if re.fullmatch(NUMBER, text) and abs(float(text)) < 1e30 else nan
@@ -114,8 +132,16 @@ def line_of(rng: Random) -> bytes:
         text = rng.choice(_GOOD)
         for _ in range(rng.choice((0, 1, 1, 2, 3))):
             at = rng.randint(0, len(text))
-            text = text[:at] + rng.choice(("", rng.choice(_PIECES))) + text[at + rng.choice((0, 0, 1, 2)) :]
-    line = text.encode("utf-8" if rng.random() < 0.9 else "latin-1", "replace").replace(b"\n", b"").replace(b"\r", b"")
+            text = (
+                text[:at]
+                + rng.choice(("", rng.choice(_PIECES)))
+                + text[at + rng.choice((0, 0, 1, 2)) :]
+            )
+    line = (
+        text.encode("utf-8" if rng.random() < 0.9 else "latin-1", "replace")
+        .replace(b"\n", b"")
+        .replace(b"\r", b"")
+    )
     if rng.random() < 0.1:
         line = line.strip()
         line += b"*%02X" % (reduce(lambda a, b: a ^ b, line, 0) ^ (rng.random() < 0.2))

@@ -48,7 +48,13 @@ class Bench(Workbench):
         return state
 
 
-def begun(source: str | Callable[..., Source], folder: Path, *, record: bool = True, lsl: str | None = None) -> Bench:
+def begun(
+    source: str | Callable[..., Source],
+    folder: Path,
+    *,
+    record: bool = True,
+    lsl: str | None = None,
+) -> Bench:
     """Measure in a folder, and record to run.csv; a simulation without `speed` runs in real time."""
     opened = opener(source, {}) if isinstance(source, str) else source
     files = RunFiles(folder / "run.csv" if record else None, folder)
@@ -59,7 +65,9 @@ def begun(source: str | Callable[..., Source], folder: Path, *, record: bool = T
 
 
 def client(bench: Workbench) -> TestClient:
-    return TestClient(PageApp(bench).app(HOST, PORT), base_url=ORIGIN, headers={"host": OWN, "origin": ORIGIN})
+    return TestClient(
+        PageApp(bench).app(HOST, PORT), base_url=ORIGIN, headers={"host": OWN, "origin": ORIGIN}
+    )
 
 
 def noisy(number: int) -> tuple[float, float]:
@@ -69,7 +77,9 @@ def noisy(number: int) -> tuple[float, float]:
 class Fed(Source):
     """Pairs each `pause_s`; `made` gives number -> hard, soft, pF, or None: wait."""
 
-    def __init__(self, made: Callable[[int], tuple[float, float] | None], pause_s: float = 0.01) -> None:
+    def __init__(
+        self, made: Callable[[int], tuple[float, float] | None], pause_s: float = 0.01
+    ) -> None:
         self._made, self._pause_s, self._stopped = made, pause_s, False
 
     def __iter__(self) -> Iterator[Sample]:
@@ -103,7 +113,9 @@ class Played(LiveMeasurement):
         self.at_s = 0.0
         self.told: list[tuple[float, dict[str, Any]]] = []
         plan = TouchPlan(self)
-        self.page_state = ConnectionState(self, plan, TouchTable(self, plan), clock=lambda: self.at_s)
+        self.page_state = ConnectionState(
+            self, plan, TouchTable(self, plan), clock=lambda: self.at_s
+        )
 
     def play(self, until_s: float = math.inf, at: dict[float, Any] | None = None) -> "Played":
         """Play to a time or the end; `at`: what to do with the stream, by time."""
@@ -128,7 +140,9 @@ class Played(LiveMeasurement):
     @property
     def course(self) -> list[tuple[str, str]]:
         """Word and line, each time that one of them changed."""
-        return _changes([(document["now"]["word"], document["line"]["what"]) for _, document in self.told])
+        return _changes(
+            [(document["now"]["word"], document["line"]["what"]) for _, document in self.told]
+        )
 
     @property
     def announced(self) -> list[str]:
@@ -137,7 +151,9 @@ class Played(LiveMeasurement):
 
     def first(self, what: str) -> tuple[float, dict[str, Any]]:
         """Return when a line was told first, and the state."""
-        return next((at_s, document) for at_s, document in self.told if document["line"]["what"] == what)
+        return next(
+            (at_s, document) for at_s, document in self.told if document["line"]["what"] == what
+        )
 
 
 def _changes(values: list[Any]) -> list[Any]:

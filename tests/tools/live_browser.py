@@ -45,7 +45,9 @@ class Browser:
 
     def until(self, holds: Any, patience_s: float = PATIENCE_S) -> None:
         """Wait for a condition; an element that the page replaces meanwhile is looked for again."""
-        wait = WebDriverWait(self.driver, patience_s, 0.1, ignored_exceptions=[StaleElementReferenceException])
+        wait = WebDriverWait(
+            self.driver, patience_s, 0.1, ignored_exceptions=[StaleElementReferenceException]
+        )
         wait.until(lambda _: holds())
 
     def settled(self, script: str) -> Any:
@@ -75,7 +77,9 @@ class Browser:
 
     def drawn(self) -> None:
         """Wait for two frames."""
-        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+        self.driver.execute_async_script(
+            "requestAnimationFrame(() => requestAnimationFrame(arguments[0]))"
+        )
 
     def reset(self) -> None:
         """Leave the page, close what it opened, and forget what it did."""
@@ -93,14 +97,26 @@ class Browser:
     def downloaded(self, name: str) -> Path:
         """Wait for a download; return its path. The browser makes an empty file first, and writes beside it."""
         path = self.downloads / name
-        self.until(lambda: path.exists() and path.stat().st_size and not [*self.downloads.glob("*.crdownload")])
+        self.until(
+            lambda: (
+                path.exists() and path.stat().st_size and not [*self.downloads.glob("*.crdownload")]
+            )
+        )
         return path
 
     def requests(self) -> set[str]:
         """Return the addresses that were asked for since the last call; what is in a page itself has none."""
-        told = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
-        asked = {one["params"]["request"]["url"] for one in told if one["method"] == "Network.requestWillBeSent"}
-        sockets = {one["params"]["url"] for one in told if one["method"] == "Network.webSocketCreated"}
+        told = [
+            json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")
+        ]
+        asked = {
+            one["params"]["request"]["url"]
+            for one in told
+            if one["method"] == "Network.requestWillBeSent"
+        }
+        sockets = {
+            one["params"]["url"] for one in told if one["method"] == "Network.webSocketCreated"
+        }
         return {url for url in asked | sockets if not url.startswith("data:")}
 
     def complaints(self) -> list[str]:
@@ -113,7 +129,13 @@ def browser(downloads: Path) -> Iterator[Browser]:
     """Start Chromium; its downloads go to a folder."""
     options = webdriver.ChromeOptions()
     options.binary_location = need("chromium")
-    for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,1180"):
+    for argument in (
+        "headless=new",
+        "no-sandbox",
+        "disable-gpu",
+        "disable-dev-shm-usage",
+        "window-size=1280,1180",
+    ):
         options.add_argument(f"--{argument}")
     options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})

@@ -16,10 +16,15 @@ PATIENCE_S = 90  # long, since a busy machine is slow
 class Live:
     """A server in a separate process."""
 
-    def __init__(self, *options: str, source: str = SOURCE, port: int = 0, told: int = subprocess.DEVNULL) -> None:
+    def __init__(
+        self, *options: str, source: str = SOURCE, port: int = 0, told: int = subprocess.DEVNULL
+    ) -> None:
         command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json"]
         self.process = subprocess.Popen(
-            [*command, "--port", str(port), *options], stdout=subprocess.PIPE, stderr=told, text=True
+            [*command, "--port", str(port), *options],
+            stdout=subprocess.PIPE,
+            stderr=told,
+            text=True,
         )
         assert self.process.stdout
         self.address: str = json.loads(self.process.stdout.readline())["address"]
@@ -58,6 +63,8 @@ class Live:
     def asks(self, path: str, token: str = "") -> int:
         """Ask with this token as the page's cookie; return the status."""
         connection = HTTPConnection(urlsplit(self.address).netloc, timeout=PATIENCE_S)
-        connection.request("GET", path, headers={"Cookie": f"palpate-{self.port}={token}"} if token else {})
+        connection.request(
+            "GET", path, headers={"Cookie": f"palpate-{self.port}={token}"} if token else {}
+        )
         with closing(connection):
             return connection.getresponse().status

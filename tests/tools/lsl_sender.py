@@ -14,9 +14,15 @@ PERIOD_S = 0.01
 class Sender:
     """A stream as another program makes it; `more`: its kind, rate, form and manufacturer."""
 
-    def __init__(self, name: str, labels: Sequence[str], units: Sequence[str] = (), **more: Any) -> None:
+    def __init__(
+        self, name: str, labels: Sequence[str], units: Sequence[str] = (), **more: Any
+    ) -> None:
         self.name = name
-        kind, rate, form = more.get("kind", "Capacitance"), more.get("rate", 0.0), more.get("form", pylsl.cf_double64)
+        kind, rate, form = (
+            more.get("kind", "Capacitance"),
+            more.get("rate", 0.0),
+            more.get("form", pylsl.cf_double64),
+        )
         info = pylsl.StreamInfo(name, kind, len(labels), rate, form)
         info.desc().append_child_value("manufacturer", more.get("manufacturer", "another"))
         info.set_channel_labels(list(labels))

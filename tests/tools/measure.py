@@ -47,15 +47,27 @@ def rounding_bounds(
 
     The second order, and the arithmetic of the bounds themselves, are covered by a factor of 1.01.
     """
-    bounds: dict[str, list[float]] = {name: [] for name in ("ratio", "covariance", "innovation", "statistic")}
+    bounds: dict[str, list[float]] = {
+        name: [] for name in ("ratio", "covariance", "innovation", "statistic")
+    }
     d_information, e_ratio, g_statistic = 1.0, 0.0, 0.0
     previous = Decimal(initial_ratio)
-    for k, (ratio, covariance, e) in enumerate(zip(exact.ratio, exact.covariance, exact.innovation, strict=True)):
+    for k, (ratio, covariance, e) in enumerate(
+        zip(exact.ratio, exact.covariance, exact.innovation, strict=True)
+    ):
         x = Decimal(regressor[k])
-        past, gain, parts = float(1 - x * x * covariance), x * covariance, abs(x * previous) + abs(e)
+        past, gain, parts = (
+            float(1 - x * x * covariance),
+            x * covariance,
+            abs(x * previous) + abs(e),
+        )
         d_information = past * d_information + 2
         a_innovation = float(abs(x)) * e_ratio + float(parts)
-        e_ratio = past * e_ratio + float(abs(gain) * parts + abs(ratio)) + float(abs(gain * e)) * (d_information + 2)
+        e_ratio = (
+            past * e_ratio
+            + float(abs(gain) * parts + abs(ratio))
+            + float(abs(gain * e)) * (d_information + 2)
+        )
         g_statistic += a_innovation + abs(float(abs(e)) - drift) + float(exact.statistic[k])
         found = e_ratio, (d_information + 1) * float(covariance), a_innovation, g_statistic
         for values, value in zip(bounds.values(), found, strict=True):

@@ -45,7 +45,9 @@ def reals(low: float, high: float, width: Any) -> st.SearchStrategy[float]:
 
     So no product is subnormal, and powers of two scale all results exactly. core/test_extremes.py has the other values.
     """
-    return st.floats(low, high, width=width, allow_subnormal=False).map(lambda v: v if abs(v) >= 2.0**-40 else 0.0)
+    return st.floats(low, high, width=width, allow_subnormal=False).map(
+        lambda v: v if abs(v) >= 2.0**-40 else 0.0
+    )
 
 
 @st.composite
@@ -58,7 +60,9 @@ def adaptive_settings(draw: st.DrawFn, width: int) -> dict[str, float]:
         "alarmed": draw(reals(0.25, steady, width)),
         "drift": draw(reals(0.0, 0.5, width)),
         "threshold": threshold,
-        "clear_level": draw(st.one_of(st.just(0.0), st.just(threshold), reals(0.0, threshold, width))),
+        "clear_level": draw(
+            st.one_of(st.just(0.0), st.just(threshold), reals(0.0, threshold, width))
+        ),
         "initial_ratio": draw(reals(-16.0, 16.0, width)),
         "initial_covariance": draw(reals(2.0**-10, 2.0**20, width)),
         "max_covariance": 2.0**20,
@@ -68,8 +72,14 @@ def adaptive_settings(draw: st.DrawFn, width: int) -> dict[str, float]:
 @st.composite
 def any_samples(draw: st.DrawFn, width: int, max_size: int = 40) -> tuple[list[float], list[float]]:
     """Arbitrary outputs and regressors: independent, of both signs, over six decades, with zeros in between."""
-    regressor = st.one_of(st.just(0.0), reals(2.0**-10, 2.0**10, width), reals(-(2.0**10), -(2.0**-10), width))
-    pairs = draw(st.lists(st.tuples(reals(-(2.0**10), 2.0**10, width), regressor), min_size=1, max_size=max_size))
+    regressor = st.one_of(
+        st.just(0.0), reals(2.0**-10, 2.0**10, width), reals(-(2.0**10), -(2.0**-10), width)
+    )
+    pairs = draw(
+        st.lists(
+            st.tuples(reals(-(2.0**10), 2.0**10, width), regressor), min_size=1, max_size=max_size
+        )
+    )
     return [output for output, _ in pairs], [x for _, x in pairs]
 
 
@@ -81,8 +91,13 @@ def touch_samples(draw: st.DrawFn, width: int) -> tuple[list[float], list[float]
     step = draw(st.integers(0, size))
     random: Any = draw(st.randoms(use_true_random=False))
     rounded = (lambda v: float(np.float32(v))) if width == 32 else float
-    regressor = [rounded(0.25 * min(1.0, (k + 1) / 10) * random.uniform(0.95, 1.05)) for k in range(size)]
-    output = [rounded(x * ratios[k >= step] * (1 + 0.02 * random.uniform(-1, 1))) for k, x in enumerate(regressor)]
+    regressor = [
+        rounded(0.25 * min(1.0, (k + 1) / 10) * random.uniform(0.95, 1.05)) for k in range(size)
+    ]
+    output = [
+        rounded(x * ratios[k >= step] * (1 + 0.02 * random.uniform(-1, 1)))
+        for k, x in enumerate(regressor)
+    ]
     return output, regressor
 
 
@@ -91,7 +106,14 @@ def _program() -> tuple[Path, tempfile.TemporaryDirectory[str]]:
     folder = tempfile.TemporaryDirectory()
     made = Path(folder.name) / "drive"
     flags = ("-std=c++17", "-O1", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF")
-    run(need("c++"), *flags, f"-I{ROOT / 'cpp' / 'include'}", ROOT / "tests" / "cpp" / "drive.cpp", "-o", made)
+    run(
+        need("c++"),
+        *flags,
+        f"-I{ROOT / 'cpp' / 'include'}",
+        ROOT / "tests" / "cpp" / "drive.cpp",
+        "-o",
+        made,
+    )
     return made, folder
 
 
@@ -144,7 +166,9 @@ def held(run: Simulation) -> NDArray[np.bool_]:
 SCENES = ["fixed", "paper", "handheld", "sliding"]
 
 
-def process(scene: Any, run: Simulation, **settings: Any) -> tuple[palpate.Tracker, np.ndarray[Any, Any]]:
+def process(
+    scene: Any, run: Simulation, **settings: Any
+) -> tuple[palpate.Tracker, np.ndarray[Any, Any]]:
     tracker = palpate.Tracker(scene, **settings)
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     tracker.finish()

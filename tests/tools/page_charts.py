@@ -34,7 +34,9 @@ def window(page: Browser) -> Window:
 
 
 def look(page: Browser, begin: float, end: float) -> None:
-    page.run("palpate.charts.window.show(arguments[0], arguments[1])", begin + ORIGIN_S, end + ORIGIN_S)
+    page.run(
+        "palpate.charts.window.show(arguments[0], arguments[1])", begin + ORIGIN_S, end + ORIGIN_S
+    )
 
 
 def fire(page: Browser, place: str, kind: str, x: float, **more: Any) -> None:
@@ -50,7 +52,10 @@ def drag(page: Browser, place: str, begin: float, end: float, **more: Any) -> No
 
 def share_of(page: Browser, place: str, t: float) -> float:
     """Return where a moment is, as a share of the width of a chart."""
-    return float(page.run(f"return palpate.charts.{place}.x(arguments[0])", t + ORIGIN_S) / drawn(page)[place]["width"])
+    return float(
+        page.run(f"return palpate.charts.{place}.x(arguments[0])", t + ORIGIN_S)
+        / drawn(page)[place]["width"]
+    )
 
 
 def settled(page: Browser) -> None:

@@ -21,7 +21,14 @@ ORIGIN_S = 5.0  # time of the first sample, s: not 0, as with a device
 LENGTH, WANTED = 250, 4  # samples of a touch; touches of a specimen
 THRESHOLD, SCATTER = 8.0, 0.028
 PROBE = Elasticity(10.1, 2.056)  # rigid ratio; half modulus, MPa
-SPECIMENS = {"70 A": 8.68, "50 A": 2.18, "30 A": 0.87, "50 OO": 0.289, "30 OO": 0.143, "gel 7": None}
+SPECIMENS = {
+    "70 A": 8.68,
+    "50 A": 2.18,
+    "30 A": 0.87,
+    "50 OO": 0.289,
+    "30 OO": 0.143,
+    "gel 7": None,
+}
 TOUCHED = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
 FLAGGED = {6: "short", 12: "offset"}
 WHY = {
@@ -30,7 +37,12 @@ WHY = {
     "short": "short: the touch ended after 84 samples, before its full length: hold the probe longer",
     "gap": "gap: the board was opened again: lift the probe, and touch again",
 }
-MARKS = [(46.2, "50 A: lifted too early"), (108.5, "wiped the bumps"), (171.0, "left hand"), (172.0, "")]
+MARKS = [
+    (46.2, "50 A: lifted too early"),
+    (108.5, "wiped the bumps"),
+    (171.0, "left hand"),
+    (172.0, ""),
+]
 TARES = [1.4, 107.3, 173.2]
 GAP = (84.6, 85.5)
 FACTS = {"Board": "AD7746 kit, USB 1/4", "Pairs a second": "38.4", "Late, lost, refused": "3, 34, 0", "Conversion": "11.0 ms (CAPF 0)",
@@ -132,7 +144,12 @@ def measured(ratio: float, error: float) -> Document:
     """Return standard error, uncertainty and modulus of a ratio."""
     known = float(np.hypot(error, SCATTER * ratio))
     value, low, high = map(PROBE.modulus, ratio + known * np.array([0.0, -1.96, 1.96]))
-    named = {"ratio": ratio, "standard_error": error, "uncertainty": known, "uncertainty_from": "calibration"}
+    named = {
+        "ratio": ratio,
+        "standard_error": error,
+        "uncertainty": known,
+        "uncertainty_from": "calibration",
+    }
     return named | {"modulus": Modulus(value, low, high).as_dict()}
 
 
@@ -140,7 +157,9 @@ def progress_of(case: "Case", touches: list[Press]) -> Progress:
     """Return the account of the touches on the specimens."""
     progress = Progress()
     if case.listed:
-        progress.specimens = [Specimen(name, modulus, WANTED) for name, modulus in SPECIMENS.items()]
+        progress.specimens = [
+            Specimen(name, modulus, WANTED) for name, modulus in SPECIMENS.items()
+        ]
     given: Any = touches
     progress.present = [Done(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given]
     progress.settle(0.0)
@@ -149,10 +168,26 @@ def progress_of(case: "Case", touches: list[Press]) -> Progress:
 
 def touch_row(one: Press, known: Document) -> Document:
     """Return a row of the table."""
-    flags, times = [one.flag] if one.flag else [], {"start_s": one.start + ORIGIN_S, "end_s": one.end + ORIGIN_S}
-    counted = {"samples": len(one.trace), "covariance": 4.45e-5, "alarm_share": 0.0, "refused": 0, "saturated": 0}
+    flags, times = (
+        [one.flag] if one.flag else [],
+        {"start_s": one.start + ORIGIN_S, "end_s": one.end + ORIGIN_S},
+    )
+    counted = {
+        "samples": len(one.trace),
+        "covariance": 4.45e-5,
+        "alarm_share": 0.0,
+        "refused": 0,
+        "saturated": 0,
+    }
     said = {"flags": flags, "advice": [known["why"]] if flags else [], "revised": False}
-    return {"number": one.number, **times, **counted, **said, **known, **measured(one.ratio, float(one.trace[-1, 2]))}
+    return {
+        "number": one.number,
+        **times,
+        **counted,
+        **said,
+        **known,
+        **measured(one.ratio, float(one.trace[-1, 2])),
+    }
 
 
 def session_of(case: "Case", progress: Progress) -> Document:
@@ -165,7 +200,9 @@ def session_of(case: "Case", progress: Progress) -> Document:
         "specimens": [progress.specimen_row(one) for one in progress.specimens],
         "next": None if case.file else progress.following(),
         "count": progress.count(),
-        "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}] if case.listed else [],
+        "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}]
+        if case.listed
+        else [],
         "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
         "done": DONE if case.now.word == "Done" else None,
     }
@@ -200,7 +237,9 @@ def device(file: bool, changed: Document) -> Document:
     for name, value in FACTS.items():
         other = next((text for begin, text in changed.items() if name.startswith(begin)), None)
         share = 0.28 if name == "Hard, CIN1" and not other else None
-        facts.append({"name": name, "value": other or value, "warn": other is not None, "share": share})
+        facts.append(
+            {"name": name, "value": other or value, "warn": other is not None, "share": share}
+        )
     if file:
         return {"facts": [], "options": {}, "can_centre": False}
     capf = {"value": 0, "allowed": [0, 1, 2, 3], "title": "Conversion time (CAPF)"}
@@ -247,7 +286,9 @@ BEFORE = RUNNING.start - 1.4
 SLOW = "32 of 38 pairs a second arrive. It costs nothing here: ± 0.25 stays ± 0.25."
 GONE = "The board at USB 1/4 is gone. Touch 20 is cut, and will be repeated. The recording goes on."
 FILE = "A recording: whole, 7612 rows, 34 missing, clean end. Nothing is being measured."
-LEFT = "Offset: the soft bump is reached 2 % of the depth before the hard one; hold the probe upright."
+LEFT = (
+    "Offset: the soft bump is reached 2 % of the depth before the hard one; hold the probe upright."
+)
 CASES = {
     "idle": Case(BEFORE, TOUCH, READY, recording=False),
     "contact": Case(LIVE, HOLD, StatusLine("contact", "quiet", "", "Measuring. 30 OO, touch 2 of 4."), running=HELD),
@@ -289,11 +330,34 @@ def state(name: str) -> State:
 
 def hello_of(case: Case) -> Document:
     """Return what does not change during a measurement."""
-    named = {"source": "run-11.csv" if case.file else "usb:", "device": "AD7746 kit, USB 1/4", "scene": "handheld"}
-    length = {"samples": LENGTH, "seconds": LENGTH / RATE, "threshold": THRESHOLD, "origin_s": ORIGIN_S}
-    known = {"calibrated": case.listed, "scatter": SCATTER if case.listed else None, "assumed": 0.03}
-    file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "amendable": True}
-    kind = {"measurement": 1, "kind": "file" if case.file else "live", "file": file if case.file else None}
+    named = {
+        "source": "run-11.csv" if case.file else "usb:",
+        "device": "AD7746 kit, USB 1/4",
+        "scene": "handheld",
+    }
+    length = {
+        "samples": LENGTH,
+        "seconds": LENGTH / RATE,
+        "threshold": THRESHOLD,
+        "origin_s": ORIGIN_S,
+    }
+    known = {
+        "calibrated": case.listed,
+        "scatter": SCATTER if case.listed else None,
+        "assumed": 0.03,
+    }
+    file = {
+        "name": "run-11.csv",
+        "rows": 7612,
+        "missing": 34,
+        "end": "clean end",
+        "amendable": True,
+    }
+    kind = {
+        "measurement": 1,
+        "kind": "file" if case.file else "live",
+        "file": file if case.file else None,
+    }
     return {**named, **length, **known, **kind}
 
 

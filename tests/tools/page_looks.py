@@ -67,4 +67,8 @@ def audit(driver: Any) -> list[Any]:
     need_package("axe_core_python")
     driver.execute_script((files("axe_core_python") / "axe.min.js").read_text())
     found = driver.execute_async_script("axe.run(document).then((r) => arguments[0](r.violations))")
-    return [(v["id"], [n["target"] for n in v["nodes"]][:3]) for v in found if v["impact"] in ("serious", "critical")]
+    return [
+        (v["id"], [n["target"] for n in v["nodes"]][:3])
+        for v in found
+        if v["impact"] in ("serious", "critical")
+    ]

@@ -29,7 +29,9 @@ class Canned:
         self.answers: dict[str, dict[str, Any]] = {}  # to commands; else they are done
         self._pages: list[ServerConnection] = []
         self._files = page_files()
-        self._server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)
+        self._server = serve(
+            self._page, "127.0.0.1", 0, process_request=self._file, compression=None
+        )
         self.address = f"http://127.0.0.1:{self._server.socket.getsockname()[1]}/"
 
     def __enter__(self) -> Self:
@@ -67,7 +69,11 @@ class Canned:
             return None
         content, kind = self._files.get(path, (b"", ""))
         status = HTTPStatus.OK if kind else HTTPStatus.NOT_FOUND
-        headers = {**HEADERS, "Content-Type": kind or "text/plain", "Content-Length": str(len(content))}
+        headers = {
+            **HEADERS,
+            "Content-Type": kind or "text/plain",
+            "Content-Length": str(len(content)),
+        }
         return Response(status, status.phrase, Headers(headers), content)
 
     def _page(self, page: ServerConnection) -> None:
@@ -93,7 +99,9 @@ class Canned:
             if kind != "state":
                 page.send(json.dumps({"type": kind, **document}))
         page.send(pack(1, self.state.rows, Kind.ANEW))
-        page.send(json.dumps({"type": "state", **self.state.told["state"]}))  # last: a page that shows it has all
+        page.send(
+            json.dumps({"type": "state", **self.state.told["state"]})
+        )  # last: a page that shows it has all
 
     def _hear(self, page: ServerConnection, command: dict[str, Any]) -> None:
         self.heard.append(command)
@@ -102,7 +110,11 @@ class Canned:
             page.send(pack(command["id"], view, Kind.VIEW))
             return
         more: dict[str, Any] = {"id": 9} if command["do"] == "mark" else {}
-        more = TouchPlan.read_list(command["text"], command["unit"]) if command["do"] == "read list" else more
+        more = (
+            TouchPlan.read_list(command["text"], command["unit"])
+            if command["do"] == "read list"
+            else more
+        )
         done = {"type": "done", "do": command["do"], "message": f"Done: {command['do']}."} | more
         page.send(json.dumps(self.answers.get(command["do"], done)))
 

@@ -54,7 +54,9 @@ def shrink(path: Path, colours: int = 256) -> None:
 
 def session(page: Browser, folder: Path) -> None:
     """Measure ten specimens: light, on a phone, and dark while they calibrate."""
-    with Live("--record", "run.csv", "--calibration", "probe.toml", source="ten-specimens.csv?speed=1") as live:
+    with Live(
+        "--record", "run.csv", "--calibration", "probe.toml", source="ten-specimens.csv?speed=1"
+    ) as live:
         page.driver.get(live.address)
         page.until(lambda: page.text("word") in ("Touch", "Wait", "Hold"))
         page.choose("signals", "off")  # no flash in a picture
@@ -69,7 +71,9 @@ def session(page: Browser, folder: Path) -> None:
             page.press(*key)
             page.until(lambda touch=touch: page.run(HALF, touch), SESSION_S)
             take(page, folder / f"live-{name}.png")
-        page.until(lambda: page.text("word") == "Done" and "report ready" in page.text("says"), SESSION_S)
+        page.until(
+            lambda: page.text("word") == "Done" and "report ready" in page.text("says"), SESSION_S
+        )
         take(page, folder / "live-done.png")
         live.end()
 
@@ -99,7 +103,9 @@ def printed(page: Browser, folder: Path) -> None:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as work, chdir(work), browser(IMAGES) as page:
         for line in COMMANDS:
-            subprocess.run(f"{sys.executable} -m palpate {line}", shell=True, check=True, capture_output=True)
+            subprocess.run(
+                f"{sys.executable} -m palpate {line}", shell=True, check=True, capture_output=True
+            )
         session(page, IMAGES)
         recorded(page, IMAGES)
         printed(page, IMAGES)

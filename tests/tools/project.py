@@ -118,13 +118,17 @@ def kept_folder(name: str, *compilers: str) -> Iterator[Path]:
         yield folder
 
 
-def kept_json(name: str, inputs: tuple[Path, ...], programs: tuple[str, ...], make: Callable[[Path], object]) -> Any:
+def kept_json(
+    name: str, inputs: tuple[Path, ...], programs: tuple[str, ...], make: Callable[[Path], object]
+) -> Any:
     """Return what `make` writes to the file that it gets, or what it wrote for the same inputs and programs before.
 
     `inputs` are folders of sources, all of whose files count.
     """
     with kept_folder(name, *programs) as folder:
-        files = sorted(path for each in inputs for path in each.rglob("*") if path.suffix in _SOURCES)
+        files = sorted(
+            path for each in inputs for path in each.rglob("*") if path.suffix in _SOURCES
+        )
         texts = (f"{path.relative_to(ROOT)}\n{path.read_text(encoding='utf-8')}" for path in files)
         made = folder / f"{_hash(*texts)}.json"
         if not made.exists():

@@ -32,7 +32,12 @@ class Scripted(Source):
     """A source with a script of samples and errors; and gaps."""
 
     def __init__(
-        self, script: list[Any], *, live: bool = False, gaps: list[Gap] | None = None, **described: Any
+        self,
+        script: list[Any],
+        *,
+        live: bool = False,
+        gaps: list[Gap] | None = None,
+        **described: Any,
     ) -> None:
         self.live, self.all_gaps = live, gaps or []
         self.script = script
@@ -65,7 +70,9 @@ class Scripted(Source):
 class Liar(Scripted):
     """A source that fails: errors of its script are raised, functions called; `lies`: in place of methods of these names."""
 
-    def __init__(self, script: list[Any], *, live: bool = False, lies: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self, script: list[Any], *, live: bool = False, lies: dict[str, Any] | None = None
+    ) -> None:
         super().__init__(script, live=live)
         self.lies = lies or {}
 
@@ -157,12 +164,16 @@ def four(seed: int = 1) -> list[Any]:
     """Return a scenario's samples, as a source would give them, with some that have no value."""
     flags = {17: Status.EXCITATION, 31: Status.HARD_SATURATED}
     samples = samples_of(scenarios.run("four-specimens", seed).block())
-    return [s._replace(status=flags.get(s.seq % 101, Status.OK)) for s in samples if s.seq % 97 != 5]
+    return [
+        s._replace(status=flags.get(s.seq % 101, Status.OK)) for s in samples if s.seq % 97 != 5
+    ]
 
 
 def rows_of(count: int, first: int = 0) -> list[bytes]:
     """Return the lines of some samples."""
-    return format_rows(block_of([sample(i) for i in range(first, first + count)])).splitlines(keepends=True)
+    return format_rows(block_of([sample(i) for i in range(first, first + count)])).splitlines(
+        keepends=True
+    )
 
 
 def killed(path: Path, rows: int, synced: int, torn: int = 0) -> Path:
@@ -171,11 +182,22 @@ def killed(path: Path, rows: int, synced: int, torn: int = 0) -> Path:
     path.write_bytes(b"".join(lines) + rows_of(1, rows)[0][:torn])
     on_disk = b"".join(lines[: synced + 1])
     checkpoint = {"rows": synced, "bytes": len(on_disk), "crc32": zlib.crc32(on_disk)}
-    sidecar.save(sidecar.sidecar_path(path), sidecar.fresh({"name": "a board"}, {}, []) | {"checkpoint": checkpoint})
+    sidecar.save(
+        sidecar.sidecar_path(path),
+        sidecar.fresh({"name": "a board"}, {}, []) | {"checkpoint": checkpoint},
+    )
     return path
 
 
-DAMAGES = ("zeros", "noise", "cut out", "inserted", "lines merged", "end cut off", "one byte changed")
+DAMAGES = (
+    "zeros",
+    "noise",
+    "cut out",
+    "inserted",
+    "lines merged",
+    "end cut off",
+    "one byte changed",
+)
 
 
 def damaged(kind: str, data: bytes, random: Random) -> bytes:

@@ -16,7 +16,14 @@ def calibrated(folder: Path) -> Path:
     """Write ten simulated specimens into folder/ten, a gel of 1.1 MPa into folder/gel, and folder/probe.toml."""
     for arguments in (["ten"], ["gel", "--object", "gel=1.1", "--seed", "7"]):
         assert run("simulate", "-o", folder / arguments[0], *arguments[1:]).exit_code == 0
-    made = run("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", "-o", folder / "probe.toml")
+    made = run(
+        "calibrate",
+        *specimens(folder),
+        "--moduli",
+        folder / "ten" / "moduli.csv",
+        "-o",
+        folder / "probe.toml",
+    )
     assert made.exit_code == 0, made.output
     return folder / "probe.toml"
 

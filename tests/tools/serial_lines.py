@@ -16,12 +16,16 @@ class Chunks(SerialSource):
     With `arrivals_s` its lines come at these times; a line that begins with + comes after an absence of 1 s.
     """
 
-    def __init__(self, data: bytes, grammar: Grammar, arrivals_s: list[float] | None = None) -> None:
+    def __init__(
+        self, data: bytes, grammar: Grammar, arrivals_s: list[float] | None = None
+    ) -> None:
         self._chunks = data.split(b"\xff")
         self._arrivals_s = None if arrivals_s is None else iter(arrivals_s)
         self.refusals, self.said = list[str](), list[str]()
         super().__init__("tty", grammar)
-        self.notify = lambda text: None if "was unplugged. Waiting" in text else self.said.append(text)
+        self.notify = lambda text: (
+            None if "was unplugged. Waiting" in text else self.said.append(text)
+        )
 
     @property
     def in_waiting(self) -> int:
@@ -54,10 +58,21 @@ class Chunks(SerialSource):
 class Sent:
     """What a source reads from these lines: its samples, messages, and the error with which it ended."""
 
-    def __init__(self, lines: list[str] | bytes, arrivals_s: list[float] | None = None, **options: Any) -> None:
-        data = lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
-        self.source = Chunks(b"\n" + data, Grammar(**checked("serial", options, OF_LINES)), arrivals_s)
-        self.refusals, self.said, self.samples, self.failed = self.source.refusals, self.source.said, list[Sample](), ""
+    def __init__(
+        self, lines: list[str] | bytes, arrivals_s: list[float] | None = None, **options: Any
+    ) -> None:
+        data = (
+            lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
+        )
+        self.source = Chunks(
+            b"\n" + data, Grammar(**checked("serial", options, OF_LINES)), arrivals_s
+        )
+        self.refusals, self.said, self.samples, self.failed = (
+            self.source.refusals,
+            self.source.said,
+            list[Sample](),
+            "",
+        )
         try:
             self.samples.extend(passing_gaps(self.source))
         except ProtocolError as error:

@@ -23,7 +23,11 @@ WASI = """import {readFileSync} from 'node:fs'; import {WASI} from 'node:wasi';
 const wasi = new WASI({version: 'preview1', returnOnExit: true});
 const {instance} = await WebAssembly.instantiate(readFileSync(process.argv[1]), wasi.getImportObject());
 process.exitCode = wasi.start(instance);"""
-WINE = ("usr/lib/*/wine", "usr/lib*/wine", "opt/wine*/lib*/wine")  # where distributions have its libraries
+WINE = (
+    "usr/lib/*/wine",
+    "usr/lib*/wine",
+    "opt/wine*/lib*/wine",
+)  # where distributions have its libraries
 NODE = ("node", "--no-warnings", "--input-type=module", "-e", WASI)
 
 
@@ -41,7 +45,9 @@ class Target:
     @property
     def tools(self) -> tuple[str, ...]:
         """Programs that must be installed."""
-        triples = [word.removeprefix("--target=") for word in self.compiler if word.startswith("--target=")]
+        triples = [
+            word.removeprefix("--target=") for word in self.compiler if word.startswith("--target=")
+        ]
         crosses = (
             f"{triple}-g++" for triple in triples if triple.endswith("linux-gnu")
         )  # whose libraries clang++ uses
@@ -54,7 +60,9 @@ def _of_clang(triple: str, *flags: str) -> tuple[str, ...]:
 
 # What clang does not find by itself.
 _RISCV = "/usr/riscv64-linux-gnu"
-_RISCV_FLAGS = [f"-isystem{_RISCV}/include{more}" for more in ("/c++/12", "/c++/12/riscv64-linux-gnu", "")]
+_RISCV_FLAGS = [
+    f"-isystem{_RISCV}/include{more}" for more in ("/c++/12", "/c++/12/riscv64-linux-gnu", "")
+]
 _RISCV_FLAGS += [f"-B{_RISCV}/lib", "-fuse-ld=/usr/bin/riscv64-linux-gnu-ld"]
 _RISCV_FLAGS += [f"{option}/usr/lib/gcc-cross/riscv64-linux-gnu/12" for option in ("-B", "-L")]
 
@@ -66,7 +74,12 @@ TARGETS = (
     Target("aarch64", _of_clang("aarch64-linux-gnu", "-O2"), ("qemu-aarch64",), printing=QUICK),
     Target("armhf", ("arm-linux-gnueabihf-g++", "-O2", "-mfpu=neon-vfpv4"), ("qemu-arm",)),
     Target("riscv64", ("riscv64-linux-gnu-g++", "-O2"), ("qemu-riscv64",)),
-    Target("riscv64", _of_clang("riscv64-linux-gnu", "-O2", *_RISCV_FLAGS), ("qemu-riscv64",), printing=QUICK),
+    Target(
+        "riscv64",
+        _of_clang("riscv64-linux-gnu", "-O2", *_RISCV_FLAGS),
+        ("qemu-riscv64",),
+        printing=QUICK,
+    ),
     Target("ppc64le", ("powerpc64le-linux-gnu-g++", "-O2", "-mcpu=power9"), ("qemu-ppc64le",)),
     Target("ppc64le", _of_clang("powerpc64le-linux-gnu", "-O2"), ("qemu-ppc64le",), printing=QUICK),
     Target("s390x", ("s390x-linux-gnu-g++", "-O2", "-march=z14"), ("qemu-s390x",)),
@@ -80,10 +93,22 @@ def outputs(target: Target) -> dict[str, list[str]]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         # Wine runs this name; the other systems, too.
-        made = {program: folder / f"{program}.exe" for program in (*target.printing, *target.checking)}
+        made = {
+            program: folder / f"{program}.exe" for program in (*target.printing, *target.checking)
+        }
         for program, path in made.items():
-            size = ("-Os",) if program == "scenes" else ()  # as on a microcontroller, and faster to compile
-            run(*target.compiler, *FLAGS, *size, CPP / f"{program}.cpp", *target.libraries, "-o", path)
+            size = (
+                ("-Os",) if program == "scenes" else ()
+            )  # as on a microcontroller, and faster to compile
+            run(
+                *target.compiler,
+                *FLAGS,
+                *size,
+                CPP / f"{program}.cpp",
+                *target.libraries,
+                "-o",
+                path,
+            )
         if target.runner == ("wine",):
             return {program: said.splitlines() for program, said in _in_wine(made, folder).items()}
         return {program: run(*target.runner, path).splitlines() for program, path in made.items()}
@@ -105,9 +130,16 @@ def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:
             (system / library.name).symlink_to(library)
         (home / "wine/.update-timestamp").write_text("disable\n")
     # mscoree, mshtml: the parts for .NET and HTML, which Wine would ask to download.
-    environment = {"PATH": os.environ["PATH"], "HOME": str(home), "WINEPREFIX": str(home / "wine"), "WINEDEBUG": "-all"}
+    environment = {
+        "PATH": os.environ["PATH"],
+        "HOME": str(home),
+        "WINEPREFIX": str(home / "wine"),
+        "WINEDEBUG": "-all",
+    }
     environment |= {"WINEDLLOVERRIDES": "mscoree=;mshtml="}
-    said = home / "said.txt"  # a file: Wine's own processes inherit a pipe, and its reader would wait for them, too
+    said = (
+        home / "said.txt"
+    )  # a file: Wine's own processes inherit a pipe, and its reader would wait for them, too
     found = {}
     try:
         for name, program in programs.items():
@@ -121,7 +153,9 @@ def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:
                 raise RuntimeError(f"wine {program}: exit {code}\n{found[name][-4000:]}")
     finally:
         if server := shutil.which("wineserver"):
-            subprocess.run([server, "-k"], check=False, env=environment, capture_output=True, timeout=60)
+            subprocess.run(
+                [server, "-k"], check=False, env=environment, capture_output=True, timeout=60
+            )
     return found
 
 

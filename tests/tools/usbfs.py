@@ -34,9 +34,15 @@ _CAPABILITIES = 0x1F
 Result = tuple[int, int]
 _DONE: Result = (0, 0)
 # Device and configuration descriptors of a root hub; of the board, which has no strings, and one interface.
-_HUB = bytes.fromhex("12010002090001406b1d020000010302010109021900010100e0000904000001090000000705810304000c")
-_BOARD = struct.pack("<BBHBBBBHHHBBBB", 18, 1, 0x0200, 0xFF, 0xFF, 0xFF, 64, VENDOR, PRODUCT, 0, 0, 0, 0, 1)
-_BOARD += struct.pack("<BBHBBBBB", 9, 2, 18, 1, 1, 0, 0x80, 50) + struct.pack("<9B", 9, 4, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0)
+_HUB = bytes.fromhex(
+    "12010002090001406b1d020000010302010109021900010100e0000904000001090000000705810304000c"
+)
+_BOARD = struct.pack(
+    "<BBHBBBBHHHBBBB", 18, 1, 0x0200, 0xFF, 0xFF, 0xFF, 64, VENDOR, PRODUCT, 0, 0, 0, 0, 1
+)
+_BOARD += struct.pack("<BBHBBBBB", 9, 2, 18, 1, 1, 0, 0x80, 50) + struct.pack(
+    "<9B", 9, 4, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0
+)
 
 
 class Node(socketserver.ThreadingUnixStreamServer):
@@ -119,7 +125,10 @@ class _Caller(socketserver.StreamRequestHandler):
     def _next(self) -> bytes:
         """Wait for the next request; wake the caller at the end of a transfer that it waits for."""
         due = min((flying.due for flying in self._flying), default=math.inf)
-        if due < math.inf and not select.select([self.request], [], [], max(due - time.monotonic(), 0))[0]:
+        if (
+            due < math.inf
+            and not select.select([self.request], [], [], max(due - time.monotonic(), 0))[0]
+        ):
             self.server.wake()
         return self.rfile.read(24)
 
@@ -160,8 +169,12 @@ class _Caller(socketserver.StreamRequestHandler):
         kind, request, value, index, count = struct.unpack("<BBHHH", raw[:8])
         to_host = bool(kind & 0x80)
         began = time.monotonic()
-        reply = self.server.kit.control(kind, request, value, index, count, b"" if to_host else raw[8:])
-        self._flying.append(_Flying(began + reply.lasting_ns / 1e9, argument, buffer, to_host, reply))
+        reply = self.server.kit.control(
+            kind, request, value, index, count, b"" if to_host else raw[8:]
+        )
+        self._flying.append(
+            _Flying(began + reply.lasting_ns / 1e9, argument, buffer, to_host, reply)
+        )
         return _DONE
 
     def _reap(self, argument: int) -> Result:
@@ -204,7 +217,13 @@ class UsbfsCarrier:
         self._root = root = Path(os.environ["UMOCKDEV_DIR"])
         self._plugged: dict[KitTwin, tuple[Node, int]] = {}
         self._address = 1
-        for folder in ("sys/bus/usb/devices", "sys/class", "dev/bus/usb/001", "dev/.node", "ioctl/dev/bus/usb/001"):
+        for folder in (
+            "sys/bus/usb/devices",
+            "sys/class",
+            "dev/bus/usb/001",
+            "dev/.node",
+            "ioctl/dev/bus/usb/001",
+        ):
             (root / folder).mkdir(parents=True, exist_ok=True)
         root.chmod(0o1777)  # libusb without privileges binds a socket here
         self._add_device("usb1", "usb1", 1, _HUB)
@@ -254,9 +273,16 @@ class UsbfsCarrier:
     def _add_device(self, name: str, place: str, address: int, descriptors: bytes) -> None:
         node = f"bus/usb/001/{address:03d}"
         vendor, product = struct.unpack("<HH", descriptors[8:12])
-        attributes = {"busnum": "1", "devnum": f"{address}", "speed": "480", "bConfigurationValue": "1"}
+        attributes = {
+            "busnum": "1",
+            "devnum": f"{address}",
+            "speed": "480",
+            "bConfigurationValue": "1",
+        }
         attributes |= {"idVendor": f"{vendor:04x}", "idProduct": f"{product:04x}"}
-        attributes["uevent"] = f"MAJOR=189\nMINOR={address - 1}\nDEVNAME={node}\nDEVTYPE=usb_device\n"
+        attributes["uevent"] = (
+            f"MAJOR=189\nMINOR={address - 1}\nDEVNAME={node}\nDEVTYPE=usb_device\n"
+        )
         attributes["uevent"] += f"BUSNUM=001\nDEVNUM={address:03d}"
         folder = self._root / "sys/devices" / place
         folder.mkdir(parents=True, exist_ok=True)

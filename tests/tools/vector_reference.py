@@ -62,7 +62,10 @@ class _Fit:
         fit.coefficients = solved(fit.information, fit.moments)
         fit.squares = forgetting**2 * self.squares + np.outer(original, original)
         fit.residuals = forgetting * self.residuals + weight * (output - x @ self.coefficients) ** 2
-        fit.count, fit.count_squares = forgetting * self.count + 1, forgetting**2 * self.count_squares + 1
+        fit.count, fit.count_squares = (
+            forgetting * self.count + 1,
+            forgetting**2 * self.count_squares + 1,
+        )
         return rest, weight, fit
 
     def strengthened(self, information: Any) -> None:
@@ -72,7 +75,9 @@ class _Fit:
     def errors(self, prior: Any) -> tuple[Any, Any]:
         """Return the variances of the coefficients and the degrees of freedom; `prior`: information without a sample."""
         size = len(self.moments)
-        inverse = solved(self.information, np.eye(size, dtype=int).astype(object) + 0 * self.information)
+        inverse = solved(
+            self.information, np.eye(size, dtype=int).astype(object) + 0 * self.information
+        )
         determined = np.trace(inverse @ self.squares)
         left = self.count - determined
         if not (self.count > size + 3.5 and left > 0):
@@ -97,7 +102,11 @@ class _Detector:
     seen: int = 0
 
     def scale(self, output: Any) -> Any:
-        scale = Decimal("1.2533141") * self.mean * (1 + Decimal(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
+        scale = (
+            Decimal("1.2533141")
+            * self.mean
+            * (1 + Decimal(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
+        )
         return max(scale, abs(output) * Decimal(ROUNDING) + Decimal("1e-280"))
 
     def take(self, z: Any, scale: Any, rest: Any, weight: Any) -> bool:
@@ -110,8 +119,12 @@ class _Detector:
             signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
             magnitude = abs(clipped) / scale - (self.drift + Decimal("0.8"))
             steps = [*(signed - self.drift), *(-signed - self.drift), magnitude]
-            self.sides = np.array([max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object)
-            self.alarm = bool(max(self.sides) > self.threshold / (4 if self.alarm and self.switches else 1))
+            self.sides = np.array(
+                [max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object
+            )
+            self.alarm = bool(
+                max(self.sides) > self.threshold / (4 if self.alarm and self.switches else 1)
+            )
         if weight > Decimal("0.1"):
             self.seen += 1
             share = Decimal("0.02") if self.seen * Decimal("0.02") >= 1 else Decimal(1) / self.seen
@@ -146,11 +159,15 @@ def vector_rls(
     """Return the trace of outputs, shape (n,), and regressors, shape (n, size), as Decimals; settings as of `palpate.VectorRls`."""
     forgetting, fast, least = Decimal(steady), Decimal(alarmed), 1 / Decimal(max_covariance)
     y = np.array([Decimal(v) for v in np.asarray(output, object)], object)
-    x = np.array([[Decimal(v) for v in row] for row in np.asarray(regressors, object)], object).reshape(len(y), -1)
+    x = np.array(
+        [[Decimal(v) for v in row] for row in np.asarray(regressors, object)], object
+    ).reshape(len(y), -1)
     guarded, held = max(1 / Decimal(initial_covariance), least), 0
     fit = _Fit(guarded, 0 * x[0])
     sides = np.array([Decimal(0)] * (2 * x.shape[1] + 1), object)
-    detector = _Detector(Decimal(drift), Decimal(threshold), Decimal(clip), bool(fast), sides, Decimal(0))
+    detector = _Detector(
+        Decimal(drift), Decimal(threshold), Decimal(clip), bool(fast), sides, Decimal(0)
+    )
     rows: list[tuple[Any, ...]] = []
     for k, sample in enumerate(zip(y, x, strict=True)):
         innovation = sample[0] - sample[1] @ fit.coefficients
@@ -170,6 +187,10 @@ def vector_rls(
                 guarded = 2 * least
         variances, degrees = fit.errors(guarded)
         errors = variances ** Decimal("0.5") if degrees else variances
-        rows.append((fit.coefficients, errors, innovation, max(detector.sides), degrees, detector.alarm))
+        rows.append(
+            (fit.coefficients, errors, innovation, max(detector.sides), degrees, detector.alarm)
+        )
     numbers = [np.array(column, float) for column in zip(*rows, strict=True)]
-    return VectorTrace(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5].astype(bool))
+    return VectorTrace(
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5].astype(bool)
+    )

@@ -44,12 +44,19 @@ def chunk(tag: int, content: bytes) -> bytes:
 def written(*streams: Stream, part: int = 7) -> bytes:
     """Return an XDF file; the samples of a stream are in chunks of `part`."""
     data = b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>')
-    data += b"".join(chunk(2, struct.pack("<I", at) + stream.xml.encode()) for at, stream in enumerate(streams, 1))
+    data += b"".join(
+        chunk(2, struct.pack("<I", at) + stream.xml.encode())
+        for at, stream in enumerate(streams, 1)
+    )
     for number, stream in enumerate(streams, 1):
         for begin in range(0, len(stream.times), part):
             data += chunk(3, _samples(number, stream, slice(begin, begin + part)))
-        data += b"".join(chunk(4, struct.pack("<Idd", number, *offset)) for offset in stream.offsets)
-        data += chunk(5, BOUNDARY) + chunk(6, struct.pack("<I", number) + b'<?xml version="1.0"?><info></info>')
+        data += b"".join(
+            chunk(4, struct.pack("<Idd", number, *offset)) for offset in stream.offsets
+        )
+        data += chunk(5, BOUNDARY) + chunk(
+            6, struct.pack("<I", number) + b'<?xml version="1.0"?><info></info>'
+        )
     return data
 
 

@@ -18,12 +18,16 @@ Ask = Callable[..., Any]
 def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ask]:
     """Return a function: a request, to the answer of the core."""
     folder = tmp_path_factory.mktemp("core")
-    made: str = kept_json("palpate.wasm", (ROOT / "cpp", ROOT / "docs" / "try"), (need("clang++"),), _core)
+    made: str = kept_json(
+        "palpate.wasm", (ROOT / "cpp", ROOT / "docs" / "try"), (need("clang++"),), _core
+    )
     (folder / "palpate.wasm").write_bytes(base64.b64decode(made))
     bundle.scripts(folder)
     (folder / "package.json").write_text('{"type": "module"}')  # for node
     command = [need("node"), str(ROOT / "tests" / "try" / "core.mjs"), str(folder)]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8")
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
 
     def ask(do: str, **request: Any) -> Any:
         assert process.stdin

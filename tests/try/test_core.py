@@ -41,10 +41,14 @@ def require_same_touches(found: Any, path: Path) -> None:
         names = sorted(row.keys() & touch.keys() - {"advice", "uncertainty"})
         assert len(names) >= 18
         assert {name: row[name] for name in names} == {name: touch[name] for name in names}
-        assert row["uncertainty"] == pytest.approx(touch["uncertainty"], rel=1e-12)  # two roots of sums of squares
+        assert row["uncertainty"] == pytest.approx(
+            touch["uncertainty"], rel=1e-12
+        )  # two roots of sums of squares
         for name in ("offset", "drift", "lag", "curve", "tilt", "shift"):
             assert row[name] == touch["effects"][name]
-        assert [text.split(":")[0] for text in row["advice"]] == [text.split(":")[0] for text in touch["advice"]]
+        assert [text.split(":")[0] for text in row["advice"]] == [
+            text.split(":")[0] for text in touch["advice"]
+        ]
         known = {"standard_error": nan} if touch["standard_error"] is None else {}
         assert row["kept"] == (not objections(SimpleNamespace(**touch | known)))  # type: ignore[arg-type]
 
@@ -56,15 +60,23 @@ def test_a_recording_has_the_bits_of_a_replay(node: Any) -> None:
     tracker = palpate.Tracker(full_scale=SIDECAR["device"]["full_scale_pF"])
     rows = tracker.process(recording.t_hard_s, recording.t_soft_s, recording.hard, recording.soft)
     measured = rows["touch"] > 0
-    for name, own in {"ratio": "ratio", "error": "standard_error", "statistic": "statistic"}.items():
-        assert np.array(found["rows"][name], float)[measured].tolist() == rows[own][measured].tolist()
+    for name, own in {
+        "ratio": "ratio",
+        "error": "standard_error",
+        "statistic": "statistic",
+    }.items():
+        assert (
+            np.array(found["rows"][name], float)[measured].tolist() == rows[own][measured].tolist()
+        )
     assert found["rows"]["t"] == (np.rint(1e9 * recording.t_hard_s) * 1e-9).tolist()
     assert found["state"]["line"]["text"] == (
         "A recording: complete, clean end, 1411 rows, 0 missing. Nothing is being measured."
     )
 
 
-def test_the_frozen_recordings_have_the_bits_of_a_replay_or_are_refused(node: Any, tmp_path: Path) -> None:
+def test_the_frozen_recordings_have_the_bits_of_a_replay_or_are_refused(
+    node: Any, tmp_path: Path
+) -> None:
     described = [path for path in recordings(tmp_path) if path.with_suffix(".json").exists()]
     answers = {path: of_path(node, path) for path in described}
     refused = {path.stem for path, found in answers.items() if "refused" in found}
@@ -79,13 +91,24 @@ def test_the_frozen_recordings_have_the_bits_of_a_replay_or_are_refused(node: An
 def test_marks_and_settings_are_those_of_a_replay(node: Any, tmp_path: Path, seed: int) -> None:
     """Tares, gaps, lost pairs, a full scale, stamps of the host, settings of the tracker."""
     random = np.random.default_rng(seed)
-    block = scenarios.run(str(random.choice(["stiff-steady", "step-up", "drift-hard"])), seed=seed).block()
+    block = scenarios.run(
+        str(random.choice(["stiff-steady", "step-up", "drift-hard"])), seed=seed
+    ).block()
     block["seq"] += 7 + np.cumsum(random.random(len(block)) < 0.01)
     kinds: tuple[dict[str, bool], ...] = ({}, {"tare": True}, {"tare": True, "gap": True})
     places = random.choice(block["seq"], 3)
-    marks = [{"seq": int(seq), "t_s": 1.0, "text": f"m {seq}", **kind} for seq, kind in zip(places, kinds, strict=True)]
-    device = {"name": "test", "full_scale_pF": [4.0, 0.9, "inf"][seed % 3], "stamps": ["host", "converter"][seed % 2]}
-    settings = [{}, {"scene": "sliding"}, {"seconds": 2.0}, {"samples": 60}, {"release": 0.4}][seed % 5]
+    marks = [
+        {"seq": int(seq), "t_s": 1.0, "text": f"m {seq}", **kind}
+        for seq, kind in zip(places, kinds, strict=True)
+    ]
+    device = {
+        "name": "test",
+        "full_scale_pF": [4.0, 0.9, "inf"][seed % 3],
+        "stamps": ["host", "converter"][seed % 2],
+    }
+    settings = [{}, {"scene": "sliding"}, {"seconds": 2.0}, {"samples": 60}, {"release": 0.4}][
+        seed % 5
+    ]
     path, data = tmp_path / "run.csv", HEADER.encode() + format_rows(block)
     path.write_bytes(data)
     sidecar = made(device, len(block), data) | {"marks": marks, "settings": settings}
@@ -103,7 +126,10 @@ def test_what_is_no_whole_recording_is_refused(node: Any) -> None:
     edited = sidecar.replace(b'"notes"', b'"notes" ', 1)
     assert "run.json: it was changed" in opened(node, run_csv=own, run_json=edited)["refused"]
     strict = text_of(SIDECAR | {"settings": {"threshold": 3.0}}).encode()
-    assert "threshold: got 3, allowed here: 10" in opened(node, run_csv=own, run_json=strict)["refused"]
+    assert (
+        "threshold: got 3, allowed here: 10"
+        in opened(node, run_csv=own, run_json=strict)["refused"]
+    )
     rng = random_of("damage")
     for _ in range(draws(50, at_least=20)):  # any byte
         at = rng.randrange(len(own))

@@ -69,7 +69,11 @@ def page(chromium: Browser, file: Path) -> Iterator[Browser]:
     yield chromium
     assert chromium.complaints() == []
     assert chromium.requests() <= {file.as_uri(), "about:blank"}
-    assert chromium.run("return [localStorage.length, sessionStorage.length, document.cookie]") == [0, 0, ""]
+    assert chromium.run("return [localStorage.length, sessionStorage.length, document.cookie]") == [
+        0,
+        0,
+        "",
+    ]
 
 
 def opened(chromium: Browser, file: Path, script: str) -> None:
@@ -159,7 +163,9 @@ def test_a_port_is_measured_live_until_it_is_gone(page: Browser) -> None:
     assert "stays here" in page.text("says")
 
 
-def test_a_browser_without_serial_ports_says_so_and_no_request_could_be_made(chromium: Browser, file: Path) -> None:
+def test_a_browser_without_serial_ports_says_so_and_no_request_could_be_made(
+    chromium: Browser, file: Path
+) -> None:
     opened(chromium, file, "delete Navigator.prototype.serial")
     assert not chromium["connect"].is_enabled()
     assert "no access to serial ports" in chromium.text("noport")
@@ -174,5 +180,7 @@ def test_looks(page: Browser, size: str) -> None:
     for theme in ("light", "dark"):
         page.theme(theme)
         checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size == "phone" else {})
-        assert {what: found for what, script in checks.items() if (found := page.run(script))} == {}, theme
+        assert {
+            what: found for what, script in checks.items() if (found := page.run(script))
+        } == {}, theme
     assert page_looks.audit(page.driver) == []

@@ -17,7 +17,13 @@ NAMES = ("hard_pF", "soft_pF", "C1", "soft_fF", "hard", "soft", "C2", "hard_raw"
          "t_soft_us", "seq", "status", "capdac_hard", "temp", "t", "hard_V", "t_uncertainty_us", "soft_aF", "HARD_PF")  # fmt: skip
 VALUES = ("1.5", "-0.25", ".5", "6.", "+3", "2e-3", "1E2", "8388608", "0", "-1", "16777215", "12", "OL", "-nan", "9.9E+37", "1,5", "7 pF", "4 fF", "1e40", "",
           "5 ms", "0.5", "2.5", "3 V", "4294967296", "1234567890123456789012", "abc", "1.5.5", "0x10")  # fmt: skip
-SIDES = (("hard_pF", "soft_pF"), ("C1", "C2_pF"), ("hard", "soft"), ("hard_raw", "soft_raw"), ("soft_fF", "hard_fF"))
+SIDES = (
+    ("hard_pF", "soft_pF"),
+    ("C1", "C2_pF"),
+    ("hard", "soft"),
+    ("hard_raw", "soft_raw"),
+    ("soft_fF", "hard_fF"),
+)
 
 
 def some_line(rng: Random) -> str:
@@ -27,7 +33,9 @@ def some_line(rng: Random) -> str:
         rng.shuffle(names)
     sign, separator = rng.choice("=:"), rng.choice([",", ", ", ";", " ", " | "])
     values = VALUES[: rng.choice([5, 12, 99])]
-    return separator.join(f"{name}{rng.choice(['', '', ' '])}{sign}{rng.choice(values)}" for name in names)
+    return separator.join(
+        f"{name}{rng.choice(['', '', ' '])}{sign}{rng.choice(values)}" for name in names
+    )
 
 
 def in_python(line: str) -> tuple[dict[str, Any], dict[str, Any]] | None:
@@ -41,7 +49,11 @@ def in_python(line: str) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 def same(answer: Any, value: Any) -> bool:
     """Return whether an answer of JavaScript is a value: a time is text there, and nan."""
-    return bool(answer == "nan" if isinstance(value, float) and isnan(value) else type(value)(answer) == value)
+    return bool(
+        answer == "nan"
+        if isinstance(value, float) and isnan(value)
+        else type(value)(answer) == value
+    )
 
 
 def test_a_line_that_is_read_has_the_values_of_python(node: Any) -> None:
@@ -74,7 +86,10 @@ def sent(lines: list[str], every: int = 1) -> list[tuple[str, float]]:
     """Return lines in pieces that do not end where lines end, and when they come."""
     text = "".join(lines)
     size = max(len(text) * every // len(lines), 1)
-    pieces = [(text[at : at + size], 5.0 + 0.026 * every * n) for n, at in enumerate(range(0, len(text), size))]
+    pieces = [
+        (text[at : at + size], 5.0 + 0.026 * every * n)
+        for n, at in enumerate(range(0, len(text), size))
+    ]
     return [("rest of a line\n", 5.0), *pieces]
 
 
@@ -88,14 +103,24 @@ def test_touches_of_a_port_have_the_bits_of_the_tracker(node: Any, every: int) -
     rows = tracker.process(t_hard + origin, t_soft + origin, BLOCK["hard"], BLOCK["soft"])
     tracker.finish()
     measured = rows["touch"] > 0
-    assert np.array(found["rows"]["ratio"], float)[measured].tolist() == rows["ratio"][measured].tolist()
+    assert (
+        np.array(found["rows"]["ratio"], float)[measured].tolist()
+        == rows["ratio"][measured].tolist()
+    )
     assert [row["ratio"] for row in found["touches"]] == [touch.ratio for touch in tracker.touches]
-    assert (found["state"]["now"]["word"], found["state"]["line"]["text"]) == ("Stop", "The port is gone.")
+    assert (found["state"]["now"]["word"], found["state"]["line"]["text"]) == (
+        "Stop",
+        "The port is gone.",
+    )
 
 
 def test_a_board_that_restarts_is_a_gap(node: Any) -> None:
     half = len(BLOCK) // 2
-    lines = [*lines_of(BLOCK[:half]), *lines_of(BLOCK[:half]), *lines_of(BLOCK[:half], first=half + 9)]
+    lines = [
+        *lines_of(BLOCK[:half]),
+        *lines_of(BLOCK[:half]),
+        *lines_of(BLOCK[:half], first=half + 9),
+    ]
     found = node("serial", pieces=sent(lines))
     gaps = found["events"]["gaps"]
     assert ["its clock went back" in gap["text"] for gap in gaps] == [True, True]
@@ -113,8 +138,13 @@ def test_a_board_that_restarts_is_a_gap(node: Any) -> None:
         ([("\n" + "x" * 2000, 0.0)] * 25, "more than 1000 bytes without a line end"),
         ([("\n" + "hard_pF:6.92,soft_pF:4.69,humidity:41\n" * 20, 0.0)], "what is 'humidity'?"),
         ([("\n" + "\xff\xfe\x00\n" * 20, 0.0)], "it is not plain text: is the baud rate right?"),
-        ([("\n", 0.0), *((f"t_us={i},hard_pF=1,soft_pF=2\n", 0.1 * i) for i in range(300))], "are not in their unit"),
+        (
+            [("\n", 0.0), *((f"t_us={i},hard_pF=1,soft_pF=2\n", 0.1 * i) for i in range(300))],
+            "are not in their unit",
+        ),
     ],
 )
-def test_a_port_that_is_not_understood_ends_in_words(node: Any, pieces: list[tuple[str, float]], told: str) -> None:
+def test_a_port_that_is_not_understood_ends_in_words(
+    node: Any, pieces: list[tuple[str, float]], told: str
+) -> None:
     assert told in node("serial", pieces=pieces)["refused"]

@@ -23,7 +23,9 @@ from palpate.sources.registry import open as open_source
 
 PINS, EXCITATIONS = (1, 2), ("A", "B")
 _SCHEMES = ("usb", "i2c", "sim")
-_IDLE_S = 60.0  # of a simulated probe, before its first press: longer than the steps without one take
+_IDLE_S = (
+    60.0  # of a simulated probe, before its first press: longer than the steps without one take
+)
 _TRIALS = 16  # of the search for a CAPDAC
 _CENTRED_PF = 0.3
 _PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
@@ -48,7 +50,11 @@ class InputLevel(NamedTuple):
             return "shorted"
         if math.isnan(self.pF):
             return "out of range"
-        return f"{self.total_pF:.2f} pF" if abs(self.total_pF) >= _PRECISE_PF else f"{self.total_pF:.3f} pF"
+        return (
+            f"{self.total_pF:.2f} pF"
+            if abs(self.total_pF) >= _PRECISE_PF
+            else f"{self.total_pF:.3f} pF"
+        )
 
 
 class Chip:
@@ -101,16 +107,27 @@ class Chip:
                 return InputLevel(steps, found.capacitance, total)
             low, high = (steps, high) if found.capacitance > 0 else (low, steps)
             move = round(found.capacitance / datasheet.DAC_STEP_PF)
-            steps = (low + high + (found.capacitance > 0)) // 2 if out else min(max(steps + move, low), high)
+            steps = (
+                (low + high + (found.capacitance > 0)) // 2
+                if out
+                else min(max(steps + move, low), high)
+            )
         if out:
             return InputLevel(steps, math.nan, math.copysign(math.inf, steps))
         return InputLevel(steps, found.capacitance, total)
 
-    def capdac_step(self, pin: int, excitation: str, level: InputLevel, base: Configuration, apart: int = 16) -> float:
+    def capdac_step(
+        self, pin: int, excitation: str, level: InputLevel, base: Configuration, apart: int = 16
+    ) -> float:
         """Return the size of this chip's CAPDAC step near a level, pF."""
-        first = min(max(level.capdac - apart // 2, -datasheet.DAC_STEPS), datasheet.DAC_STEPS - apart)
+        first = min(
+            max(level.capdac - apart // 2, -datasheet.DAC_STEPS), datasheet.DAC_STEPS - apart
+        )
         near = [Channel(capdac=steps, excitation=excitation) for steps in (first, first + apart)]
-        more, less = (mean(self.capacitance(pin, channel, base).capacitance for _ in range(4)) for channel in near)
+        more, less = (
+            mean(self.capacitance(pin, channel, base).capacitance for _ in range(4))
+            for channel in near
+        )
         return (more - less) / apart
 
     def _lost(self) -> None:
@@ -174,14 +191,18 @@ class Bench:
         """Return what CIN+, or CIN+ minus CIN-, has; the configuration's is known."""
         if differential == self.configuration.differential:
             return self.levels[pin, excitation].look
-        return self.chip.level(pin, excitation, replace(self.configuration, differential=differential)).look
+        return self.chip.level(
+            pin, excitation, replace(self.configuration, differential=differential)
+        ).look
 
 
 def open_bench(uri: str, options: Mapping[str, Any]) -> Bench:
     """Open a board by the name of its source."""
     scheme, _, given = split(uri)
     if scheme not in _SCHEMES:
-        raise ValueError(f"source: got {quoted(uri)}, allowed: usb:, i2c:, or sim: for a simulated board")
+        raise ValueError(
+            f"source: got {quoted(uri)}, allowed: usb:, i2c:, or sim: for a simulated board"
+        )
     simulated = {"idle": _IDLE_S} if scheme == "sim" and "idle" not in given else {}
     source = open_source(uri, **{**simulated, **options})
     assert isinstance(source, BoardSource)

@@ -20,7 +20,9 @@ def named(dump: bytes) -> list[Register]:
     if len(dump) != datasheet.REGISTERS:
         raise ValueError(f"dump: got {len(dump)} bytes, allowed: {datasheet.REGISTERS}")
     found = []
-    for (address, name, words), end in zip(_REGISTERS, [*(begin for begin, *_ in _REGISTERS[1:]), None], strict=True):
+    for (address, name, words), end in zip(
+        _REGISTERS, [*(begin for begin, *_ in _REGISTERS[1:]), None], strict=True
+    ):
         content = dump[address:end]
         found.append(Register(address, name, content, words(int.from_bytes(content, "big"))))
     return found
@@ -29,7 +31,9 @@ def named(dump: bytes) -> list[Register]:
 def _status(value: int) -> str:
     ready = [("capacitance", datasheet.RDYCAP), ("voltage or temperature", datasheet.RDYVT)]
     new = [name for name, bit in ready if not value & bit]
-    excitation = "excitation shorted or overloaded" if value & datasheet.EXCERR else "excitation not faulty"
+    excitation = (
+        "excitation shorted or overloaded" if value & datasheet.EXCERR else "excitation not faulty"
+    )
     return f"new data: {', '.join(new) or 'none'}; {excitation}"
 
 
@@ -37,16 +41,28 @@ def _cap_setup(value: int) -> str:
     if not value & datasheet.CAPEN:
         return "off"
     words = f"capacitive channel on, {'CIN2' if value & datasheet.CIN2 else 'CIN1'}"
-    return words + ", differential" * bool(value & datasheet.CAPDIFF) + ", chopped" * bool(value & datasheet.CAPCHOP)
+    return (
+        words
+        + ", differential" * bool(value & datasheet.CAPDIFF)
+        + ", chopped" * bool(value & datasheet.CAPCHOP)
+    )
 
 
 def _vt_setup(value: int) -> str:
-    mode = ("internal temperature", "external temperature", "supply", "external voltage")[value >> 5 & 3]
-    return f"measures {mode}" + ", chopped" * (value & datasheet.VTCHOP) if value & datasheet.VTEN else "off"
+    mode = ("internal temperature", "external temperature", "supply", "external voltage")[
+        value >> 5 & 3
+    ]
+    return (
+        f"measures {mode}" + ", chopped" * (value & datasheet.VTCHOP)
+        if value & datasheet.VTEN
+        else "off"
+    )
 
 
 def _exc_setup(value: int) -> str:
-    driven = [name for name, bit in (("EXCA", datasheet.EXCA), ("EXCB", datasheet.EXCB)) if value & bit]
+    driven = [
+        name for name, bit in (("EXCA", datasheet.EXCA), ("EXCB", datasheet.EXCB)) if value & bit
+    ]
     return f"{' and '.join(driven) or 'none'} driven, +-{('VDD/8', 'VDD/4', 'VDD*3/8', 'VDD/2')[value & 3]}"
 
 
@@ -61,7 +77,11 @@ def _config(value: int) -> str:
 
 def _dac(value: int) -> str:
     steps = value & datasheet.DAC_STEPS
-    return f"{steps} steps, about {steps * datasheet.DAC_STEP_PF:.2f} pF" if value & datasheet.DAC_ENABLE else "off"
+    return (
+        f"{steps} steps, about {steps * datasheet.DAC_STEP_PF:.2f} pF"
+        if value & datasheet.DAC_ENABLE
+        else "off"
+    )
 
 
 def _voltage(value: int) -> str:

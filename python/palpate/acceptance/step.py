@@ -36,13 +36,25 @@ class Step:
 
     def lines(self) -> list[str]:
         """Return the step as lines of text."""
-        expected = f" (expected: {self.expected})" if self.expected and self.verdict != NOT_DONE else ""
-        return [f"{_MARKS[self.verdict]}  {self.name}: {self.measured}{expected}", *(f"      {do}" for do in self.do)]
+        expected = (
+            f" (expected: {self.expected})" if self.expected and self.verdict != NOT_DONE else ""
+        )
+        return [
+            f"{_MARKS[self.verdict]}  {self.name}: {self.measured}{expected}",
+            *(f"      {do}" for do in self.do),
+        ]
 
 
 def judged(name: str, measured: str, expected: str, *do: str, right: bool, **values: Value) -> Step:
     """Return a step that was done; `do`, what to do, is kept only if it is not right."""
-    return Step(name, OK if right else WRONG, measured, expected, () if right else tuple(filter(None, do)), values)
+    return Step(
+        name,
+        OK if right else WRONG,
+        measured,
+        expected,
+        () if right else tuple(filter(None, do)),
+        values,
+    )
 
 
 def left_out(name: str, why: str) -> Step:
@@ -93,12 +105,23 @@ def now() -> str:
 
 
 def made(
-    started: str, source: str, device: Mapping[str, Any], registers: bytes, steps: Iterable[Step], stopped: str = ""
+    started: str,
+    source: str,
+    device: Mapping[str, Any],
+    registers: bytes,
+    steps: Iterable[Step],
+    stopped: str = "",
 ) -> AcceptanceReport:
     """Return the report of these steps, with the versions of this installation; no path of a file is in it."""
-    versions = {"palpate": __version__, "python": platform.python_version(), "system": platform.platform()}
+    versions = {
+        "palpate": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+    }
     shown = re.sub(r"(firmware=)[^&]*", r"\1...", source)
-    return AcceptanceReport(started, shown, versions, device, registers.hex(" "), tuple(steps), stopped)
+    return AcceptanceReport(
+        started, shown, versions, device, registers.hex(" "), tuple(steps), stopped
+    )
 
 
 def load(path: Path) -> AcceptanceReport:
@@ -108,10 +131,14 @@ def load(path: Path) -> AcceptanceReport:
         document = json.loads(data)
         if document.pop("schema", "") != SCHEMA:
             raise ValueError(f"no schema {SCHEMA} in it")
-        steps = tuple(Step(**{**given, "do": tuple(given["do"])}) for given in document.pop("steps"))
+        steps = tuple(
+            Step(**{**given, "do": tuple(given["do"])}) for given in document.pop("steps")
+        )
         found = AcceptanceReport(steps=steps, **document)
         if not all(map(str.isprintable, [found.stopped, *found.lines()])):
             raise ValueError("its texts are not printable")
         return found
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise ReportError(f"{path}: not a report ({shortened(str(error), 200)}): {_REMEDY}") from error
+        raise ReportError(
+            f"{path}: not a report ({shortened(str(error), 200)}): {_REMEDY}"
+        ) from error

@@ -40,13 +40,24 @@ _STILL = "keep hands and cables still, the probe in the air, and run this again"
 def registers(bench: Bench) -> Iterator[Step]:
     """Read the registers after a reset, and the gains that were set in the factory."""
     bench.dump = bench.chip.reset()
-    got, wanted = (dump[datasheet.CAP_SETUP : datasheet.CAP_GAIN] for dump in (bench.dump, datasheet.RESET_VALUES))
+    got, wanted = (
+        dump[datasheet.CAP_SETUP : datasheet.CAP_GAIN]
+        for dump in (bench.dump, datasheet.RESET_VALUES)
+    )
     other = "not an AD7746, or another program uses it: close that, unplug the board for a moment, run this again"
-    yield judged("registers 07 to 0E after a reset", got.hex(" "), wanted.hex(" "), other, right=got == wanted)
+    yield judged(
+        "registers 07 to 0E after a reset",
+        got.hex(" "),
+        wanted.hex(" "),
+        other,
+        right=got == wanted,
+    )
     gains, expected = bench.gains.hex(), "set in the factory, neither 0000 nor ffff"
     do = f"the gains are not those of a working AD7746: {_REPLUG}"
     right = not {gains[:4], gains[4:]} & {"0000", "ffff"}
-    yield judged("fingerprint: CAP_GAIN and VOLT_GAIN", gains, expected, do, right=right, fingerprint=gains)
+    yield judged(
+        "fingerprint: CAP_GAIN and VOLT_GAIN", gains, expected, do, right=right, fingerprint=gains
+    )
 
 
 def bus(bench: Bench) -> Iterator[Step]:
@@ -68,26 +79,55 @@ def _read_ns(bench: Bench, count: int) -> int:
 
 def voltages(bench: Bench) -> Iterator[Step]:
     """Measure the temperature and the supply of the chip."""
-    found, (low, high) = datasheet.temperature_C(bench.chip.voltage(datasheet.VT_TEMPERATURE)), _TEMPERATURE_C
+    found, (low, high) = (
+        datasheet.temperature_C(bench.chip.voltage(datasheet.VT_TEMPERATURE)),
+        _TEMPERATURE_C,
+    )
     remedy = "let the board come to room temperature; if it is there, the chip is damaged"
     name, right = "temperature of the chip", low < found < high
-    yield judged(name, f"{found:.1f} C", f"{low} to {high} C", remedy, right=right, temperature_C=round(found, 2))
-    found, (low_V, high_V) = datasheet.supply_V(bench.chip.voltage(datasheet.VT_SUPPLY)), datasheet.SUPPLY_V
+    yield judged(
+        name,
+        f"{found:.1f} C",
+        f"{low} to {high} C",
+        remedy,
+        right=right,
+        temperature_C=round(found, 2),
+    )
+    found, (low_V, high_V) = (
+        datasheet.supply_V(bench.chip.voltage(datasheet.VT_SUPPLY)),
+        datasheet.SUPPLY_V,
+    )
     remedy = "check the links of the supply, and use another USB port, without a hub"
     name, right = "supply of the chip", low_V < found < high_V
-    yield judged(name, f"{found:.2f} V", f"{low_V} to {high_V} V", remedy, right=right, supply_V=round(found, 3))
+    yield judged(
+        name,
+        f"{found:.2f} V",
+        f"{low_V} to {high_V} V",
+        remedy,
+        right=right,
+        supply_V=round(found, 3),
+    )
 
 
 def times(bench: Bench) -> Iterator[Step]:
     """Measure how long a conversion takes at each CAPF, by the pin RDY#."""
     nominal, own = datasheet.CONVERSION_S, bench.configuration
-    found = [bench.chip.duration(replace(own, capf=capf), _REPEATED) for capf in range(len(nominal))]
-    measured, expected = (" ".join(f"{1e3 * seconds:.1f}" for seconds in each) for each in (found, nominal))
+    found = [
+        bench.chip.duration(replace(own, capf=capf), _REPEATED) for capf in range(len(nominal))
+    ]
+    measured, expected = (
+        " ".join(f"{1e3 * seconds:.1f}" for seconds in each) for each in (found, nominal)
+    )
     measured += f" ms; the chip's clock: {100 * (found[-1] / nominal[-1] - 1):+.1f} %"
     expected += f" ms, within {100 * _PACE:.0f} %"
     do = f"{_AGAIN}; if it stays, the chip's clock is outside its data sheet"
-    right = all(abs(took - should) <= _PACE * should + _POLL_S for took, should in zip(found, nominal, strict=True))
-    values = {f"conversion_{capf}_ms": round(1e3 * seconds, 2) for capf, seconds in enumerate(found)}
+    right = all(
+        abs(took - should) <= _PACE * should + _POLL_S
+        for took, should in zip(found, nominal, strict=True)
+    )
+    values = {
+        f"conversion_{capf}_ms": round(1e3 * seconds, 2) for capf, seconds in enumerate(found)
+    }
     yield judged("conversion times, CAPF 0 to 7", measured, expected, do, right=right, **values)
 
 
@@ -96,12 +136,17 @@ def inputs(bench: Bench) -> Iterator[Step]:
     bench.scan()
     own, levels = bench.configuration, bench.levels
     bench.mistakes = Wiring(bench.look, own, kit=bench.is_kit).mistakes()
-    both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
+    both = any(
+        all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS
+    )  # of what is wrong, this is seen
     verdict = WRONG if bench.cannot_measure or both else OK
     measured = ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in levels.items())
     expected = f"hard bump on CIN{own.input(HARD)} and EXC{own.hard.excitation}, "
     expected += f"soft bump on CIN{own.input(SOFT)} and EXC{own.soft.excitation}"
-    pF = {place: None if math.isnan(level.pF) else round(level.total_pF, 4) for place, level in levels.items()}
+    pF = {
+        place: None if math.isnan(level.pF) else round(level.total_pF, 4)
+        for place, level in levels.items()
+    }
     values = {f"cin{pin}_exc{name.lower()}_pF": found for (pin, name), found in pF.items()}
     name, do = "inputs and excitations (above 4 pF: within 20 %)", tuple(map(str, bench.mistakes))
     yield Step(name, verdict, measured, expected, do, values)
@@ -114,10 +159,15 @@ def capdac(bench: Bench) -> Iterator[Step]:
         if level is None:
             yield left_out(name, _NO_SIGNAL)
             continue
-        found = bench.steps_pF[pin] = bench.chip.capdac_step(pin, bench.excitation(pin), level, bench.configuration)
+        found = bench.steps_pF[pin] = bench.chip.capdac_step(
+            pin, bench.excitation(pin), level, bench.configuration
+        )
         expected = f"{datasheet.DAC_STEP_PF} pF within 20 %"
         remedy = "keep the probe still and run this again; if it stays, the chip is outside its data sheet"
-        right, values = _STEP_PF[0] < found < _STEP_PF[1], {f"capdac_step_{pin}_pF": round(found, 5)}
+        right, values = (
+            _STEP_PF[0] < found < _STEP_PF[1],
+            {f"capdac_step_{pin}_pF": round(found, 5)},
+        )
         yield judged(name, f"{found:.4f} pF", expected, remedy, right=right, **values)
 
 
@@ -139,7 +189,11 @@ def noise(bench: Bench) -> Iterator[Step]:
         level = bench.level(pin)
         for capf, count in _NOISE.items():
             name = f"noise at CIN{pin}, CAPF {capf}"
-            yield _noise(bench, name, pin, level, capf, count) if level else left_out(name, _NO_SIGNAL)
+            yield (
+                _noise(bench, name, pin, level, capf, count)
+                if level
+                else left_out(name, _NO_SIGNAL)
+            )
 
 
 def _noise(bench: Bench, name: str, pin: int, level: InputLevel, capf: int, count: int) -> Step:
@@ -191,8 +245,15 @@ def _losses(bench: Bench) -> Step:
     elif not errors:
         do = f"no access failed: the computer was too busy: {_AGAIN}"
     measured = f"{counted.pairs} pairs read; lost: {lost}, failed accesses: {errors}{unplugged}"
-    values = {"pairs": counted.pairs, "lost": lost, "errors": errors, "reconnects": counted.reconnects}
-    return judged("losses", measured, "none lost, none failed", do, right=not (lost or errors), **values)
+    values = {
+        "pairs": counted.pairs,
+        "lost": lost,
+        "errors": errors,
+        "reconnects": counted.reconnects,
+    }
+    return judged(
+        "losses", measured, "none lost, none failed", do, right=not (lost or errors), **values
+    )
 
 
 def _causes(bench: Bench, found: list[Sample]) -> list[str]:
@@ -200,7 +261,9 @@ def _causes(bench: Bench, found: list[Sample]) -> list[str]:
     status = reduce(or_, (sample.status for sample in found))
     do = ["lost: see the losses"] if status & Status.LOST else []
     try:
-        do += [_level_now(bench, channel) for channel in (HARD, SOFT) if status & _OF_CHANNEL[channel]]
+        do += [
+            _level_now(bench, channel) for channel in (HARD, SOFT) if status & _OF_CHANNEL[channel]
+        ]
     except SourceError as error:
         do.append(f"the inputs cannot be measured again: {one_line(error)}")
     return do
@@ -241,21 +304,32 @@ def replug(bench: Bench, prompts: Prompts | None) -> Step:
     name, driver = "pull and replug", bench.source.driver
     if not bench.is_kit:
         return left_out(name, "not on USB")
-    if not prompts or not prompts.ready(f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."):
+    if not prompts or not prompts.ready(
+        f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."
+    ):
         return left_out(name, _BY_HAND)
     reconnects, marked = driver.counters.reconnects, len(driver.gaps)
     times = ((last.t_hard_ns, sample.t_hard_ns) for last, sample in pairwise(_for_a_while(bench)))
     gaps_ns = (after - before for before, after in times if driver.counters.reconnects > reconnects)
     if not (gap_s := next(gaps_ns, 0) / 1e9):
         return left_out(name, f"the board was not pulled within {_WAIT_S:g} s")
-    again, marks = bench.chip.registers()[datasheet.CAP_GAIN :], [text for _, text in driver.gaps[marked:]]
+    again, marks = (
+        bench.chip.registers()[datasheet.CAP_GAIN :],
+        [text for _, text in driver.gaps[marked:]],
+    )
     measured = f"back after {gap_s:.1f} s; fingerprint {again.hex()}; marked: {'; '.join(marks) or 'no gap'}"
     expected = f"back, the same board ({bench.gains.hex()}), the gap marked"
     do = "report this: a gap without a mark makes a false touch possible"
     if again != bench.gains:
         do = "another board was plugged in, or its gains were read wrongly: run this again with one board"
-    values: dict[str, Value] = {"gap_s": round(gap_s, 3), "fingerprint": again.hex(), "marks": len(marks)}
-    return judged(name, measured, expected, do, right=again == bench.gains and bool(marks), **values)
+    values: dict[str, Value] = {
+        "gap_s": round(gap_s, 3),
+        "fingerprint": again.hex(),
+        "marks": len(marks),
+    }
+    return judged(
+        name, measured, expected, do, right=again == bench.gains and bool(marks), **values
+    )
 
 
 def press(bench: Bench, prompts: Prompts | None) -> Step:
@@ -263,7 +337,9 @@ def press(bench: Bench, prompts: Prompts | None) -> Step:
     text = "Hold the probe still in the air. Then press both bumps on something hard, as a table, for 2 s; lift it."
     if not prompts or not prompts.ready(f"{text} There are {_WAIT_S:g} s."):
         return left_out("press", _BY_HAND)
-    pairs = ((sample.hard, sample.soft) for sample in _for_a_while(bench) if sample.status == Status.OK)
+    pairs = (
+        (sample.hard, sample.soft) for sample in _for_a_while(bench) if sample.status == Status.OK
+    )
     idle = list(islice(pairs, _IDLE))
     changes, limit = _pressed(idle, pairs) if len(idle) == _IDLE else ([], 0.0)
     if not changes:
@@ -272,9 +348,22 @@ def press(bench: Bench, prompts: Prompts | None) -> Step:
     squares = sum(soft * soft for _, soft in changes)
     ratio = sum(hard * soft for hard, soft in changes) / squares if squares else math.inf
     do = _doubt(bench, limit, peaks, ratio)
-    measured = f"hard bump {peaks[HARD]:+.4f} pF, soft bump {peaks[SOFT]:+.4f} pF, ratio {ratio:.2f}"
-    values = {"hard_pF": round(peaks[HARD], 6), "soft_pF": round(peaks[SOFT], 6), "ratio": round(ratio, 4)}
-    return judged("press", measured, "both change, the hard bump more: ratio above 1", do, right=not do, **values)
+    measured = (
+        f"hard bump {peaks[HARD]:+.4f} pF, soft bump {peaks[SOFT]:+.4f} pF, ratio {ratio:.2f}"
+    )
+    values = {
+        "hard_pF": round(peaks[HARD], 6),
+        "soft_pF": round(peaks[SOFT], 6),
+        "ratio": round(ratio, 4),
+    }
+    return judged(
+        "press",
+        measured,
+        "both change, the hard bump more: ratio above 1",
+        do,
+        right=not do,
+        **values,
+    )
 
 
 def _pressed(
@@ -282,7 +371,9 @@ def _pressed(
 ) -> tuple[list[tuple[float, float]], float]:
     """Return the changes from the idle values until a press has ended, and what counts as a change, pF."""
     columns = list(zip(*idle, strict=True))
-    noise = max(math.sqrt(mean((b - a) ** 2 for a, b in pairwise(column)) / 2) for column in columns)
+    noise = max(
+        math.sqrt(mean((b - a) ** 2 for a, b in pairwise(column)) / 2) for column in columns
+    )
     limit, (hard_pF, soft_pF) = max(_NOISES * noise, _LEAST_PF), map(mean, columns)
     changes: list[tuple[float, float]] = []
     moved = quiet = 0
@@ -305,7 +396,9 @@ def _doubt(bench: Bench, limit: float, peaks: list[float], ratio: float) -> str:
     if ratio < 0:
         return "one bump rises and the other falls: check that both are on CIN+, and not on CIN-"
     if abs(ratio - 1) < _EQUAL:
-        return "the bumps change alike: press on something harder, to see which one is the hard bump"
+        return (
+            "the bumps change alike: press on something harder, to see which one is the hard bump"
+        )
     pin = bench.configuration.input(SOFT)
     swapped = f"add hard_input={pin} to SOURCE, or swap the wires of CIN1 and CIN2"
     return "" if ratio > 1 else f"the inputs are swapped, the hard bump is on CIN{pin}: {swapped}"
@@ -315,7 +408,9 @@ def capacitor(bench: Bench, prompts: Prompts | None) -> Step:
     """Compare a capacitor of known value with the change that it makes at the hard bump's input."""
     name, pin = "known capacitor", bench.configuration.input(HARD)
     low, high = _CAPACITOR_PF
-    value = prompts.value(f"Value of a known capacitor, {low:g} to {high:g} pF") if prompts else None
+    value = (
+        prompts.value(f"Value of a known capacitor, {low:g} to {high:g} pF") if prompts else None
+    )
     if prompts is None or value is None:
         return left_out(name, _BY_HAND)
     if not low <= value <= high:
@@ -361,7 +456,9 @@ NAMES = (*_ACTS, *_PROMPTED)  # Names of the steps, in order.
 class Acceptance:
     """Measures a board step by step: iterate over it. Without `prompts` the steps that need a hand are left out."""
 
-    def __init__(self, bench: Bench, prompts: Prompts | None = None, *, skip: Collection[str] = ()) -> None:
+    def __init__(
+        self, bench: Bench, prompts: Prompts | None = None, *, skip: Collection[str] = ()
+    ) -> None:
         if unknown := set(skip) - set(NAMES):
             raise ValueError(f"skip: {unlike(min(unknown), NAMES)}")
         self.stopped: str = ""
@@ -394,4 +491,6 @@ class Acceptance:
             return "the board cannot be used any more"
         if self._bench.cannot_measure and name in _BY_DRIVER:
             return "needs right inputs"
-        return "needs the step inputs" if name in _NEED_INPUTS and "inputs" not in self._done else ""
+        return (
+            "needs the step inputs" if name in _NEED_INPUTS and "inputs" not in self._done else ""
+        )

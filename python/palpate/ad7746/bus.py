@@ -127,7 +127,9 @@ def repeated(act: Callable[[], T], failed: Callable[[], object] = lambda: None) 
 class Access:
     """Access to a bus: each up to `TRIES` times, with `check` before each try; errors and repetitions are counted."""
 
-    def __init__(self, bus: RegisterBus, clock: Clock, check: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self, bus: RegisterBus, clock: Clock, check: Callable[[], None] = lambda: None
+    ) -> None:
         self.bus, self.clock, self.counters = bus, clock, Counters()
         self._check = check
 

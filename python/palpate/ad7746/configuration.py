@@ -46,7 +46,9 @@ class Channel:
         """Check the ranges."""
         datasheet.dac_registers(self.capdac)
         if self.excitation not in datasheet.EXCITATION:
-            raise ValueError(f"excitation: got {self.excitation!r}, allowed: {', '.join(datasheet.EXCITATION)}")
+            raise ValueError(
+                f"excitation: got {self.excitation!r}, allowed: {', '.join(datasheet.EXCITATION)}"
+            )
 
     @property
     def range_registers(self) -> bytes:
@@ -97,7 +99,9 @@ class Configuration:
         """Check the ranges."""
         for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4))):
             if getattr(self, name) not in allowed:
-                raise ValueError(f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}")
+                raise ValueError(
+                    f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}"
+                )
 
     def channel(self, number: int) -> Channel:
         """Return the hard (0) or the soft (1) channel."""
@@ -116,7 +120,9 @@ class Configuration:
         """Return the bytes of registers 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
         channel = self.channel(number)
         setup = datasheet.CAPEN | (datasheet.CIN2 if self.input(number) == 2 else 0)
-        setup |= (datasheet.CAPDIFF if self.differential else 0) | (datasheet.CAPCHOP if self.chop else 0)
+        setup |= (datasheet.CAPDIFF if self.differential else 0) | (
+            datasheet.CAPCHOP if self.chop else 0
+        )
         excitation = datasheet.EXCITATION[channel.excitation] | self.level
         return bytes([setup, 0, excitation, self._config]), channel.range_registers
 
@@ -139,4 +145,6 @@ def require_same(wanted: bytes, image: bytes) -> None:
     for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), datasheet.CAP_SETUP):
         if (wrote ^ image[register]) & mask:
             why = "another program uses the board, or the chip had no supply"
-            raise ProtocolError(f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: {why}")
+            raise ProtocolError(
+                f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: {why}"
+            )

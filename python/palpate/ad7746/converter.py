@@ -65,7 +65,9 @@ class Pace:
 
     def __init__(self, nominal_s: float) -> None:
         self._nominal_ns = nominal_s * 1e9
-        self.overdue_ns: int = round(_OVERDUE * self._nominal_ns) + _OVERDUE_NS  # after the begin: it must have ended
+        self.overdue_ns: int = (
+            round(_OVERDUE * self._nominal_ns) + _OVERDUE_NS
+        )  # after the begin: it must have ended
         self._forget()
 
     def _forget(self) -> None:
@@ -81,7 +83,9 @@ class Pace:
         longest = min(self.longest_ns + drift, seen.ended - seen.asked)
         if shortest > longest:
             self._forget()
-            took = f"{(seen.busy - seen.begun) / 1e6:.2f} to {(seen.ended - seen.asked) / 1e6:.2f} ms"
+            took = (
+                f"{(seen.busy - seen.begun) / 1e6:.2f} to {(seen.ended - seen.asked) / 1e6:.2f} ms"
+            )
             before = f"{shortest / 1e6:.2f} to {longest / 1e6:.2f} ms"
             why = "another program uses the board, or the clock of the chip changed"
             raise ProtocolError(f"a conversion took {took}, those before it {before}: {why}")
@@ -104,7 +108,9 @@ class Pace:
 _SOONER_NS = 500_000  # polls begin up to this before the earliest possible end
 _SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
 _PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin too uncertain
-_BUS_S = 0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
+_BUS_S = (
+    0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
+)
 _STEPS = 15  # conversions whose median is the time of one
 _RDY = "STATUS shows another state; check the jumper RDY of link LK2"
 
@@ -205,15 +211,23 @@ class Converter:
             self.configuration = self.configuration.with_capdac(channel, steps)
             reading = self.patiently(channel)
             if reading.status & Status.EXCITATION:
-                raise ProtocolError(f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded")
+                raise ProtocolError(
+                    f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded"
+                )
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
                 return
             low, high = (steps, high) if reading.capacitance > 0 else (low, steps)
             # A saturated code shows only the direction: bisect. Any other code shows the distance, to 20 %.
             move = reading.capacitance / datasheet.DAC_STEP_PF
-            steps = (low + high + (move > 0)) // 2 if reading.status else min(max(steps + round(move), low), high)
+            steps = (
+                (low + high + (move > 0)) // 2
+                if reading.status
+                else min(max(steps + round(move), low), high)
+            )
         why = "the input has more than 17 pF, is shorted, or changes all the time; check the cable of the probe"
-        raise ProtocolError(f"{NAMES[channel]}: no CAPDAC setting brings the idle signal into the range: {why}")
+        raise ProtocolError(
+            f"{NAMES[channel]}: no CAPDAC setting brings the idle signal into the range: {why}"
+        )
 
     def patiently(self, channel: int) -> Reading:
         """Convert one channel; a conversion that is lost is repeated twice."""
@@ -230,8 +244,14 @@ class Converter:
         image = self._access.read(0, datasheet.CAP_GAIN)
         require_same(setup + in_range, image)
         if image[datasheet.STATUS] & bit:
-            damaged = self._access.counters.retries != retries  # the chip marks data as new only once
-            raise ProtocolError("a transfer with data was damaged" if damaged else f"the pin RDY# is stuck low: {_RDY}")
+            damaged = (
+                self._access.counters.retries != retries
+            )  # the chip marks data as new only once
+            raise ProtocolError(
+                "a transfer with data was damaged"
+                if damaged
+                else f"the pin RDY# is stuck low: {_RDY}"
+            )
         # A pin that was never high may be stuck low: then only STATUS, in the image, shows the end.
         return Seen(asked, begun, busy, ended if busy > asked else self._clock.now_ns()), image
 

@@ -262,6 +262,10 @@ def check_write(register: int, data: bytes) -> None:
     """
     end = register + len(data)
     if not (data and register >= CAP_SETUP and end <= CAP_GAIN):
-        raise ValueError(f"register: got 0x{register:02X} to 0x{end - 1:02X}, allowed: 0x07 to 0x0E")
+        raise ValueError(
+            f"register: got 0x{register:02X} to 0x{end - 1:02X}, allowed: 0x07 to 0x0E"
+        )
     if register <= CONFIG < end - 1:
-        raise ValueError(f"data: got 0x{register:02X} to 0x{end - 1:02X} in one burst, allowed: up to CONFIG, 0x0A")
+        raise ValueError(
+            f"data: got 0x{register:02X} to 0x{end - 1:02X} in one burst, allowed: up to CONFIG, 0x0A"
+        )

@@ -189,7 +189,9 @@ class Ad7746:
             self._converter.configuration = before
             raise
         if self._next and capdacs != self._capdacs:
-            self.gaps.append((self._next, f"the range was set again: CAPDAC {self._capdacs}, before {capdacs}"))
+            self.gaps.append(
+                (self._next, f"the range was set again: CAPDAC {self._capdacs}, before {capdacs}")
+            )
         return self._capdacs
 
     def centre(self) -> None:
@@ -217,7 +219,11 @@ class Ad7746:
             return None
         finally:
             self._grace_ns = 0
-        return {"t_s": round(t_s, 3), "temperature_C": round(temperature_C, 3), "supply_V": round(supply_V, 3)}
+        return {
+            "t_s": round(t_s, 3),
+            "temperature_C": round(temperature_C, 3),
+            "supply_V": round(supply_V, 3),
+        }
 
     @property
     def conditions_are_free(self) -> bool:
@@ -227,7 +233,9 @@ class Ad7746:
     def read_channel(self, channel: int) -> Reading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
-        return reading._replace(middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns))
+        return reading._replace(
+            middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns)
+        )
 
     def look(self, name: str, excitation: str) -> Look:
         """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
@@ -280,7 +288,10 @@ class Ad7746:
         else:
             self.counters.lost += 1
             good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
-            hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
+            hard, soft = (
+                hard._replace(status=Status.LOST) if good else _empty(hard.middle),
+                _empty(soft.middle),
+            )
         self._last_ns = self._clock.now_ns()
         times, codes = (hard.middle.t_ns, soft.middle.t_ns), (hard.raw, soft.raw)
         values, status = (hard.capacitance, soft.capacitance), hard.status | soft.status
@@ -295,7 +306,9 @@ class Ad7746:
         if self._streak == STREAK:
             self.counters.reopened += 1
             other = repeated(self._reopen, lambda: self._clock.sleep(_POLL_S))
-            self.gaps.append((seq + 1, f"the board was opened again after an error ({failure}){other}"))
+            self.gaps.append(
+                (seq + 1, f"the board was opened again after an error ({failure}){other}")
+            )
 
     def _reopen(self) -> str:
         """Open the device again; return as `_set_up`."""
@@ -311,7 +324,9 @@ class Ad7746:
         before, self._gains = self._gains or found, found
         if found == before:
             return ""
-        return f"; another board: the gains of its chip are {found.hex(' ')}, before {before.hex(' ')}"
+        return (
+            f"; another board: the gains of its chip are {found.hex(' ')}, before {before.hex(' ')}"
+        )
 
     def _check_gains(self) -> None:
         """Raise _OtherGains if the gains have changed; looks once a second."""

@@ -9,9 +9,18 @@ from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout, need
 
 smbus2 = need("smbus2", "i2c")
 
-_NO_BUS = (DeviceNotFound, "there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
-_FORBIDDEN = (DeviceRefused, "no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again")
-_NOBODY = (NotAcknowledged, "not acknowledged: check that the AD7746 is wired to this bus and has its supply")
+_NO_BUS = (
+    DeviceNotFound,
+    "there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.",
+)
+_FORBIDDEN = (
+    DeviceRefused,
+    "no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again",
+)
+_NOBODY = (
+    NotAcknowledged,
+    "not acknowledged: check that the AD7746 is wired to this bus and has its supply",
+)
 _ERRORS: Meanings = {
     errno.ENOENT: _NO_BUS,
     errno.ENODEV: _NO_BUS,
@@ -19,7 +28,10 @@ _ERRORS: Meanings = {
     errno.EPERM: _FORBIDDEN,
     errno.ENXIO: _NOBODY,
     121: _NOBODY,  # EREMOTEIO, which only Linux has
-    errno.ETIMEDOUT: (SourceTimeout, "the bus is blocked: a wire is shorted, or the chip hangs; switch it off and on"),
+    errno.ETIMEDOUT: (
+        SourceTimeout,
+        "the bus is blocked: a wire is shorted, or the chip hangs; switch it off and on",
+    ),
 }
 
 

@@ -44,10 +44,16 @@ class Look(NamedTuple):
         if math.isinf(self.capacitance):
             return f"more than {MOST_PF:g} pF"
         size = abs(self.capacitance)
-        return f"about {self.capacitance:.1f} pF" if size >= datasheet.FULL_SCALE_PF else f"{self.capacitance:.3f} pF"
+        return (
+            f"about {self.capacitance:.1f} pF"
+            if size >= datasheet.FULL_SCALE_PF
+            else f"{self.capacitance:.3f} pF"
+        )
 
 
-Looking = Callable[[str, str], Look]  # (input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`.
+Looking = Callable[
+    [str, str], Look
+]  # (input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`.
 
 
 def look(measure: Callable[[int, str, bool], Look], name: str, excitation: str) -> Look:
@@ -66,7 +72,9 @@ def level_of(converter: Converter, pin: int, excitation: str, differential: bool
     try:
         for steps in _STEPS:
             there = Channel(capdac=sign * steps, excitation=excitation)
-            converter.configuration = replace(own, capf=0, hard_input=pin, differential=differential, hard=there)
+            converter.configuration = replace(
+                own, capf=0, hard_input=pin, differential=differential, hard=there
+            )
             reading = converter.patiently(HARD)
             if reading.status & Status.EXCITATION:
                 return Look(math.nan, shorted=True)
@@ -104,7 +112,9 @@ def _at(name: str, kit: bool) -> str:
 class _Bump:
     """One bump: its inputs, its own excitation, and what CIN+ has on each excitation."""
 
-    def __init__(self, number: int, look: Looking, configuration: Configuration, *, kit: bool) -> None:
+    def __init__(
+        self, number: int, look: Looking, configuration: Configuration, *, kit: bool
+    ) -> None:
         pin = configuration.input(number)
         self.name = f"{NAMES[number]} bump"
         self.plus, self.minus = f"{pin}+", f"{pin}-"
@@ -122,7 +132,9 @@ class _Bump:
     @property
     def place(self) -> str:
         """The excitation to use: the own one, if the bump answers to it; else the other one; "": it answers to none."""
-        found = [name for name in "AB" if self.on[name].is_sensor and not (name == "A" and self.is_demo)]
+        found = [
+            name for name in "AB" if self.on[name].is_sensor and not (name == "A" and self.is_demo)
+        ]
         return self.own if set(found) & set(self.own) else "".join(found[:1])
 
 
@@ -138,17 +150,27 @@ class Wiring:
     def mistakes(self) -> list[Mistake]:
         """Return all mistakes, those that prevent a measurement first."""
         found = [found for bump in self._bumps for found in bump.on.values()]
-        if any(math.isnan(each.capacitance) and not each.shorted for each in found):  # the driver was interrupted
+        if any(
+            math.isnan(each.capacitance) and not each.shorted for each in found
+        ):  # the driver was interrupted
             return []
         if shorts := list(self._shorts()):
             return shorts
-        if not any(not each.is_empty or self._at_minus(bump) for bump in self._bumps for each in bump.on.values()):
+        if not any(
+            not each.is_empty or self._at_minus(bump)
+            for bump in self._bumps
+            for each in bump.on.values()
+        ):
             return [self._nothing()]
         mistakes = [mistake for bump in self._bumps for mistake in self._of(bump)]
         return sorted(mistakes, key=lambda mistake: not mistake.fatal)
 
     def _shorts(self) -> Iterator[Mistake]:
-        used = "".join(bump.own for bump in self._bumps) if all(bump.answers for bump in self._bumps) else "AB"
+        used = (
+            "".join(bump.own for bump in self._bumps)
+            if all(bump.answers for bump in self._bumps)
+            else "AB"
+        )
         for name in sorted(set(used)):
             if any(bump.on[name].shorted for bump in self._bumps):
                 what = f"{_at(name, self._kit)} is shorted or overloaded (the chip reports EXCERR)"
@@ -159,7 +181,10 @@ class Wiring:
         for name in bump.own if bump.answers else "AB":
             if math.isinf(bump.on[name].capacitance):
                 wires = f"CIN{bump.plus} and EXC{name}, or a cable that is long or has no shield"
-                yield Mistake(f"{bump.at} has {bump.on[name]} on EXC{name}", f"look for a short between {wires}")
+                yield Mistake(
+                    f"{bump.at} has {bump.on[name]} on EXC{name}",
+                    f"look for a short between {wires}",
+                )
                 return
         if not bump.answers:
             yield self._flat(bump)
@@ -170,7 +195,10 @@ class Wiring:
 
     def _exchanged(self, bump: _Bump) -> Iterator[Mistake]:
         """Return that CIN+ minus CIN- is negative: of the wires, or of a reference that is larger than the bump."""
-        plus, minus = (sum(self._look(pin, name).capacitance for name in bump.own) for pin in (bump.plus, bump.minus))
+        plus, minus = (
+            sum(self._look(pin, name).capacitance for name in bump.own)
+            for pin in (bump.plus, bump.minus)
+        )
         if plus - minus < -EMPTY_PF:
             what = f"{bump.name}: CIN{bump.plus} minus CIN{bump.minus} is {plus - minus:.2f} pF"
             unless = f"unless the reference at CIN{bump.minus} is the larger one"
@@ -182,7 +210,9 @@ class Wiring:
             what, only_demo = f"{bump.at} has {bump.levels}", bump.own == "A" and bump.is_demo
             remedy = "remove them; the measurement on EXCB goes on"
             if not bump.beside_demo:
-                yield Mistake(what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False)
+                yield Mistake(
+                    what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False
+                )
                 return
             if bump.own != "B":
                 remedy = f"remove them{self._option('B', bump, ', and use {}' if only_demo else ', or use {}')}"
@@ -190,7 +220,9 @@ class Wiring:
         elif bump.beside_demo and bump.on["A"].is_sensor:
             remedy = "remove them; the readings cannot show whether they are there"
             if bump.is_demo:  # a small bump may be as large: it is measured
-                remedy += f". {bump.on['A']} is as much as they alone give: the bump may not be connected"
+                remedy += (
+                    f". {bump.on['A']} is as much as they alone give: the bump may not be connected"
+                )
             yield Mistake(f"{bump.name}: EXCA also drives {_DEMO}", remedy, fatal=False)
 
     def _flat(self, bump: _Bump) -> Mistake:
@@ -203,21 +235,30 @@ class Wiring:
             remedy = bump.exchange if self._differential else f"move it to CIN{bump.plus}"
             return Mistake(f"{here}, its wire is at {_at(bump.minus, self._kit)}", remedy)
         wires = f"one to CIN{bump.plus}, the other to EXC{bump.own[0]}{bump.no_socket}"
-        return Mistake(f"{bump.at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}")
+        return Mistake(
+            f"{bump.at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}"
+        )
 
     def _to(self, name: str, bump: _Bump) -> str:
         """Return what to do about a bump that answers to another pin."""
         if bump.is_demo and name == "A":
             return f"it is as large as {_DEMO}: remove them, and connect the bump to CIN2+ and EXCB"
-        remedy = self._option(name, bump, "use {}, or ") + f"move its wire from EXC{name} to {bump.driven}"
+        remedy = (
+            self._option(name, bump, "use {}, or ")
+            + f"move its wire from EXC{name} to {bump.driven}"
+        )
         if bump.beside_demo and name == "A":
-            remedy += f". It may be {_DEMO}: then remove them, and connect the bump to CIN2+ and EXCB"
+            remedy += (
+                f". It may be {_DEMO}: then remove them, and connect the bump to CIN2+ and EXCB"
+            )
         return remedy
 
     def _nothing(self) -> Mistake:
         by_input = sorted(self._bumps, key=lambda bump: bump.plus)
         levels = ", ".join(f"{_at(bump.plus, self._kit)} has {bump.levels}" for bump in by_input)
-        wires = ", ".join(f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps)
+        wires = ", ".join(
+            f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps
+        )
         return Mistake(f"no probe is connected: {levels}", f"wire {wires}{by_input[1].no_socket}")
 
     def _at_minus(self, bump: _Bump) -> bool:
@@ -227,7 +268,9 @@ class Wiring:
         """Return, in words, the option that puts this bump on another pin; "": the other bump answers to none."""
         pins = [name if each is bump else each.place for each in self._bumps]
         value = pins[0] if pins[0] == pins[1] else ",".join(pins)
-        return words.format(f"excitation={value} (as in usb:?excitation={value})") if all(pins) else ""
+        return (
+            words.format(f"excitation={value} (as in usb:?excitation={value})") if all(pins) else ""
+        )
 
 
 CONFIRM_S = 1.0  # Suspicious readings for this long are looked into.
@@ -256,7 +299,9 @@ class WiringWatch:
         if self._suspicion != before:
             self._since_ns = sample.t_hard_ns
         lasting_s = (sample.t_hard_ns - self._since_ns) / 1e9
-        if self._suspicion == self._confirmed or lasting_s < (CONFIRM_S if self._suspicion else _BACK_S):
+        if self._suspicion == self._confirmed or lasting_s < (
+            CONFIRM_S if self._suspicion else _BACK_S
+        ):
             return ""
         if not self._suspicion:
             self._confirmed = self.text = ""
@@ -275,18 +320,26 @@ class WiringWatch:
         saturated = bool(sample.status & SATURATION[self._number])
         if sample.status & Status.EXCITATION:
             return "short"
-        if below < EMPTY_PF - _FALLEN * abs(steps) * datasheet.DAC_STEP_PF or (saturated and below < 0):
+        if below < EMPTY_PF - _FALLEN * abs(steps) * datasheet.DAC_STEP_PF or (
+            saturated and below < 0
+        ):
             return "flat"
         return "same" if self._same >= _SAME_CODES and not saturated else ""
 
     def _confirm(self, configuration: Configuration) -> str:
         if self._suspicion == "same":
             return "every reading is the same: the converter does not measure; replug the board"
-        plus, pins = f"{configuration.input(self._number)}+", configuration.channel(self._number).excitation
+        plus, pins = (
+            f"{configuration.input(self._number)}+",
+            configuration.channel(self._number).excitation,
+        )
         looks = {f"EXC{name}": self._look(plus, name) for name in pins}
         if self._suspicion == "short":
             shorted = " and ".join(name for name, found in looks.items() if found.shorted)
-            return shorted and f"{shorted} is shorted or overloaded (EXCERR): look at its wire, its plug and the probe"
+            return (
+                shorted
+                and f"{shorted} is shorted or overloaded (EXCERR): look at its wire, its plug and the probe"
+            )
         if not all(found.is_empty for found in looks.values()):
             return ""
         levels = " and ".join(f"{found} on {name}" for name, found in looks.items())

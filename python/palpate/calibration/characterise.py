@@ -89,7 +89,9 @@ class Specimen:
         return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
 
 
-def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold) -> Chosen:
+def choose(
+    touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold
+) -> Chosen:
     """Return one ratio for several touches on one object.
 
     Parameters
@@ -121,7 +123,9 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = (), rati
     4.0
     """
     if by not in ("mean", "weighted"):
-        return _chosen(ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)))
+        return _chosen(
+            ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of))
+        )
     each = [_chosen(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
     errors = np.array([one.standard_error for one in each])
     weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(each))
@@ -132,7 +136,11 @@ def weighted(each: Sequence[Chosen], weights: Array) -> Chosen:
     """Return the mean of ratios with these weights."""
     weights = weights / weights.sum()
     ratios, errors = np.array([(one.ratio, one.standard_error) for one in each]).T
-    return Chosen(float(weights @ ratios), float(np.sqrt(weights**2 @ errors**2)), float(1 / (weights**2).sum()))
+    return Chosen(
+        float(weights @ ratios),
+        float(np.sqrt(weights**2 @ errors**2)),
+        float(1 / (weights**2).sum()),
+    )
 
 
 def _chosen(known: tuple[float, float]) -> Chosen:
@@ -187,17 +195,27 @@ def calibrate(
         raise ValueError(f"by: {unlike(by, CHOICES)}")
     by_level, share = any(specimen.ratio_of is level for specimen in specimens), 1.0
     ages, exponents = (
-        {getattr(t, name) for s in specimens for t in s.usable} for name in ("age_s", "contact_exponent")
+        {getattr(t, name) for s in specimens for t in s.usable}
+        for name in ("age_s", "contact_exponent")
     )
-    if max(len(ages), len(exponents) * by_level, len({specimen.ratio_of for specimen in specimens})) > 1:
-        raise CalibrationError("touches: got several ages, exponents or kinds of ratio, allowed: one of each")
+    if (
+        max(
+            len(ages), len(exponents) * by_level, len({specimen.ratio_of for specimen in specimens})
+        )
+        > 1
+    ):
+        raise CalibrationError(
+            "touches: got several ages, exponents or kinds of ratio, allowed: one of each"
+        )
     if by_level:
         share = error_share([level(touch) for touch in specimen.usable] for specimen in specimens)
     rows = [
         (chosen, specimen.modulus)
         for specimen in specimens
         for chosen in (
-            [_chosen(specimen.ratio_of(touch)) for touch in specimen.usable] if by == "all" else [specimen.choose(by)]
+            [_chosen(specimen.ratio_of(touch)) for touch in specimen.usable]
+            if by == "all"
+            else [specimen.choose(by)]
         )
     ]
     found = Calibration.fit(
@@ -210,7 +228,13 @@ def calibrate(
     )
     exponent = max(exponents) if by_level else 1.0
     kind = "level" if by_level else "hold"
-    return replace(found, ratio=kind, contact_exponent=exponent, age_s=max(ages, default=0.0), error_share=share)
+    return replace(
+        found,
+        ratio=kind,
+        contact_exponent=exponent,
+        age_s=max(ages, default=0.0),
+        error_share=share,
+    )
 
 
 def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
@@ -224,6 +248,10 @@ def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
     for known in specimens:
         ratios, errors = np.array(known, float).reshape(-1, 2).T
         weights = 1 / np.maximum(errors, 1e-9 * ratios) ** 2
-        squares += float(weights @ (ratios - np.average(ratios, weights=weights)) ** 2) if len(known) > 1 else 0.0
+        squares += (
+            float(weights @ (ratios - np.average(ratios, weights=weights)) ** 2)
+            if len(known) > 1
+            else 0.0
+        )
         freedom += max(len(known) - 1, 0)
     return min(float(np.sqrt(squares / (freedom - 2))), 1.0) if freedom > 2 else 1.0

@@ -11,9 +11,19 @@ from palpate.errors import CalibrationError, need, quoted, shortened
 from palpate.files import parse_toml, read_toml, write
 
 SCHEMA = 1
-UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "relative to the ratio squared"}
+UNITS = {
+    "modulus": "MPa",
+    "ratio": "1",
+    "standard_error": "1",
+    "variance": "relative to the ratio squared",
+}
 PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
-DATA = {"moduli": "moduli_MPa", "ratios": "ratios", "standard_errors": "standard_errors", "touches": "touches"}
+DATA = {
+    "moduli": "moduli_MPa",
+    "ratios": "ratios",
+    "standard_errors": "standard_errors",
+    "touches": "touches",
+}
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
 # Fields of `Fit`, and the range of each.
@@ -52,34 +62,56 @@ def load(path: Path) -> dict[str, Any]:
 def _arguments(read: dict[str, Any]) -> dict[str, Any]:
     if read["schema"] != SCHEMA:
         raise ValueError(f"schema: got {quoted(read['schema'])}, allowed: {SCHEMA}")
-    parameters, covariance = _array(read["fit"], "parameters", (3,)), _array(read["fit"], "covariance", (3, 3))
+    parameters, covariance = (
+        _array(read["fit"], "parameters", (3,)),
+        _array(read["fit"], "covariance", (3, 3)),
+    )
     rigid, log_half, soft = parameters
     if not (rigid > soft and abs(log_half) < 100):
-        raise ValueError(f"parameters: got {parameters.tolist()}, allowed: soft_ratio < rigid_ratio")
+        raise ValueError(
+            f"parameters: got {parameters.tolist()}, allowed: soft_ratio < rigid_ratio"
+        )
     symmetric = np.allclose(covariance, covariance.T, rtol=1e-9, atol=0)
     if not symmetric or np.linalg.eigvalsh(covariance)[0] < -1e-9 * np.trace(covariance):
-        raise ValueError("covariance: got an invalid matrix, allowed: symmetric and positive semidefinite")
+        raise ValueError(
+            "covariance: got an invalid matrix, allowed: symmetric and positive semidefinite"
+        )
     fit = Fit(
-        parameters, covariance, **{name: _number(read["scatter"], name, *range_) for name, range_ in SCATTER.items()}
+        parameters,
+        covariance,
+        **{name: _number(read["scatter"], name, *range_) for name, range_ in SCATTER.items()},
     )
     data, size = read["data"], (len(read["data"]["ratios"]),)
     arrays = {name: _array(data, key, size) for name, key in DATA.items()}
     for name in ("moduli", "touches"):
         if not (arrays[name].size and (arrays[name] > 0).all()):
-            raise ValueError(f"{DATA[name]}: got no value, or a value that is not positive, allowed: positive numbers")
+            raise ValueError(
+                f"{DATA[name]}: got no value, or a value that is not positive, allowed: positive numbers"
+            )
     about = {str(key): str(value) for key, value in dict(read["about"]).items()}
     touch = dict(read.get("touch", {}))
     if (ratio := touch.pop("ratio", "hold")) not in ("hold", "level"):
         raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
-    made = {name: _number(touch, name, *range_) for name, range_ in NUMBERS.items() if name in touch}
-    return {"fitted": fit, **arrays, "about": about, "version": str(read["palpate"]), "ratio": ratio, **made}
+    made = {
+        name: _number(touch, name, *range_) for name, range_ in NUMBERS.items() if name in touch
+    }
+    return {
+        "fitted": fit,
+        **arrays,
+        "about": about,
+        "version": str(read["palpate"]),
+        "ratio": ratio,
+        **made,
+    }
 
 
 def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
     values = np.array(table[name], dtype=float)
     if values.shape != shape or not (np.abs(values) < _RANGE).all():
         allowed = f"{shape}, within {_RANGE:g}"
-        raise ValueError(f"{name}: got shape {values.shape} or a value out of range, allowed: {allowed}")
+        raise ValueError(
+            f"{name}: got shape {values.shape} or a value out of range, allowed: {allowed}"
+        )
     return values
 
 

@@ -165,11 +165,15 @@ def _total(rows: Rows, variance: Array, excess: float, level: Array, touch_freed
     return rows.variance(max(excess, SMALLEST_VARIANCE), level)  # a row is a specimen
 
 
-def _excess(rows: Rows, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int) -> float:
+def _excess(
+    rows: Rows, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
+) -> float:
     """Return the variance of the specimens; with one touch each, the sum of the touches' and specimens' variance."""
 
     def squares(excess: float) -> float:
-        return float(((mean - level) ** 2 / _total(rows, variance, excess, level, touch_freedom)).sum())
+        return float(
+            ((mean - level) ** 2 / _total(rows, variance, excess, level, touch_freedom)).sum()
+        )
 
     return _paule_mandel(squares, freedom)
 
@@ -181,7 +185,9 @@ def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
     low, high = np.log(SMALLEST_VARIANCE), 0.0
     while squares(float(np.exp(high))) > freedom:
         high += 5.0
-    root = need("scipy.optimize", "science").brentq(lambda v: squares(float(np.exp(v))) - freedom, low, high, xtol=1e-9)
+    root = need("scipy.optimize", "science").brentq(
+        lambda v: squares(float(np.exp(v))) - freedom, low, high, xtol=1e-9
+    )
     return float(np.exp(root))
 
 
@@ -222,7 +228,9 @@ def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list
     )
     found = whole(result.x)
     beyond = abs(found[1] - np.clip(found[1], x.min(), x.max()))
-    if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(1e3):
+    if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(
+        1e3
+    ):
         raise CalibrationError(
             "ratios: got values that do not follow the S-shaped curve of eq. (2), allowed: ratios that rise with the "
             "modulus, on specimens that are soft and stiff enough to show both ends of the curve; palpate replay shows the "
@@ -256,13 +264,19 @@ def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
     log_half = fit.parameters[1]
     inner = log_half + np.linspace(-_REACH, _REACH, _STEPS)
     middle = _best(fit, measured.ratio)
-    x = np.sort(np.concatenate([[-np.inf], inner, [np.inf], [middle] if np.isfinite(middle) else []]))
+    x = np.sort(
+        np.concatenate([[-np.inf], inner, [np.inf], [middle] if np.isfinite(middle) else []])
+    )
     agrees = np.flatnonzero(np.abs(_distance(fit, measured, x)) <= 1)
     if not len(agrees):
         return np.nan, np.nan
     first, last = agrees[0], agrees[-1]
     low = -np.inf if first == 0 else _crossing(fit, measured, inside=x[first], outside=x[first - 1])
-    high = np.inf if last == len(x) - 1 else _crossing(fit, measured, inside=x[last], outside=x[last + 1])
+    high = (
+        np.inf
+        if last == len(x) - 1
+        else _crossing(fit, measured, inside=x[last], outside=x[last + 1])
+    )
     return low, high
 
 
@@ -298,7 +312,8 @@ def variances(fit: Fit, measured: Measured, x: Array) -> Variances:
     level = curve(fit.parameters, x)
     slopes = gradient(fit.parameters, x)
     return Variances(
-        measured.standard_error * measured.standard_error,  # not **, which raises an error at overflow
+        measured.standard_error
+        * measured.standard_error,  # not **, which raises an error at overflow
         fit.touch_variance * level**2 / measured.touches,
         fit.specimen_variance * level**2,
         np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes),
@@ -325,4 +340,11 @@ def _crossing(fit: Fit, measured: Measured, *, inside: float, outside: float) ->
         return inside if np.isfinite(inside) else outside  # beyond _REACH
     side = np.sign(_distance(fit, measured, np.array(outside)))
     brentq = need("scipy.optimize", "science").brentq
-    return float(brentq(lambda x: float(_distance(fit, measured, np.array(x)) - side), inside, outside, xtol=1e-12))
+    return float(
+        brentq(
+            lambda x: float(_distance(fit, measured, np.array(x)) - side),
+            inside,
+            outside,
+            xtol=1e-12,
+        )
+    )

@@ -25,7 +25,10 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
             "specimen": specimen.name,
             "modulus_MPa": specimen.modulus,
             "touches": len(specimen.touches),
-            "usable": sum(not objections(touch, specimen.accept, specimen.ratio_of) for touch in specimen.touches),
+            "usable": sum(
+                not objections(touch, specimen.accept, specimen.ratio_of)
+                for touch in specimen.touches
+            ),
             **{name: _ratio(specimen, by) for name, by in RATIOS.items()},
             "spread": specimen.spread if isfinite(specimen.spread) else None,
         }
@@ -46,8 +49,18 @@ def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
     rows = [["specimen", "MPa", "touches", *RATIOS, "spread"]]
     for record in records:
         ratios = ["-" if record[name] is None else _text(record, name) for name in RATIOS]
-        spread = "-" if record["spread"] is None else f"{number_format.error(100 * record['spread'])} %"
-        rows.append([record["specimen"], f"{record['modulus_MPa']:g}", str(record["touches"]), *ratios, spread])
+        spread = (
+            "-" if record["spread"] is None else f"{number_format.error(100 * record['spread'])} %"
+        )
+        rows.append(
+            [
+                record["specimen"],
+                f"{record['modulus_MPa']:g}",
+                str(record["touches"]),
+                *ratios,
+                spread,
+            ]
+        )
     columns = [[record[name] for record in records] for name in RATIOS]
     verdicts = ["-" if None in column else "yes" if rises(column) else "no" for column in columns]
     return [*rows, ["rises", "", "", *verdicts, ""]]
@@ -56,7 +69,9 @@ def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
 def _text(record: dict[str, Any], name: str) -> str:
     """Return a ratio to two digits of what it scatters by: a touch as the touches, a mean less."""
     scatter = (record["spread"] or nan) * abs(record[name])
-    return number_format.number(record[name], scatter / sqrt(record["usable"]) if name == "mean" else scatter)
+    return number_format.number(
+        record[name], scatter / sqrt(record["usable"]) if name == "mean" else scatter
+    )
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:

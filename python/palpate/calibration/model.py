@@ -14,7 +14,17 @@ from palpate import number_format
 from palpate._core import Touch, Tracker, __version__
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
-from palpate.calibration.fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit, variances
+from palpate.calibration.fit import (
+    Array,
+    Fit,
+    Measured,
+    Rows,
+    allowance,
+    bounds,
+    curve,
+    fit,
+    variances,
+)
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, display, need
 from palpate.flags import refusal
@@ -124,7 +134,10 @@ def check_level(level: float) -> None:
 
 
 def checked(
-    ratios: ArrayLike, moduli: ArrayLike, standard_errors: ArrayLike | None, touches: ArrayLike | None
+    ratios: ArrayLike,
+    moduli: ArrayLike,
+    standard_errors: ArrayLike | None,
+    touches: ArrayLike | None,
 ) -> dict[str, Array]:
     """Return the data of a fit as arrays of one length, by name; refuse what cannot be fitted."""
     shape = np.shape(ratios)
@@ -236,14 +249,21 @@ class Calibration:
         """
         data: dict[str, Any] = dict(checked(ratios, moduli, standard_errors, touches))
         if soft_ratio is not None and not isfinite(soft_ratio):
-            raise ValueError(f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it")
+            raise ValueError(
+                f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
+            )
         known, specimen = np.unique(data["moduli"], return_inverse=True)
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
-        return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=__version__)
+        return cls(
+            fit(np.log(known), rows, soft_ratio),
+            **data,
+            about=dict(about or {}),
+            version=__version__,
+        )
 
     def __repr__(self) -> str:
         """Return the specimens, the range and the rigid ratio, in one line."""
@@ -290,7 +310,9 @@ class Calibration:
     def touch_scatter(self) -> Scatter:
         """The same as a part of an uncertainty: wider, as it was estimated; the assumed one with too few touches."""
         fitted = self.fitted
-        found = Scatter.of(fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration")
+        found = Scatter.of(
+            fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration"
+        )
         return found._replace(by_level=self.ratio == "level" and found.source == "calibration")
 
     @property
@@ -306,13 +328,23 @@ class Calibration:
     @property
     def accepted(self) -> frozenset[str]:
         """Flags of touches that do not exclude them: those accepted for the fit; a level ratio has no offset."""
-        return frozenset([*self.about.get("accepted flags", "").split(), *["offset"] * (self.ratio == "level")])
+        return frozenset(
+            [*self.about.get("accepted flags", "").split(), *["offset"] * (self.ratio == "level")]
+        )
 
     def for_tracking(self, tracking: Mapping[str, Any]) -> dict[str, Any]:
         """Return scene and settings of a tracker with the age and exponent of this calibration, where the scene has them."""
-        wanted = {"age": self.age_s} | ({"contact_exponent": self.contact_exponent} if self.ratio == "level" else {})
-        known: Mapping[str, Any] = {**Tracker(tracking.get("scene", "handheld")).settings, **tracking}
-        return {**tracking, **{name: value for name, value in wanted.items() if known.get(name, value) != value}}
+        wanted = {"age": self.age_s} | (
+            {"contact_exponent": self.contact_exponent} if self.ratio == "level" else {}
+        )
+        known: Mapping[str, Any] = {
+            **Tracker(tracking.get("scene", "handheld")).settings,
+            **tracking,
+        }
+        return {
+            **tracking,
+            **{name: value for name, value in wanted.items() if known.get(name, value) != value},
+        }
 
     def refusal(self, touch: Touch) -> str:
         """Return why a touch has no modulus by this calibration, as a sentence; "": it has one."""
@@ -356,7 +388,9 @@ class Calibration:
     @property
     def residuals(self) -> list[verdict.Residual]:
         """Distance of each specimen from the curve, in order of modulus."""
-        return verdict.residuals(self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches)
+        return verdict.residuals(
+            self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches
+        )
 
     @property
     def verdict(self) -> str:
@@ -371,14 +405,25 @@ class Calibration:
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         check_level(level)
-        t = float(need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2))
+        t = float(
+            need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2)
+        )
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
         ends = np.stack([self.fitted.parameters - reach, self.fitted.parameters + reach], axis=1)
         rigid, log_half, soft = ((float(low), float(high)) for low, high in ends)
-        return {"rigid_ratio": rigid, "half_modulus": (exp(log_half[0]), exp(log_half[1])), "soft_ratio": soft}
+        return {
+            "rigid_ratio": rigid,
+            "half_modulus": (exp(log_half[0]), exp(log_half[1])),
+            "soft_ratio": soft,
+        }
 
     def modulus(
-        self, ratio: float, standard_error: float | None = None, *, touches: float = 1, level: float = 0.95
+        self,
+        ratio: float,
+        standard_error: float | None = None,
+        *,
+        touches: float = 1,
+        level: float = 0.95,
     ) -> Modulus:
         """Return the modulus of an object from its ratio, with an interval.
 
@@ -428,7 +473,12 @@ class Calibration:
         return Modulus(value, low, high, extrapolated=not self.range[0] <= value <= self.range[1])
 
     def budget(
-        self, ratio: float, standard_error: float | None = None, *, touches: float = 1, linearity: float = 0.0
+        self,
+        ratio: float,
+        standard_error: float | None = None,
+        *,
+        touches: float = 1,
+        linearity: float = 0.0,
     ) -> list[Part]:
         """Return what the uncertainty of a modulus consists of.
 
@@ -483,7 +533,11 @@ class Calibration:
         """
         freedom = self.fitted.touch_freedom or self.fitted.specimen_freedom
         return agreement(
-            touches, scatter=self.touch_spread, freedom=freedom, accept=self.accepted, ratio_of=self.ratio_of
+            touches,
+            scatter=self.touch_spread,
+            freedom=freedom,
+            accept=self.accepted,
+            ratio_of=self.ratio_of,
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -509,7 +563,9 @@ class Calibration:
             },
             "touch": {name: getattr(self, name) for name in calibration_file.TOUCH},
             "scatter": {name: getattr(self.fitted, name) for name in calibration_file.SCATTER},
-            "data": {key: getattr(self, name).tolist() for name, key in calibration_file.DATA.items()},
+            "data": {
+                key: getattr(self, name).tolist() for name, key in calibration_file.DATA.items()
+            },
         }
 
     @classmethod
@@ -524,7 +580,10 @@ class Calibration:
         return cls(**calibration_file.load(Path(path)))
 
 
-_BELOW, _ABOVE = 2.0, 4.0  # the drawing ends at the smallest calibrated modulus / 2, and at the largest times 4
+_BELOW, _ABOVE = (
+    2.0,
+    4.0,
+)  # the drawing ends at the smallest calibrated modulus / 2, and at the largest times 4
 
 
 def band(calibration: Calibration, points: int) -> tuple[Array, Array, Array]:

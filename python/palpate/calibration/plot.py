@@ -20,7 +20,9 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
                     label="95 % of touches")  # fmt: skip
     ax.plot(np.exp(x), level, color=colour, label="eq. (2), fitted")
-    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {text.rigid(calibration)}")
+    ax.axhline(
+        calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {text.rigid(calibration)}"
+    )
     moduli_axis(ax)
     ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
     ax.set_ylabel("capacitance ratio")
@@ -30,7 +32,15 @@ def on(ax: Any, calibration: Calibration) -> Any:
     """Draw the curve, the measured ratios and the mean of each specimen on axes, or on new ones; return the axes."""
     with axes(ax) as drawn:
         draw(drawn, calibration)
-        drawn.plot(calibration.moduli, calibration.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3)
+        drawn.plot(
+            calibration.moduli,
+            calibration.ratios,
+            ".",
+            color=HARD,
+            markersize=3,
+            label="measured",
+            zorder=3,
+        )
         rows = calibration.residuals
         drawn.errorbar([row.modulus for row in rows], [row.ratio for row in rows], [row.standard_error for row in rows],
                        fmt="_", color=PAPER, markersize=9, capsize=2, linewidth=0.8, label="specimen's mean, std. error")  # fmt: skip
@@ -59,10 +69,17 @@ _BAR: dict[str, Any] = {"stroke": "currentColor", "stroke_width": 1.2}
 def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]] = ()) -> Markup:
     """Return SVG: the curve, the band for a touch, and the data; `seen`: names, ratios and moduli, as rings."""
     log_E, level, reach = band(calibration, 80)
-    rigid, low, high = calibration.probe.rigid_ratio, float(np.exp(log_E[0])), float(np.exp(log_E[-1]))
+    rigid, low, high = (
+        calibration.probe.rigid_ratio,
+        float(np.exp(log_E[0])),
+        float(np.exp(log_E[-1])),
+    )
     bottom = min(1.0, float(calibration.ratios.min()), calibration.probe.soft_ratio)
     top = 1.08 * max(rigid, float(calibration.ratios.max()))
-    across, down = markup.axis(log_E[0], log_E[-1], _LEFT, _RIGHT), markup.axis(bottom, top, _FOOT, _TOP)
+    across, down = (
+        markup.axis(log_E[0], log_E[-1], _LEFT, _RIGHT),
+        markup.axis(bottom, top, _FOOT, _TOP),
+    )
 
     def x(modulus: float) -> float:
         return float(across(np.log(np.clip(modulus, low, high))))
@@ -89,7 +106,11 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
         drawn += [markup.dot(x(modulus), y(ratio), fill="currentColor")]
     for name, ratio, found in seen:
         at, height = x(found.value), y(ratio)
-        beside = (at - 8, height - 6, name, "end") if at > (_LEFT + _RIGHT) / 2 else (at + 8, height + 14, name)
+        beside = (
+            (at - 8, height - 6, name, "end")
+            if at > (_LEFT + _RIGHT) / 2
+            else (at + 8, height + 14, name)
+        )
         drawn += [markup.path((x(found.low), x(found.high)), [height] * 2, **_BAR)]
         drawn += [markup.dot(at, height, 4, fill="none", **_BAR), markup.label(*beside)]
     return markup.picture(450, 250, "Calibration: ratio against modulus", *drawn)

@@ -72,7 +72,9 @@ class _Candidate(NamedTuple):
     freedom: int
 
 
-def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collection[str] = ()) -> Choice:
+def choose(
+    tracks: Sequence[Track], *, ratio: str | None = None, accept: Collection[str] = ()
+) -> Choice:
     """Return the ratio, exponent and age whose ratios scatter least within the specimens.
 
     One that is not the simplest (the hold, an exponent of 1, the whole touch) has to reduce the scatter by more than a
@@ -101,7 +103,10 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
     >>> found.ratio, dict(found.settings)
     ('hold', {'contact_exponent': 1.0, 'age': 0.0})
     """
-    if not all("contact_exponent" in Tracker(track.tracking.get("scene", "handheld")).settings for track in tracks):
+    if not all(
+        "contact_exponent" in Tracker(track.tracking.get("scene", "handheld")).settings
+        for track in tracks
+    ):
         return Choice("hold", {}, {})
     given = {name: value for track in tracks for name, value in track.tracking.items()}
     exponents = [given["contact_exponent"]] if "contact_exponent" in given else EXPONENTS
@@ -114,7 +119,9 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
     best = _simplest([each for each in shown if ratio in (None, each.kind)])
     about = {"ratio": _about_ratio(best, found, ratio)}
     if best.kind == "level":
-        why = "as given" if len(exponents) == 1 else "assumed: the touches were too level to show it"
+        why = (
+            "as given" if len(exponents) == 1 else "assumed: the touches were too level to show it"
+        )
         if len(exponents) > 1 and best.freedom < _FEWEST:
             why = "assumed: too few touches are repeated to show it"
         if len(exponents) > 1 and _gains(best, holds[best.age_s]):
@@ -122,7 +129,11 @@ def choose(tracks: Sequence[Track], *, ratio: str | None = None, accept: Collect
         about["contact exponent"] = f"{best.exponent:g}, {why}"
     if best.age_s:
         whole = next((each for each in found if each[:3] == (best.kind, best.exponent, 0.0)), None)
-        beside = f"; the whole touch scatters by {_percent(whole)}{_few(whole, found)}" if whole else ", as given"
+        beside = (
+            f"; the whole touch scatters by {_percent(whole)}{_few(whole, found)}"
+            if whole
+            else ", as given"
+        )
         about["age"] = f"{best.age_s:g} s{beside}"
     return Choice(best.kind, {"contact_exponent": best.exponent, "age": best.age_s}, about)
 
@@ -132,15 +143,23 @@ def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[st
     touches = [
         (track.specimens[touch.live.start], touch)
         for track in tracks
-        for touch in offline(track.recording, **{**track.tracking, "contact_exponent": 1.0, "age": age_s})
+        for touch in offline(
+            track.recording, **{**track.tracking, "contact_exponent": 1.0, "age": age_s}
+        )
         if touch.live.start in track.specimens and not objections(touch.live, accept)
     ]
-    variances = [within_groups((name, touch.level(exponent)) for name, touch in touches)[0] for exponent in _GRID]
+    variances = [
+        within_groups((name, touch.level(exponent)) for name, touch in touches)[0]
+        for exponent in _GRID
+    ]
     return float(_GRID[np.argmin(np.sqrt(variances))])
 
 
 def _candidates(
-    tracks: Sequence[Track], exponents: Sequence[float], ages: Sequence[float], accept: Collection[str]
+    tracks: Sequence[Track],
+    exponents: Sequence[float],
+    ages: Sequence[float],
+    accept: Collection[str],
 ) -> Iterator[_Candidate]:
     """Yield each ratio with its scatter, the simplest first."""
     made = {
@@ -148,7 +167,8 @@ def _candidates(
             (track.specimens[touch.start], touch)
             for track in tracks
             for touch in tracked(
-                track.recording, **{**track.tracking, "contact_exponent": settings[0], "age": settings[1]}
+                track.recording,
+                **{**track.tracking, "contact_exponent": settings[0], "age": settings[1]},
             ).touches
             if touch.start in track.specimens and not objections(touch, accept)
         ]
@@ -176,15 +196,26 @@ def _simplest(found: Sequence[_Candidate]) -> _Candidate:
 def _few(one: _Candidate, found: Sequence[_Candidate]) -> str:
     """Return a remark if less than nine tenths of the touches have it."""
     most, lost = max(each.touches for each in found), "the others a flag against it"
-    return f" ({one.touches} of {most} touches have it, {lost})" if one.touches < (1 - _MOST_LOST) * most else ""
+    return (
+        f" ({one.touches} of {most} touches have it, {lost})"
+        if one.touches < (1 - _MOST_LOST) * most
+        else ""
+    )
 
 
 def _percent(one: _Candidate) -> str:
-    return f"{number_format.error(100 * one.scatter)} %" if isfinite(one.scatter) else "an unknown amount"
+    return (
+        f"{number_format.error(100 * one.scatter)} %"
+        if isfinite(one.scatter)
+        else "an unknown amount"
+    )
 
 
 def _about_ratio(best: _Candidate, found: Sequence[_Candidate], given: str | None) -> str:
-    other = min((e for e in found if e.kind != best.kind and e.age_s == best.age_s), key=lambda each: each.scatter)
+    other = min(
+        (e for e in found if e.kind != best.kind and e.age_s == best.age_s),
+        key=lambda each: each.scatter,
+    )
     name = f"{best.kind}, as given," if given else f"{best.kind},"
     if best.freedom < _FEWEST:
         return f"{name} as too few touches are repeated to compare it with {other.kind}"

@@ -46,7 +46,9 @@ def _lines(path: Path) -> list[str]:
     except OSError as error:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise CalibrationError(f"{path}: not a text table, allowed: names and moduli, saved as CSV: {error}") from error
+        raise CalibrationError(
+            f"{path}: not a text table, allowed: names and moduli, saved as CSV: {error}"
+        ) from error
 
 
 def _is_row(cells: list[str]) -> bool:
@@ -82,13 +84,17 @@ def without_unit(text: str, place: str = "") -> tuple[str, int | None]:
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:
     if len(cells) < 2 or not cells[0]:
-        raise CalibrationError(f"{place}: got {len(cells)} cells, allowed: name of the specimen and modulus in MPa")
+        raise CalibrationError(
+            f"{place}: got {len(cells)} cells, allowed: name of the specimen and modulus in MPa"
+        )
     try:
         modulus = to_number(cells[1])
     except ValueError:
         modulus = float("nan")
     if not 0 < modulus < float("inf"):
-        raise CalibrationError(f"{place}: got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa")
+        raise CalibrationError(
+            f"{place}: got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa"
+        )
     return cells[0], modulus
 
 
@@ -116,7 +122,9 @@ def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
     return [*paths, folder / "moduli.csv", *map(sidecar.sidecar_path, paths)]
 
 
-def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
+def write_session(
+    folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]
+) -> list[Path]:
     """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths. Files there are replaced."""
     *paths, table = session_files(folder, recordings)[: len(recordings) + 1]
     folder.mkdir(parents=True, exist_ok=True)

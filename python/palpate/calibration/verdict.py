@@ -52,7 +52,9 @@ class Residual:
         return (self.ratio - self.fitted) / self.standard_error
 
 
-def residuals(fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array) -> list[Residual]:
+def residuals(
+    fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array
+) -> list[Residual]:
     """Return the distance of each specimen from the curve, in order of modulus."""
     known, specimen = np.unique(moduli, return_inverse=True)
     mean, variance = means(Rows(ratios, standard_errors, touches, specimen), fit.touch_variance)
@@ -60,7 +62,10 @@ def residuals(fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, to
     error = np.sqrt(variance + fit.specimen_variance * level**2)
     count = np.bincount(specimen, touches).astype(int)
     columns = (known, count, mean, level, error)
-    return [Residual(float(e), int(n), float(r), float(f), float(s)) for e, n, r, f, s in zip(*columns, strict=True)]
+    return [
+        Residual(float(e), int(n), float(r), float(f), float(s))
+        for e, n, r, f, s in zip(*columns, strict=True)
+    ]
 
 
 def objections(fit: Fit, rows: list[Residual]) -> list[str]:
@@ -81,9 +86,13 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
         interval = f"({rigid - reach:.2g} to {rigid + reach:.2g}, 95 %)"
         more = f"A stiffer specimen{' or more specimens are' if fit.specimen_freedom < 4 else ' is'} needed."
         found.append(f"The rigid ratio is not determined {interval}: {reached}. {more}")
-    pairs = [f"{a.modulus:g} and {b.modulus:g} MPa" for a, b in pairwise(rows) if not b.ratio > a.ratio]
+    pairs = [
+        f"{a.modulus:g} and {b.modulus:g} MPa" for a, b in pairwise(rows) if not b.ratio > a.ratio
+    ]
     if pairs:
-        found.append(f"The measured ratio does not rise with the modulus between {', '.join(pairs)}.")
+        found.append(
+            f"The measured ratio does not rise with the modulus between {', '.join(pairs)}."
+        )
     return found
 
 
@@ -102,9 +111,7 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
     """Return the complete verdict as text."""
     against = objections(fit, rows)
     spread = f"{_share(fit.touch_variance)} %"
-    scatter = (
-        f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
-    )
+    scatter = f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
     scatter += "scatter of the touches and the misfit of the curve cannot be separated."
     if fit.touch_freedom:
         more = "the scatter of the specimens around the curve is not larger than this explains"
@@ -127,4 +134,6 @@ def _misfit_probability(fit: Fit) -> float:
     """Return the probability of such a misfit by chance; 1 if it is unknown."""
     if not fit.touch_freedom:
         return 1.0
-    return float(need("scipy.special", "science").fdtrc(fit.specimen_freedom, fit.touch_freedom, fit.misfit))
+    return float(
+        need("scipy.special", "science").fdtrc(fit.specimen_freedom, fit.touch_freedom, fit.misfit)
+    )

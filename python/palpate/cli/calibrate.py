@@ -17,7 +17,14 @@ from palpate.calibration.selection import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.options import named_numbers, recording_options
-from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, force_option, require_free, require_free_in
+from palpate.cli.paths import (
+    OUTPUT,
+    OUTPUT_FOLDER,
+    InputFile,
+    force_option,
+    require_free,
+    require_free_in,
+)
 from palpate.cli.terminal import aligned, progress, say
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, listed, nearest, need, shortened
@@ -36,7 +43,9 @@ _YOUNG = "short, it did not reach the age"
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=InputFile())
 @click.option("--moduli", type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa. Default: "
               "those of the sidecars.")  # fmt: skip
-@click.option("-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML.")
+@click.option(
+    "-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML."
+)
 @click.option("--plot", type=OUTPUT, help="The plot to write: .png, .pdf or .svg.")
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
@@ -85,19 +94,31 @@ def calibrate(
       palpate calibrate specimens/*A.csv specimens/*O.csv --moduli specimens/moduli.csv -o probe.toml --plot probe.png
       palpate calibrate palpate-2026-11-22-1.csv -o probe.toml
     """  # noqa: D301
-    require_free(filter(None, [output, plot, report]), [*files, *filter(None, [moduli])], force=force)
+    require_free(
+        filter(None, [output, plot, report]), [*files, *filter(None, [moduli])], force=force
+    )
     need("scipy", "science")  # before the touches are measured
     if plot:
         need("matplotlib", "science")
     if report:
         need("jinja2", "report")
     exponent = float(contact_exponent) if contact_exponent else None
-    how |= {name: value for name, value in {"contact_exponent": exponent, "age": age}.items() if value is not None}
-    runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
+    how |= {
+        name: value
+        for name, value in {"contact_exponent": exponent, "age": age}.items()
+        if value is not None
+    }
+    runs = [
+        _run(file, asked, how)
+        for file in files
+        if moduli is None or file.resolve() != moduli.resolve()
+    ]
     known, chosen = _chosen(runs, moduli, ratio, accept)
     runs = [run_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _specimens(runs, known, accept, chosen)
-    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(runs)
+    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(
+        runs
+    )
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
     about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
     about |= chosen.about
@@ -111,7 +132,10 @@ def calibrate(
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
-    show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens, chosen))
+    show(
+        {"calibration": str(output), **found.as_dict(), **more},
+        _fit_table(found, specimens, chosen),
+    )
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
 
 
@@ -119,7 +143,9 @@ def _copies(runs: Sequence[Run]) -> list[str]:
     """Return which recordings have the same touches as one before, and print it."""
     first, found = dict[str, Path](), list[str]()
     for run in runs:
-        touches = repr([(touch.samples, touch.ratio, touch.standard_error) for touch in run.found.touches])
+        touches = repr(
+            [(touch.samples, touch.ratio, touch.standard_error) for touch in run.found.touches]
+        )
         path = run.recording.path
         if run.found.touches and first.setdefault(touches, path) is not path:
             found.append(f"{path}: has the touches of {first[touches]}: each of them counts again")
@@ -129,8 +155,20 @@ def _copies(runs: Sequence[Run]) -> list[str]:
 
 def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) -> str:
     why = [f"{name}: {text}" for name, text in chosen.about.items()]
-    parameters = [f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)]
-    return "\n".join([aligned(specimen_rows(specimens)), "", *why, *[""] * bool(why), *parameters, "", found.verdict])
+    parameters = [
+        f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)
+    ]
+    return "\n".join(
+        [
+            aligned(specimen_rows(specimens)),
+            "",
+            *why,
+            *[""] * bool(why),
+            *parameters,
+            "",
+            found.verdict,
+        ]
+    )
 
 
 def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
@@ -145,7 +183,10 @@ def _chosen(
     runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]
 ) -> tuple[dict[str, float], Choice]:
     """Return the moduli of a table, else of the sidecars, and which ratio of the touches to use; print differences."""
-    unnamed = next((run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)), None)
+    unnamed = next(
+        (run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)),
+        None,
+    )
     if table is None and unnamed:
         raise click.UsageError(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
@@ -154,8 +195,13 @@ def _chosen(
     moduli, differences = known_moduli(runs, read_moduli(table, say) if table else {})
     for difference in differences:
         say(f"{difference}, as {table} says")
-    named = [{t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out} for run in runs]
-    tracks = [Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)]
+    named = [
+        {t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out}
+        for run in runs
+    ]
+    tracks = [
+        Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)
+    ]
     with usage_errors():
         return moduli, choose(tracks, ratio=ratio, accept=accept)
 
@@ -174,7 +220,9 @@ def _specimens(
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
             kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
         else:
-            none = f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
+            none = (
+                f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
+            )
             say(f"{name}: {none}: the specimen is left out")
     return kept
 
@@ -192,12 +240,18 @@ def _touches(
                 say(f"{place} is left out: {left_out or 'no specimen is named for it'}")
             elif name not in moduli and not any(one.specimen for one in run.plan.touches):
                 allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
-                raise CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")
+                raise CalibrationError(
+                    f"{run.recording.path}: no specimen has this name, allowed: {allowed}"
+                )
             elif name not in moduli:
                 unknown.add(name)
             else:
                 found[name] += [] if left_out else [touch]
-                if against := [left_out] if left_out else objections(touch, accept, chosen.ratio_of):
+                if (
+                    against := [left_out]
+                    if left_out
+                    else objections(touch, accept, chosen.ratio_of)
+                ):
                     short = _YOUNG if touch.age_s else _SHORT
                     reasons = ", ".join(short if flag == "short" else flag for flag in against)
                     say(f"{name}: {place} is left out: {reasons}")
@@ -206,11 +260,15 @@ def _touches(
     return found
 
 
-def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
+def _objects(
+    _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
+) -> dict[str, float]:
     found = named_numbers(texts, "gel=1.1")
     for name, modulus in found.items():
         if not name or set(name) & set("/\\") or not 0 < modulus < math.inf:
-            raise click.BadParameter(f"got {name}={modulus:g}, allowed: NAME=MPA, for example gel=1.1")
+            raise click.BadParameter(
+                f"got {name}={modulus:g}, allowed: NAME=MPA, for example gel=1.1"
+            )
     return found
 
 
@@ -218,14 +276,22 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
 @click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
               help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
-@click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
+@click.option(
+    "--touches",
+    default=4,
+    show_default=True,
+    type=click.IntRange(1, 100),
+    help="Touches on each object.",
+)
 @click.option("--oblique", default=0.03, show_default=True, type=click.FloatRange(0, 0.5),
               help="Scatter of the ratio from touch to touch, relative.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0),
               help="The same seed gives the same files.")  # fmt: skip
 @force_option
 @json_option
-def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, force: bool) -> None:
+def simulate(
+    folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, force: bool
+) -> None:
     """Write simulated recordings of touches on known objects.
 
     Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with the true moduli.
@@ -240,7 +306,9 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     require_free_in(folder, session_files(folder, moduli), force=force)
     with progress("simulate", len(moduli)) as bar:
         tell = lambda done, _: bar.update(done - bar.pos)
-        made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=tell)
+        made = session(
+            seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=tell
+        )
     blocks = {name: run.block() for name, run in made.items()}
     paths = [str(path) for path in write_session(folder, blocks, moduli)]
     show({"files": paths}, "\n".join(paths))

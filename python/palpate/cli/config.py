@@ -34,7 +34,9 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
         The file is not valid; for the command that runs: an unknown key or variable. The message lists the allowed ones.
     """
     group, run = context.command, context.invoked_subcommand
-    if not (isinstance(group, click.Group) and run and (command := group.get_command(context, run))):
+    if not (
+        isinstance(group, click.Group) and run and (command := group.get_command(context, run))
+    ):
         return
     paths = [chosen] if chosen else [*filter(Path.exists, places())]
     tables = {str(path): read(path, commands).get(run) for path in paths}
@@ -44,7 +46,9 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     for place, table in tables.items():
         if table:
             say(f"defaults of {run} from {place}: {listed(table)}")
-            for key, value in parameters(place, run, command, table, is_own=place != guarded).items():
+            for key, value in parameters(
+                place, run, command, table, is_own=place != guarded
+            ).items():
                 merged[key] = {**merged.get(key, {}), **value} if isinstance(value, dict) else value
     context.default_map = {run: merged}
 
@@ -68,7 +72,9 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
     for name, table in tables.items():
         if name not in commands or not isinstance(table, dict):
             allowed = ", ".join(f"[{command}]" for command in commands)
-            raise click.UsageError(f"{path}: got {quoted(name)}, allowed: tables {allowed}{nearest(name, commands)}")
+            raise click.UsageError(
+                f"{path}: got {quoted(name)}, allowed: tables {allowed}{nearest(name, commands)}"
+            )
     return tables
 
 
@@ -83,7 +89,12 @@ def keys(command: click.Command) -> dict[str, click.Parameter]:
 
 
 def parameters(
-    place: object, section: str, command: click.Command, table: dict[str, Any], *, is_own: bool = True
+    place: object,
+    section: str,
+    command: click.Command,
+    table: dict[str, Any],
+    *,
+    is_own: bool = True,
 ) -> dict[str, Any]:
     """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
 
@@ -102,9 +113,13 @@ def parameters(
             raise click.UsageError(where + unlike(key, [*allowed, *inner]))
         elif key in GUARDED and not is_own:
             allowed_in = f"--{key} in the command line, or this key in {places()[0]}"
-            raise click.UsageError(f"{where}{key}: got it in the working folder, allowed: {allowed_in}")
+            raise click.UsageError(
+                f"{where}{key}: got it in the working folder, allowed: {allowed_in}"
+            )
         elif isinstance(value, dict):
-            raise click.UsageError(f"{where}{key}: got a table, allowed: a value or a list of values")
+            raise click.UsageError(
+                f"{where}{key}: got a table, allowed: a value or a list of values"
+            )
         else:
             several = getattr(allowed[key], "multiple", False) and isinstance(value, str)
             found[allowed[key].name or key] = value.split() if several else value
@@ -113,7 +128,11 @@ def parameters(
 
 def _of_environment(command: click.Command) -> dict[str, Any]:
     """Return the table of a command from the variables PALPATE_COMMAND_OPTION."""
-    begin, inner, table = f"PALPATE_{command.name}_".upper(), _commands_of(command), dict[str, Any]()
+    begin, inner, table = (
+        f"PALPATE_{command.name}_".upper(),
+        _commands_of(command),
+        dict[str, Any](),
+    )
     for variable in sorted(name for name in os.environ if name.startswith(begin)):
         key = variable.removeprefix(begin).lower().replace("_", "-")
         name, _, option = key.partition("-")

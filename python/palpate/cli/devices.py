@@ -75,7 +75,9 @@ def doctor(install_udev: bool) -> None:
         findings.append(finding)
         if not as_json():
             indented = [f"      {line}" for line in finding.do.splitlines()]
-            click.echo("\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *indented]))
+            click.echo(
+                "\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *indented])
+            )
     codes = [finding.code for finding in findings if finding.code]
     plain = [{"what": f.what, "state": f.state, "text": f.text, "do": f.do} for f in findings]
     show({"palpate": __version__, "wrong": len(codes), "findings": plain}, "")
@@ -113,7 +115,9 @@ def checked(what: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Findi
         yield Finding(what, said_of(error), code=code_of(error))
     except Exception as error:  # noqa: BLE001 (the other checks shall still run)
         again = f"{sys.executable} -m palpate --debug doctor"
-        yield Finding(what, f"check failed: {type(error).__name__}: {error}", again, Exit.UNEXPECTED)
+        yield Finding(
+            what, f"check failed: {type(error).__name__}: {error}", again, Exit.UNEXPECTED
+        )
 
 
 def _installation() -> Iterator[Finding]:
@@ -121,7 +125,9 @@ def _installation() -> Iterator[Finding]:
     installed = metadata.version("palpate")
     if installed == __version__:
         libraries = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "click"))
-        yield Finding("palpate", f"{__version__}, {system}, {libraries}, {Path(__file__).parents[1]}")
+        yield Finding(
+            "palpate", f"{__version__}, {system}, {libraries}, {Path(__file__).parents[1]}"
+        )
     else:
         text = f"the compiled core is {__version__}, the package {installed}"
         yield Finding("palpate", text, "pip install --force-reinstall palpate", Exit.UNEXPECTED)
@@ -137,9 +143,17 @@ def extras() -> Iterator[Finding]:
     for extra, names in packages.items():
         versions = {name: _version(name) for name in names}
         if missing := ", ".join(name for name, version in versions.items() if not version):
-            yield Finding(f"extra {extra}", f"not installed: {missing}", f"pip install 'palpate[{extra}]'", free=True)
+            yield Finding(
+                f"extra {extra}",
+                f"not installed: {missing}",
+                f"pip install 'palpate[{extra}]'",
+                free=True,
+            )
         else:
-            yield Finding(f"extra {extra}", ", ".join(f"{name} {version}" for name, version in versions.items()))
+            yield Finding(
+                f"extra {extra}",
+                ", ".join(f"{name} {version}" for name, version in versions.items()),
+            )
 
 
 def _version(package: str) -> str:
@@ -163,11 +177,15 @@ def _usb() -> Iterator[Finding]:
     boards = find.boards(backend)
     yield Finding("libusb", str(getattr(getattr(backend, "lib", None), "_name", "found")))
     if not boards:
-        yield Finding("board", "none is connected", "palpate record sim:four-specimens -o run.csv", free=True)
+        yield Finding(
+            "board", "none is connected", "palpate record sim:four-specimens -o run.csv", free=True
+        )
     refused = [board for board in boards if find.may_open(board) is False]
     for board in boards:
         if board in refused:
-            yield Finding(f"board usb:{board}", "connected, but no permission to open it", code=Exit.NO_DEVICE)
+            yield Finding(
+                f"board usb:{board}", "connected, but no permission to open it", code=Exit.NO_DEVICE
+            )
         else:
             yield from checked(f"board usb:{board}", partial(_board, board, backend))
     yield from _rules(needed=bool(refused), wanted=not boards and udev.rules_matter())
@@ -220,7 +238,9 @@ def packages() -> Iterator[Finding]:
             loaded(point)
         except PalpateError as error:
             free = isinstance(error, MissingExtra)
-            yield Finding(f"source {point.name}", str(error), code=0 if free else Exit.UNEXPECTED, free=free)
+            yield Finding(
+                f"source {point.name}", str(error), code=0 if free else Exit.UNEXPECTED, free=free
+            )
         else:
             yield Finding(f"source {point.name}", f"of {package_of(point)}")
     for note in look_for(*of_packages())[1]:
@@ -231,7 +251,11 @@ def udev_steps() -> Iterator[Finding]:
     """Write the rule, apply it, and say what else is needed; as a user without rights, through sudo."""
     if sys.platform != "linux":
         text = f"this system is {sys.platform}, udev is part of Linux; macOS needs no rule, and on Windows the board "
-        yield Finding("udev rule", text + "needs the driver WinUSB, by Zadig (https://zadig.akeo.ie)", code=Exit.USAGE)
+        yield Finding(
+            "udev rule",
+            text + "needs the driver WinUSB, by Zadig (https://zadig.akeo.ie)",
+            code=Exit.USAGE,
+        )
         return
     try:
         yield Finding("udev rule", udev.install())
@@ -242,7 +266,12 @@ def udev_steps() -> Iterator[Finding]:
             yield Finding("udev rule", said_of(error), code=Exit.BAD_DATA)
         return
     if trouble := "" if os.geteuid() else udev.reload():
-        yield Finding("udev", trouble, "unplug the board for a moment; if that does not help, restart", free=True)
+        yield Finding(
+            "udev",
+            trouble,
+            "unplug the board for a moment; if that does not help, restart",
+            free=True,
+        )
     else:
         yield Finding("udev", "has read its rules again; a connected board has the new permissions")
     text = f"the user at the screen can open the board; over ssh, or without a screen, the group {udev.GROUP} can: type"
@@ -253,7 +282,9 @@ def _through_sudo() -> Iterator[Finding]:
     # -P: with -m, Python would take modules of the current folder, as root.
     command = ["sudo", sys.executable, "-P", "-m", *INSTALL_UDEV.split()]
     if as_json() or not sys.stdin.isatty() or not shutil.which("sudo"):
-        yield Finding("udev rule", "only root may write it: type", " ".join(command), Exit.NO_DEVICE)
+        yield Finding(
+            "udev rule", "only root may write it: type", " ".join(command), Exit.NO_DEVICE
+        )
         return
     yield Finding("udev rule", "only root may write it:", " ".join(command), free=True)
     if code := subprocess.call(command):

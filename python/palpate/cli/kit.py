@@ -23,7 +23,9 @@ from palpate.errors import quoted
 
 def board_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add source and firmware to a command."""
-    return click.argument("source", shell_complete=complete_source, default="usb:")(firmware_option(command))
+    return click.argument("source", shell_complete=complete_source, default="usb:")(
+        firmware_option(command)
+    )
 
 
 @contextmanager
@@ -66,9 +68,20 @@ def kit() -> None:
               help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
 @click.option("--prompt/--no-prompt", default=None,
               help="Ask for what needs a hand.  [default: only at a terminal]")  # fmt: skip
-@click.option("--skip", multiple=True, type=click.Choice(steps.NAMES), help="A step to leave out; may be repeated.")
+@click.option(
+    "--skip",
+    multiple=True,
+    type=click.Choice(steps.NAMES),
+    help="A step to leave out; may be repeated.",
+)
 @json_option
-def accept(source: str, firmware: Path | None, file: Path | None, prompt: bool | None, skip: tuple[str, ...]) -> None:
+def accept(
+    source: str,
+    firmware: Path | None,
+    file: Path | None,
+    prompt: bool | None,
+    skip: tuple[str, ...],
+) -> None:
     """Measure all that shows whether a board works and is wired right; write a report.
 
     It takes about a minute. Keep the probe still in the air; what needs a hand is asked for at the end. The report is a
@@ -94,7 +107,9 @@ def accept(source: str, firmware: Path | None, file: Path | None, prompt: bool |
     sys.exit(code)
 
 
-def _measure(bench: Bench, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]) -> AcceptanceReport:
+def _measure(
+    bench: Bench, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]
+) -> AcceptanceReport:
     """Do the steps; write the report, also if an error or Ctrl-C ends them."""
     started, done, stopped = now(), list[Step](), ""
     begun = steps.Acceptance(bench, Terminal() if asks else None, skip=skip)
@@ -135,7 +150,9 @@ def _number(answer: str) -> float | None:
     try:
         return None if answer.lower() in ("", "s") else float(answer)
     except ValueError:
-        raise click.UsageError(f"got {quoted(answer)}, allowed: a number, as 2.2; Enter or s: leave out") from None
+        raise click.UsageError(
+            f"got {quoted(answer)}, allowed: a number, as 2.2; Enter or s: leave out"
+        ) from None
 
 
 _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
@@ -145,10 +162,24 @@ _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
 @board_options
 @click.option("--capf", "speeds", type=click.IntRange(0, 7), multiple=True,
               help="Speed, 0 (11 ms) to 7 (110 ms); may be repeated.  [default: all]")  # fmt: skip
-@click.option("--readings", type=click.IntRange(2, 10_000), default=50, show_default=True, help="Readings for a value.")
-@click.option("--rounds", type=click.IntRange(1), default=1, show_default=True, help="How often to measure all.")
+@click.option(
+    "--readings",
+    type=click.IntRange(2, 10_000),
+    default=50,
+    show_default=True,
+    help="Readings for a value.",
+)
+@click.option(
+    "--rounds",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="How often to measure all.",
+)
 @json_option
-def noise(source: str, firmware: Path | None, speeds: tuple[int, ...], readings: int, rounds: int) -> None:
+def noise(
+    source: str, firmware: Path | None, speeds: tuple[int, ...], readings: int, rounds: int
+) -> None:
     """Measure the noise of each input, beside the data sheet's.
 
     aF rms, from the differences of readings in succession, so that a slow drift does not count. Keep the probe still.
@@ -167,10 +198,21 @@ def noise(source: str, firmware: Path | None, speeds: tuple[int, ...], readings:
         bench.scan()
         for capf in rounds * (speeds or tuple(range(len(CONVERSION_S)))):
             found, sheet = _both(bench, capf, readings), 1e6 * NOISE_PF[capf]
-            rows.append({"capf": capf, "cin1_aF": found[0], "cin2_aF": found[1], "data_sheet_aF": round(sheet, 1)})
+            rows.append(
+                {
+                    "capf": capf,
+                    "cin1_aF": found[0],
+                    "cin2_aF": found[1],
+                    "data_sheet_aF": round(sheet, 1),
+                }
+            )
             if not as_json():
                 shown = ["-" if value is None else f"{value:.1f}" for value in found]
-                click.echo(row_below(_NOISE, [capf, f"{1e3 * CONVERSION_S[capf]:.1f}", *shown, f"{sheet:.1f}"]))
+                click.echo(
+                    row_below(
+                        _NOISE, [capf, f"{1e3 * CONVERSION_S[capf]:.1f}", *shown, f"{sheet:.1f}"]
+                    )
+                )
         for pin in [pin for pin in PINS if bench.level(pin) is None]:
             has = f"{bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB"
             so = "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"

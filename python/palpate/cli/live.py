@@ -97,9 +97,15 @@ def live(
     token = _token(host, no_token=no_token)
     plugged_in, *others = sources or (_plugged_in(),)
     source = plugged_in or DEMO
-    fits = len(sources) <= len(LETTERS) and len(set(sources)) == len(sources) and all(map(is_file, sources))
+    fits = (
+        len(sources) <= len(LETTERS)
+        and len(set(sources)) == len(sources)
+        and all(map(is_file, sources))
+    )
     if others and not fits:
-        raise click.UsageError(f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once")
+        raise click.UsageError(
+            f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once"
+        )
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
     how = {**calibrated.for_tracking(how), **how} if calibrated else how
     measurement: LiveMeasurement | RecordedMeasurement
@@ -115,7 +121,9 @@ def live(
         else:
             asked |= {} if plugged_in else {"paced": True}
             open_source, demo = opener(source, asked), not plugged_in
-            measurement = LiveMeasurement(open_source, RunFiles(file, folder), how, _say_line, lsl, demo=demo)
+            measurement = LiveMeasurement(
+                open_source, RunFiles(file, folder), how, _say_line, lsl, demo=demo
+            )
         bench = Workbench(measurement, source, calibrated, scatter, calibration)
         listening = unless_started.enter_context(listen(host, port))
         measurement.start()
@@ -145,7 +153,10 @@ def _plugged_in() -> str:
         click.echo(f"{found[0].uri}: {found[0].what}", err=True)
         return found[0].uri
     show_notes("not searched", notes)
-    click.echo("no board found: this is a demo, a simulated hand; with your board: palpate doctor", err=True)
+    click.echo(
+        "no board found: this is a demo, a simulated hand; with your board: palpate doctor",
+        err=True,
+    )
     return ""
 
 
@@ -164,14 +175,18 @@ def _token(host: str, *, no_token: bool) -> str | None:
     if is_loopback(host):
         return None if no_token else new_token()
     if no_token:
-        raise click.UsageError(f"--no-token: got --host {host}, allowed: only with an address of this machine alone")
+        raise click.UsageError(
+            f"--no-token: got --host {host}, allowed: only with an address of this machine alone"
+        )
     may = "Anyone with the address below can watch, tare and record; it is not encrypted."
     click.echo(f"Warning: others on the network can reach {host}. {may}", err=True)
     return new_token()
 
 
 def _has_screen() -> bool:
-    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return sys.platform != "linux" or bool(
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    )
 
 
 @contextmanager
@@ -180,7 +195,9 @@ def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[No
     try:
         yield
     except KeyboardInterrupt:
-        with signals(lambda *_: None, signal.SIGINT, signal.SIGTERM):  # another one changes nothing: it ends
+        with signals(
+            lambda *_: None, signal.SIGINT, signal.SIGTERM
+        ):  # another one changes nothing: it ends
             say("ended")
             measurement.close()
             sys.exit(Exit.BAD_DATA if measurement.failed else Exit.INTERRUPTED)
@@ -194,7 +211,11 @@ class OneLine(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """Return the line."""
         error = record.exc_info[1] if record.exc_info else None
-        said = f"{type(error).__name__}: {error}" if error else record.getMessage().strip().splitlines()[-1]
+        said = (
+            f"{type(error).__name__}: {error}"
+            if error
+            else record.getMessage().strip().splitlines()[-1]
+        )
         return f"page: {record.name}: {' '.join(said.split())[:200]}; --debug shows more"
 
 

@@ -34,7 +34,10 @@ class Exit(IntEnum):
 
 _LONGEST = 1500  # characters of a message
 _VALID = re.compile(r"a valid (float|integer)(?: range)?$")  # as click ends a message
-_NUMBERS = {"float": "a number: write it as 1.5, without a unit", "integer": "a whole number: write it as 3"}
+_NUMBERS = {
+    "float": "a number: write it as 1.5, without a unit",
+    "integer": "a whole number: write it as 3",
+}
 
 
 def code_of(error: Exception) -> int:
@@ -51,7 +54,11 @@ def said_of(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return one_line(f"{error.filename}: {error.strerror}")
     text = one_line(str(error))
-    return text if isinstance(error, PalpateError | OSError) else f"unexpected: {type(error).__name__}: {text}"
+    return (
+        text
+        if isinstance(error, PalpateError | OSError)
+        else f"unexpected: {type(error).__name__}: {text}"
+    )
 
 
 def failure(error: Exception) -> dict[str, Any]:
@@ -102,7 +109,11 @@ def _remember(context: click.Context, parameter: click.Parameter, asked: bool) -
 
 _C = TypeVar("_C", bound=Callable[..., Any])
 debug_option: Callable[[_C], _C] = click.option(
-    "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print the traceback."
+    "--debug",
+    is_flag=True,
+    expose_value=False,
+    callback=_remember,
+    help="After an error print the traceback.",
 )
 json_option: Callable[[_C], _C] = click.option(
     "--json",
@@ -118,7 +129,9 @@ json_option: Callable[[_C], _C] = click.option(
 class Commands(click.Group):
     """A group of commands with --debug; those in `known` (name: module, help line) are imported when they are used."""
 
-    def __init__(self, *args: Any, known: Mapping[str, tuple[str, str]] | None = None, **kwargs: Any) -> None:
+    def __init__(
+        self, *args: Any, known: Mapping[str, tuple[str, str]] | None = None, **kwargs: Any
+    ) -> None:
         super().__init__(*args, **kwargs)
         self._known = known or {}
 
@@ -134,7 +147,9 @@ class Commands(click.Group):
         """Import a command."""
         if cmd_name in self._known and cmd_name not in self.commands:
             module = import_module(f"palpate.cli.{self._known[cmd_name][0]}")
-            self.add_command(getattr(module, f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name), cmd_name)
+            self.add_command(
+                getattr(module, f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name), cmd_name
+            )
         return self.commands.get(cmd_name)
 
     def resolve_command(
@@ -149,7 +164,9 @@ class Commands(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands."""
         known = {name: line for name, (_, line) in self._known.items()}
-        lines = known or {name: (command.help or "").split("\n")[0] for name, command in self.commands.items()}
+        lines = known or {
+            name: (command.help or "").split("\n")[0] for name, command in self.commands.items()
+        }
         with formatter.section("Commands"):
             formatter.write_dl(list(lines.items()))
 
@@ -184,7 +201,11 @@ def _one_line_and_code(meta: Mapping[str, Any]) -> Iterator[None]:
         debug, code = "palpate.debug" in meta, code_of(error)
         if debug:
             traceback.print_exception(error)
-        more = "; please report it with the output of --debug" if code == Exit.UNEXPECTED and not debug else ""
+        more = (
+            "; please report it with the output of --debug"
+            if code == Exit.UNEXPECTED and not debug
+            else ""
+        )
         _end(code, said_of(error) + more, "Error: ", meta)
 
 
@@ -192,7 +213,9 @@ def _with_help(error: click.UsageError, meta: Mapping[str, Any]) -> click.UsageE
     """Return the error as one line with the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
-    message = one_line(_VALID.sub(lambda match: _NUMBERS[match[1]], error.format_message().rstrip(".")))
+    message = one_line(
+        _VALID.sub(lambda match: _NUMBERS[match[1]], error.format_message().rstrip("."))
+    )
     message += f"{' See' if message.endswith('?') else '; see'} {error.ctx.command_path} --help"
     _show_error(Exit.USAGE, message, meta)
     return click.UsageError(message)

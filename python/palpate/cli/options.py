@@ -20,7 +20,9 @@ _SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
 _LSL_NAME = "palpate"
 
 
-def complete_source(_context: click.Context, _parameter: click.Parameter, begun: str) -> "list[CompletionItem]":
+def complete_source(
+    _context: click.Context, _parameter: click.Parameter, begun: str
+) -> "list[CompletionItem]":
     """Return what the shell offers: schemes; after a scheme, scenarios or connected devices; else files."""
     from click.shell_completion import CompletionItem
 
@@ -41,7 +43,9 @@ def _scene_names(_context: click.Context, _parameter: click.Parameter, begun: st
     return [scene for scene in scenes if scene.startswith(begun)]
 
 
-def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
+def _columns(
+    _context: click.Context, _parameter: click.Parameter, text: str | None
+) -> dict[str, str] | None:
     from palpate.importers.table import parsed_map
 
     try:
@@ -58,11 +62,15 @@ def named_numbers(texts: Iterable[str], example: str) -> dict[str, float]:
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(f"got {quoted(text)}, allowed: NAME=NUMBER, for example {example}") from None
+            raise click.BadParameter(
+                f"got {quoted(text)}, allowed: NAME=NUMBER, for example {example}"
+            ) from None
     return found
 
 
-def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
+def _settings(
+    _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
+) -> dict[str, float]:
     return named_numbers(texts, "threshold=6")
 
 
@@ -90,12 +98,16 @@ def tracking(
     given = settings | _given(seconds=touch_seconds, samples=samples)
     lengths = given.keys() & {"seconds", "samples"}
     if len(lengths) > 1:
-        raise click.UsageError("got a length of a touch in seconds and in samples, allowed: only one of them")
+        raise click.UsageError(
+            "got a length of a touch in seconds and in samples, allowed: only one of them"
+        )
     other_length = {"seconds": None, "samples": None} if lengths else {}
     return _given(scene=scene) | other_length | given
 
 
-def tracking_of(recording: Any, how: dict[str, Any], calibration: "Calibration | None" = None) -> dict[str, Any]:
+def tracking_of(
+    recording: Any, how: dict[str, Any], calibration: "Calibration | None" = None
+) -> dict[str, Any]:
     """Return scene and settings for a recording: without a given scene its own; of a calibration; and those that are given."""
     found = how if "scene" in how else {"scene": "handheld"} | recording.settings | how
     return calibration.for_tracking(found) | how if calibration else found
@@ -116,7 +128,9 @@ lsl_option: _Adding = click.option(
     f"Without a name: {_LSL_NAME}.",
 )  # fmt: skip
 """Adds lsl, the name of the streams or None, to a command."""
-firmware_option: _Adding = click.option("--firmware", type=InputFile(), help="Firmware file of the evaluation kit.")
+firmware_option: _Adding = click.option(
+    "--firmware", type=InputFile(), help="Firmware file of the evaluation kit."
+)
 """Adds firmware to a command."""
 _EXCITATION = click.option("--excitation", metavar="PINS", help="Excitation pins that the bumps are wired to: A, B, AB, "
                            "or HARD,SOFT as B,A.  [default: B]")  # fmt: skip
@@ -132,7 +146,9 @@ _READING = [
     click.option("--part", metavar="NAME", help="Sheet of a workbook, or stream of an XDF file, if several fit."),
 ]  # fmt: skip
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
-_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=_scene_names)
+_SCENE = click.option(
+    "--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=_scene_names
+)
 _SCENE_AGAIN = click.option("--scene", shell_complete=_scene_names,
                             help=f"{_SCENES}  [default: from the recording, else handheld]")  # fmt: skip
 _ESTIMATING = [
@@ -148,7 +164,9 @@ def _adding(options: Sequence[_Adding]) -> _Adding:
     return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
 
 
-def _together(command: Callable[..., Any], name: str, make: Callable[..., Any], *parts: str) -> Callable[..., Any]:
+def _together(
+    command: Callable[..., Any], name: str, make: Callable[..., Any], *parts: str
+) -> Callable[..., Any]:
     """Pass the values of those of these options that a command has as one argument, which a function makes of them."""
 
     @wraps(command)
@@ -165,14 +183,26 @@ board_options: _Adding = _adding([firmware_option, _EXCITATION])
 
 def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add `asked` to a command: the keywords of `palpate.read`, or of `palpate.open`, that were given."""
-    names = ("columns", "unit", "time_unit", "rate", "decimal", "soft", "part", "firmware", "excitation")
+    names = (
+        "columns",
+        "unit",
+        "time_unit",
+        "rate",
+        "decimal",
+        "soft",
+        "part",
+        "firmware",
+        "excitation",
+    )
     return _adding(_READING)(_together(command, "asked", _given, *names))
 
 
 def recording_options(command: Callable[..., Any], scene: _Adding = _SCENE) -> Callable[..., Any]:
     """Add `asked` and `how`, as of `tracking`, to a command."""
     names = ("scene", "touch_seconds", "samples", "settings")
-    return reading_options(_adding([scene, *_ESTIMATING])(_together(command, "how", tracking, *names)))
+    return reading_options(
+        _adding([scene, *_ESTIMATING])(_together(command, "how", tracking, *names))
+    )
 
 
 def replaying_options(command: Callable[..., Any]) -> Callable[..., Any]:

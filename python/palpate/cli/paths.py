@@ -24,7 +24,9 @@ class InputFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Return the path of a file that can be read."""
         path = Path(value)
-        if not (self.allow_dash and str(path) == "-") and not path.is_fifo():  # which would wait for its writer
+        if (
+            not (self.allow_dash and str(path) == "-") and not path.is_fifo()
+        ):  # which would wait for its writer
             path.open("rb").close()
         return path
 
@@ -47,7 +49,9 @@ class Recordings(click.Path):
         if path.is_dir():
             found = _recordings(f"{escape(path.as_posix())}/**/*")
         elif has_magic(value) and not path.exists():
-            found = _recordings(re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", path.as_posix()))  # **.csv: in all folders
+            found = _recordings(
+                re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", path.as_posix())
+            )  # **.csv: in all folders
         else:
             return Named([path], several=False)
         if not found:
@@ -61,7 +65,9 @@ def _recordings(pattern: str) -> list[Path]:
     from palpate.importers.formats import readable
 
     paths = sorted(map(Path, glob(pattern, recursive=True)))  # noqa: PTH207 (Path.glob finds hidden files, too)
-    return [path for path in paths if readable(path) and path.name != _NO_RECORDING and path.is_file()]
+    return [
+        path for path in paths if readable(path) and path.name != _NO_RECORDING and path.is_file()
+    ]
 
 
 class _Output(click.Path):
@@ -81,7 +87,9 @@ force_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
 """Adds force to a command."""
 
 
-def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force: bool | None) -> None:
+def require_free(
+    outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force: bool | None
+) -> None:
     """Check the names of output files, before anything is computed or a device is opened; `force` None: a measurement."""
     read = [file for path in inputs for file in with_sidecar(path) if file.exists()]
     for path in outputs:
@@ -93,7 +101,9 @@ def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force:
             raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))
         if os.path.lexists(path) and not force:
             how = "" if force is None else ", or use --force"
-            raise FileExistsError(errno.EEXIST, f"already exists: choose another name{how}", str(path))
+            raise FileExistsError(
+                errno.EEXIST, f"already exists: choose another name{how}", str(path)
+            )
 
 
 def with_sidecar(path: Path) -> list[Path]:
@@ -119,6 +129,10 @@ def require_free_in(folder: Path, outputs: Iterable[Path], *, force: bool) -> No
 
 def _require_folder(path: Path) -> None:
     if not path.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, "is no folder: make it, or name another one", str(path))
+        raise NotADirectoryError(
+            errno.ENOTDIR, "is no folder: make it, or name another one", str(path)
+        )
     if not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, f"cannot be written: {os.strerror(errno.EACCES)}", str(path))
+        raise PermissionError(
+            errno.EACCES, f"cannot be written: {os.strerror(errno.EACCES)}", str(path)
+        )

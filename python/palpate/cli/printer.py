@@ -56,12 +56,19 @@ class Printer(Listener):
         advised = touch_table.advised(touch_table.records([touch], [known], cut=int(cut)), number)
         new = [line for line in advised if line not in self._said]
         self._said.update(new)
-        click.echo("\n".join(["  ".join(touch_table.HEADER)] * first + [touch_table.row(number, touch, known), *new]))
+        click.echo(
+            "\n".join(
+                ["  ".join(touch_table.HEADER)] * first
+                + [touch_table.row(number, touch, known), *new]
+            )
+        )
 
     def print_cut(self) -> None:
         """Print the touch that ran when the measurement was stopped."""
         self._running = False
-        for number, touch in enumerate(self._stream.tracker.touches_since(self._ended), self._ended + 1):
+        for number, touch in enumerate(
+            self._stream.tracker.touches_since(self._ended), self._ended + 1
+        ):
             self.touch(number, touch)
 
     def has(self, touches: int) -> bool:

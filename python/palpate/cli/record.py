@@ -27,10 +27,24 @@ _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts f
 
 @click.command()
 @click.argument("source", shell_complete=complete_source)
-@click.option("-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file.")
-@click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
-@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
-@click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
+@click.option(
+    "-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file."
+)
+@click.option(
+    "--touches",
+    type=click.IntRange(min=1),
+    help="Stop after this number of touches, the last one revised.",
+)
+@click.option(
+    "--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s."
+)
+@click.option(
+    "--note",
+    "notes",
+    multiple=True,
+    metavar="TEXT",
+    help="A note for the sidecar; may be repeated.",
+)
 @lsl_option
 @board_options
 @click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
@@ -103,11 +117,21 @@ def _missing(source: str, stream: "Stream", touches: int) -> str:
     """Return what the measurement lacks; "": nothing."""
     if not stream.counters.read:
         return f"{source}: no sample came: check that it measures, or give --seconds more time"
-    return f"{len(stream.touches)} of {touches} touches were measured" if len(stream.touches) < touches else ""
+    return (
+        f"{len(stream.touches)} of {touches} touches were measured"
+        if len(stream.touches) < touches
+        else ""
+    )
 
 
 def _measure(
-    stream: "Stream", printer: "Printer", outlets: "Outlets | None", touches: int, seconds: float, *, recentre: bool
+    stream: "Stream",
+    printer: "Printer",
+    outlets: "Outlets | None",
+    touches: int,
+    seconds: float,
+    *,
+    recentre: bool,
 ) -> None:
     """Measure until the source ends, or there are enough touches or seconds."""
     with stream, ExitStack() as ending:

@@ -7,7 +7,16 @@ from typing import Any
 import click
 
 from palpate import RecordingError, Uncertainty, touches
-from palpate.cli.main import Exit, as_json, failure, json_option, one_line, show, show_notes, usage_errors
+from palpate.cli.main import (
+    Exit,
+    as_json,
+    failure,
+    json_option,
+    one_line,
+    show,
+    show_notes,
+    usage_errors,
+)
 from palpate.cli.options import INPUT, reading_options, replaying_options, simulated, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.terminal import aligned, echo, reading, say
@@ -29,7 +38,11 @@ _WIDTH = 24  # characters of a cell
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=INPUT)
 @reading_options
-@click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
+@click.option(
+    "--repair",
+    is_flag=True,
+    help="After an unclean stop: remove an incomplete last row, and write the end.",
+)
 @click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too.")
 @json_option
 def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: bool) -> None:
@@ -60,7 +73,10 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
                 unreadable[file] = error
             done(file)
     failed = [{"file": str(file), "error": failure(wrong)} for file, wrong in unreadable.items()]
-    show({"recordings": [each.as_dict() for each in reports], "unreadable": failed}, "\n".join(map(_lines, reports)))
+    show(
+        {"recordings": [each.as_dict() for each in reports], "unreadable": failed},
+        "\n".join(map(_lines, reports)),
+    )
     for file, wrong in unreadable.items():
         message = failure(wrong)["message"]
         say(f"Error: {message if message.startswith(str(file)) else f'{file}: {message}'}")
@@ -80,9 +96,17 @@ def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Veri
 
 def _lines(report: Verification) -> str:
     survey = report.survey
-    pace = f", {1 / survey.period_s:.1f} pairs a second" if survey.rows > 1 and survey.period_s > 0 else ""
-    size = f"{survey.rows} rows" + (f" in {survey.seconds:.1f} s{pace}" if report.timed else ", rate unknown")
-    below = [report.understood] * bool(report.understood) + [f"fault: {text}" for text in report.faults]
+    pace = (
+        f", {1 / survey.period_s:.1f} pairs a second"
+        if survey.rows > 1 and survey.period_s > 0
+        else ""
+    )
+    size = f"{survey.rows} rows" + (
+        f" in {survey.seconds:.1f} s{pace}" if report.timed else ", rate unknown"
+    )
+    below = [report.understood] * bool(report.understood) + [
+        f"fault: {text}" for text in report.faults
+    ]
     return "\n  ".join([f"{report.path}: {report.verdict}: {size}", *below, *report.findings])
 
 
@@ -103,7 +127,9 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
       palpate import other.csv --map hard=2,soft=3 --unit fF
     """  # noqa: D301
     if is_own(file):
-        raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")
+        raise click.UsageError(
+            f"{file}: is a recording of palpate, allowed: a table of another program"
+        )
 
     with usage_errors():
         wanted = Asked(**asked)
@@ -113,7 +139,9 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
             echo(f"{file}: {size}\n{_preview(table)}")
         found = of_table(file, table, wanted)
     measured = touches(found)
-    swapped = {each for said in advice_at_end(measured) for each in said if each.startswith("swapped")}
+    swapped = {
+        each for said in advice_at_end(measured) for each in said if each.startswith("swapped")
+    }
     notes = [*found.notes, *swapped]
     document = {
         "file": str(file),
@@ -131,9 +159,13 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
 
 def _preview(table: Table) -> str:
     """Return a line for each column: its position, its name, its first cells."""
-    cells = [[shortened(str(cell), _WIDTH) for cell in column.cells[:_SHOWN]] for column in table.columns]
+    cells = [
+        [shortened(str(cell), _WIDTH) for cell in column.cells[:_SHOWN]] for column in table.columns
+    ]
     names = [[f"{position:5}", column.name] for position, column in enumerate(table.columns, 1)]
-    return aligned([[*name, "  ".join(shown)] for name, shown in zip(names, cells, strict=True)], "<")
+    return aligned(
+        [[*name, "  ".join(shown)] for name, shown in zip(names, cells, strict=True)], "<"
+    )
 
 
 @click.command()
@@ -165,7 +197,9 @@ def convert(file: Path, output: Path, asked: dict[str, Any], force: bool) -> Non
     sys.exit(_print_written(file, output, recording, counts, notes))
 
 
-def _print_written(file: Path, output: Path, recording: AnyRecording, counts: dict[str, int], notes: list[str]) -> int:
+def _print_written(
+    file: Path, output: Path, recording: AnyRecording, counts: dict[str, int], notes: list[str]
+) -> int:
     """Print what was made of a recording, the first of `counts`, or all as JSON; return the exit code."""
     show_notes(file, dict.fromkeys([recording.understood, *notes]))
     what, count = next(iter(counts.items()))
@@ -177,7 +211,9 @@ def _print_written(file: Path, output: Path, recording: AnyRecording, counts: di
 def _convert_notes(recording: AnyRecording) -> list[str]:
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
     if refused := recording.survey.refused:
-        notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
+        notes.append(
+            f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost"
+        )
     if unused := getattr(recording, "unused", None):
         notes.append(f"columns left out: {', '.join(unused)}")
     return notes
@@ -215,17 +251,29 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
 
 @click.command()
 @click.argument("recordings", metavar="FILE...", nargs=-1, required=True, type=InputFile())
-@click.option("--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli.")
+@click.option(
+    "--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli."
+)
 @click.option("--moduli", type=InputFile(),
               help="Table of name and known modulus in MPa, for recordings whose session names no specimens.")  # fmt: skip
-@click.option("-o", "output", type=OUTPUT, help="The report to write, HTML.  [default: NAME-report.html]")
+@click.option(
+    "-o", "output", type=OUTPUT, help="The report to write, HTML.  [default: NAME-report.html]"
+)
 @click.option("--title", default="", help="Title of the report.  [default: the session's title]")
 @click.option("--operator", default="", help="Who measured.  [default: from the session]")
 @click.option("--probe", default="", help="Which probe, for the head of the report.")
 @click.option("--site", default="", help="Where it was measured, for the head of the report.")
-@click.option("--unit", type=click.Choice(["MPa", "kPa"]), default="MPa", show_default=True, help="Unit of the moduli.")
+@click.option(
+    "--unit",
+    type=click.Choice(["MPa", "kPa"]),
+    default="MPa",
+    show_default=True,
+    help="Unit of the moduli.",
+)
 @click.option("--shore", is_flag=True, help="Shore A beside the moduli, by Gent's relation.")
-@click.option("--note", "notes", multiple=True, help="A note for the head of the report; may be repeated.")
+@click.option(
+    "--note", "notes", multiple=True, help="A note for the head of the report; may be repeated."
+)
 @force_option
 @json_option
 def report(

@@ -37,9 +37,13 @@ _WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE,
 def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> _Windows:
     """Return begin and end of each window, s; None: none was given."""
     try:
-        return [(float(begin), float(end)) for begin, end in (text.split(":") for text in given)] or None
+        return [
+            (float(begin), float(end)) for begin, end in (text.split(":") for text in given)
+        ] or None
     except ValueError:
-        raise click.BadParameter(f"got {' '.join(given)!r:.60}, allowed: BEGIN:END, two times, s, as 2.0:8.5") from None
+        raise click.BadParameter(
+            f"got {' '.join(given)!r:.60}, allowed: BEGIN:END, two times, s, as 2.0:8.5"
+        ) from None
 
 
 @click.command()
@@ -90,17 +94,25 @@ def replay(
       palpate replay monday tuesday --jobs 4
     """  # noqa: D301
     if is_offline and calibration:
-        raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
+        raise click.UsageError(
+            "--offline and --calibration: allowed one of them; moduli are of the live result"
+        )
     if is_offline and windows:
         raise click.UsageError("--offline and --window: allowed one of them")
     made = palpate.Calibration.load(calibration) if calibration else None
-    one = partial(replayed, asked=asked, how=how, offline=is_offline, calibration=made, windows=windows)
+    one = partial(
+        replayed, asked=asked, how=how, offline=is_offline, calibration=made, windows=windows
+    )
     [first, *others] = dict.fromkeys(file for named in files for file in named.files)
     if others or any(named.several for named in files):
         if asked.get("soft"):
-            raise click.UsageError(f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE")
+            raise click.UsageError(
+                f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE"
+            )
         if windows:
-            raise click.UsageError(f"--window: got it with {len(others) + 1} recordings, allowed: with one FILE")
+            raise click.UsageError(
+                f"--window: got it with {len(others) + 1} recordings, allowed: with one FILE"
+            )
         sys.exit(_replay_all([first, *others], one, jobs))
     with usage_errors():
         found = one(INPUT.convert(first, None, None))
@@ -122,9 +134,14 @@ class Replayed:
 
     def add_specimens(self, entries: list[Entry | None]) -> None:
         """Add what the sidecar says of each touch."""
-        self.table = touch_table.beside(self.table, ["specimen", *map(touch_table.specimen_of, entries)])
+        self.table = touch_table.beside(
+            self.table, ["specimen", *map(touch_table.specimen_of, entries)]
+        )
         for record, entry in zip(self.document["touches"], entries, strict=True):
-            record |= {"specimen": entry and entry.specimen, "left_out": entry.left_out if entry else ""}
+            record |= {
+                "specimen": entry and entry.specimen,
+                "left_out": entry.left_out if entry else "",
+            }
 
     def add_moduli(self, calibration: "Calibration", touches: list[palpate.Touch]) -> None:
         """Add the modulus of each touch, and of their mean."""
@@ -136,8 +153,14 @@ class Replayed:
         if touches:
             cells = ["modulus (95 % interval)", *map(touch_table.modulus_cell, moduli)]
             self.table = touch_table.beside(self.table, cells)
-            mean = f", if all are on one object: {touch_table.modulus_cell(of_mean)}" if of_mean else ""
-            self.below += [f"{found}{mean}"] * bool(found) + [f"The intervals include the {calibration.scatter}."]
+            mean = (
+                f", if all are on one object: {touch_table.modulus_cell(of_mean)}"
+                if of_mean
+                else ""
+            )
+            self.below += [f"{found}{mean}"] * bool(found) + [
+                f"The intervals include the {calibration.scatter}."
+            ]
         for record, modulus in zip(self.document["touches"], moduli, strict=True):
             record["modulus"] = modulus.as_dict()
         self.document["agreement"] = found.as_dict() if found else None
@@ -153,7 +176,12 @@ class Replayed:
 
 
 def replayed(
-    file: Path, asked: _Given, how: _Given, offline: bool, calibration: "Calibration | None", windows: _Windows
+    file: Path,
+    asked: _Given,
+    how: _Given,
+    offline: bool,
+    calibration: "Calibration | None",
+    windows: _Windows,
 ) -> Replayed:
     """Send a recording through the estimator.
 
@@ -166,11 +194,19 @@ def replayed(
     tracking = tracking_of(recording, how, calibration)
     again = palpate.offline(recording, **tracking) if offline else None
     of_tracker = tracked(recording, windows=windows, **tracking)
-    touches, notes, plan = of_tracker.touches, [*of_tracker.touches.notes], plan_of(recording.document or {})
+    touches, notes, plan = (
+        of_tracker.touches,
+        [*of_tracker.touches.notes],
+        plan_of(recording.document or {}),
+    )
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
     ratio_of = calibration.ratio_of if calibration else KINDS[plan.ratio]
-    named = [(entry, touch) for touch, entry in zip(touches, entries, strict=True) if entry and not entry.left_out]
+    named = [
+        (entry, touch)
+        for touch, entry in zip(touches, entries, strict=True)
+        if entry and not entry.left_out
+    ]
     kept = [(entry.specimen, touch) for entry, touch in named if not objections(touch)]
     scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
     linearity = linearity_pF(recording.full_scale_pF)
@@ -199,7 +235,9 @@ def replayed(
         notes += doubts_of_calibration(calibration, tracking["scene"])
         found.reliable &= calibration.sound
         found.add_moduli(calibration, touches)
-    found.below += [f"unit: {unit}; of the covariance: 1/({unit})^2" for unit in other.values() if touches]
+    found.below += [
+        f"unit: {unit}; of the covariance: 1/({unit})^2" for unit in other.values() if touches
+    ]
     found.below += touch_table.advised(document["touches"])
     if again is not None:
         found.add_offline(again)
@@ -215,7 +253,10 @@ def _plain(value: Any) -> Any:
 
 def _why_not(recording: AnyRecording, *, again: bool) -> str:
     takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
-    spans = [f"{name} {high - low:.3g} {recording.unit}" for name, (low, high) in recording.survey.spans_pF.items()]
+    spans = [
+        f"{name} {high - low:.3g} {recording.unit}"
+        for name, (low, high) in recording.survey.spans_pF.items()
+    ]
     if len(spans) < 2:
         return "a channel has no values"
     found = f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit; "
@@ -243,17 +284,30 @@ def _replay_all(files: list[Path], one: partial[Replayed], jobs: int) -> int:
 def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
     """Print a table or a list of all results, then their sentences, notes and errors; return the exit codes."""
     width = max((len(str(file)) for file in results), default=0)
-    documents, lines, below, errors, codes, understood = [], list[str](), list[str](), list[str](), {0}, ""
+    documents, lines, below, errors, codes, understood = (
+        [],
+        list[str](),
+        list[str](),
+        list[str](),
+        {0},
+        "",
+    )
     for file, result in results.items():
         if isinstance(result, Exception):
             found = failure(result)
             codes.add(found["code"])
-            errors.append(found["message"] if found["message"].startswith(str(file)) else f"{file}: {found['message']}")
+            errors.append(
+                found["message"]
+                if found["message"].startswith(str(file))
+                else f"{file}: {found['message']}"
+            )
             documents.append({"file": str(file), "error": found})
             continue
         documents.append(result.document)
         codes.add(0 if result.reliable else Exit.NOT_RELIABLE)
-        show_notes(file, [result.understood if result.understood != understood else "", *result.notes])
+        show_notes(
+            file, [result.understood if result.understood != understood else "", *result.notes]
+        )
         understood = result.understood
         begin = [] if lines or not result.table else [f"{'file':{width}}  {result.table[0]}"]
         lines += [*begin, *(f"{file!s:{width}}  {row}" for row in result.table[1:])]

@@ -27,13 +27,18 @@ def echo(text: str) -> None:
 
 def row_below(header: Sequence[str], cells: Iterable[object]) -> str:
     """Return a row of a table: each cell stands to the right, below its name in the header, whose blanks make its width."""
-    return "  ".join(f"{cell!s:>{len(name)}}" for name, cell in zip(header, cells, strict=True)).rstrip()
+    return "  ".join(
+        f"{cell!s:>{len(name)}}" for name, cell in zip(header, cells, strict=True)
+    ).rstrip()
 
 
 def aligned(rows: Sequence[Sequence[str]], side: str = ">") -> str:
     """Return rows as a table whose columns are as wide as they need; "<": with the cells to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(f"{cell:{side}{width}}" for cell, width in zip(row, widths, strict=True)) for row in rows]
+    lines = [
+        "  ".join(f"{cell:{side}{width}}" for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
     return "\n".join(line.rstrip() for line in lines)
 
 
@@ -61,7 +66,9 @@ def signals(handle: Callable[[int, Any], None], *numbers: int) -> Iterator[None]
 
 def _hung_up() -> Callable[[int, Any], None]:
     """Return the handler: what is printed to the closed terminal goes nowhere from then on; a log goes on."""
-    terminals = [output for output in (1, 2) if os.isatty(output)]  # asked now: a closed one is no terminal
+    terminals = [
+        output for output in (1, 2) if os.isatty(output)
+    ]  # asked now: a closed one is no terminal
 
     def handle(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)  # shell and system may both send it

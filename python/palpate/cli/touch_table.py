@@ -12,8 +12,26 @@ if TYPE_CHECKING:
     from palpate import Modulus, OfflineTouch
     from palpate.recording.session import Entry
 
-HEADER = ("touch", " start_s", "samples", "      ratio ± uncertainty", "covariance", "alarm", " result", "flags")
-OFFLINE_HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "     live", "std. error", "flags")
+HEADER = (
+    "touch",
+    " start_s",
+    "samples",
+    "      ratio ± uncertainty",
+    "covariance",
+    "alarm",
+    " result",
+    "flags",
+)
+OFFLINE_HEADER = (
+    "touch",
+    " start_s",
+    "samples",
+    "   ratio",
+    "std. error",
+    "     live",
+    "std. error",
+    "flags",
+)
 
 
 def row(number: int, touch: "Touch", known: Uncertainty) -> str:
@@ -23,7 +41,9 @@ def row(number: int, touch: "Touch", known: Uncertainty) -> str:
     scene that revises none.
     """
     result = "-" if not touch.effects else "revised" if touch.revised else "first"
-    return _row(HEADER, number, touch, known, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result)
+    return _row(
+        HEADER, number, touch, known, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result
+    )
 
 
 def offline_row(number: int, touch: "OfflineTouch") -> str:
@@ -38,7 +58,9 @@ def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *mor
 
 
 def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
-    return number_format.number(touch.ratio, touch.standard_error), number_format.error(touch.standard_error)
+    return number_format.number(touch.ratio, touch.standard_error), number_format.error(
+        touch.standard_error
+    )
 
 
 def table(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
@@ -69,10 +91,16 @@ def specimen_of(entry: "Entry | None") -> str:
 
 def advised(records: Iterable[Mapping[str, Any]], first: int = 1) -> list[str]:
     """Return a line for each flag of each touch, whose first one has this number: what it means, and what to do."""
-    return [f"touch {number}: {each}" for number, touch in enumerate(records, first) for each in touch["advice"]]
+    return [
+        f"touch {number}: {each}"
+        for number, touch in enumerate(records, first)
+        for each in touch["advice"]
+    ]
 
 
-def records(touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *, cut: int = 0) -> list[dict[str, Any]]:
+def records(
+    touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *, cut: int = 0
+) -> list[dict[str, Any]]:
     """Return touches for JSON: their fields, `advice`, a sentence for each flag, and their uncertainty.
 
     The last `cut` touches ran when the recording ended.

@@ -56,7 +56,11 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
         [number, text.seconds(one.start_s), f"{one.samples:,}", about, markup.interval(bar, scale), ", ".join(one.flags)]
         for number, (one, about, bar) in enumerate(zip(listed, known, bars, strict=True), 1)
     ]  # fmt: skip
-    advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
+    advised = [
+        f"touch {number}: {sentence}"
+        for number, one in enumerate(listed, 1)
+        for sentence in advice(one)
+    ]
     ends = " to ".join(map(number_format.number, scale))
     names = ["touch", "begin", "samples", "ratio", f"± 2 uncertainties, {ends}", "flags"]
     more = f"... and {len(shown) - _MOST:,} more" if len(shown) > _MOST else ""
@@ -65,13 +69,19 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
 
 
 def _some(texts: Sequence[str]) -> str:
-    return "; ".join([*texts[:_MOST], *([f"... and {len(texts) - _MOST:,} more"] if len(texts) > _MOST else [])])
+    return "; ".join(
+        [*texts[:_MOST], *([f"... and {len(texts) - _MOST:,} more"] if len(texts) > _MOST else [])]
+    )
 
 
 def recording(shown: "Recording") -> Markup:
     """Return both channels as lines, what is known of them, and what was said of the file."""
     pairs = len(shown.hard)
-    t_s, over = (shown.t_hard_s, "time") if text.known_duration(shown) else (np.arange(pairs, dtype=float), "pairs")
+    t_s, over = (
+        (shown.t_hard_s, "time")
+        if text.known_duration(shown)
+        else (np.arange(pairs, dtype=float), "pairs")
+    )
     facts: dict[str, object] = {
         "length": text.length(shown),
         "hard": _told(shown.hard),
@@ -83,7 +93,9 @@ def recording(shown: "Recording") -> Markup:
     }
     below: list[Markup] = []
     if pairs:
-        caption = element("small", f"change of hard (thick) and soft (thin) over {over}", style="opacity:0.7")
+        caption = element(
+            "small", f"change of hard (thick) and soft (thin) over {over}", style="opacity:0.7"
+        )
         below = [markup.channels(t_s, changes(shown.hard)[0], changes(shown.soft)[0]), caption]
     return _card("Recording", facts, *below, said=shown.doubts[:_MOST])
 
@@ -121,7 +133,9 @@ def estimator(shown: Any) -> Markup:
     facts: dict[str, object] = {"state": text.measured(shown)}
     if "threshold" in shown.settings:
         alarm = ", alarm" if shown.alarm else ""
-        facts["statistic"] = f"{number_format.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
+        facts["statistic"] = (
+            f"{number_format.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
+        )
     return _card(type(shown).__name__, facts, _settings(shown.settings, text.defaults(shown)))
 
 
@@ -130,21 +144,32 @@ def tracker(shown: "Tracker") -> Markup:
     state = f"{shown.state}, {text.counted(shown.readings, 'reading')}"
     settings = _settings(shown.settings, text.own_class(shown)(shown.scene).settings)
     facts: dict[str, object] = {"state": state, "ratio": text.running_ratio(shown)}
-    return _card(f"Tracker, scene {shown.scene}", facts, touches(shown.touches) if shown.touches else "", settings)
+    return _card(
+        f"Tracker, scene {shown.scene}",
+        facts,
+        touches(shown.touches) if shown.touches else "",
+        settings,
+    )
 
 
 def _settings(settings: dict[str, Any], defaults: dict[str, Any]) -> Markup:
     """Return all settings, folded in; those that are not the default are named on the fold."""
-    others = ", ".join(f"{name} = {value}" for name, value in text.changed(settings, defaults).items())
+    others = ", ".join(
+        f"{name} = {value}" for name, value in text.changed(settings, defaults).items()
+    )
     every = ", ".join(f"{name} = {value}" for name, value in settings.items())
-    return element("details", element("summary", f"settings: {others or 'all as by default'}"), every)
+    return element(
+        "details", element("summary", f"settings: {others or 'all as by default'}"), every
+    )
 
 
 def stream(shown: "Stream") -> Markup:
     """Return the state of a measurement, its counters and its touches."""
     counters = [f"{count:,} {name}" for name, count in shown.counters.as_dict().items() if count]
     samples = ", ".join(counters) or "none yet"
-    return _card(f"Stream of {type(shown.source).__name__}", {"samples": samples}, tracker(shown.tracker))
+    return _card(
+        f"Stream of {type(shown.source).__name__}", {"samples": samples}, tracker(shown.tracker)
+    )
 
 
 def _card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:
@@ -158,7 +183,9 @@ def _card(title: str, facts: dict[str, object], *below: object, said: Any = ()) 
         if value not in ("", None)
     ]
     table = [element("table", element("tbody", *rows), style=_TABLE)] if rows else []
-    return element("div", element("strong", title), *table, *_sentences(said), *below, style="line-height:1.4")
+    return element(
+        "div", element("strong", title), *table, *_sentences(said), *below, style="line-height:1.4"
+    )
 
 
 def _sentences(said: Any) -> list[Markup]:
@@ -176,4 +203,6 @@ def _columns(names: list[str], rows: list[list[object]]) -> Markup:
 
 def _cell(tag: str, content: object, more: str = "") -> Markup:
     wrap = "nowrap" if tag == "th" else "normal"
-    return element(tag, content, style=f"text-align:left;white-space:{wrap};padding:0.1em 0.8em 0.1em 0;{more}")
+    return element(
+        tag, content, style=f"text-align:left;white-space:{wrap};padding:0.1em 0.8em 0.1em 0;{more}"
+    )

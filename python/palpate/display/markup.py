@@ -38,8 +38,12 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     >>> element("p", "a < b ", element("b", "&"), aria_label='"')
     '<p aria-label="&quot;">a &lt; b <b>&amp;</b></p>'
     """
-    given = "".join(f' {name.replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items())
-    inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
+    given = "".join(
+        f' {name.replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items()
+    )
+    inner = "".join(
+        child if isinstance(child, Markup) else escape(str(child)) for child in children
+    )
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
 
 
@@ -69,7 +73,9 @@ def envelope(x: Array, y: Array) -> tuple[Array, Array]:
         return x, y
     ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
     falls = y[begins] > y[np.append(begins[1:], len(y)) - 1]
-    ends[:, falls] = ends[::-1, falls]  # the larger one first, or a falling line would go up and down
+    ends[:, falls] = ends[
+        ::-1, falls
+    ]  # the larger one first, or a falling line would go up and down
     return np.repeat(x[begins], 2), ends.T.ravel()
 
 
@@ -77,7 +83,9 @@ def interval(ends: tuple[float, float], scale: tuple[float, float]) -> Markup:
     """Return an interval and its middle, on a scale that other pictures share; nothing if an end is not known."""
     low, high = axis(*scale, _EDGE, 140 - _EDGE)(np.array(ends))
     line = path((low, high), (7.0, 7.0), stroke=ACCENT, stroke_width=2)
-    drawn = [line, dot((low + high) / 2, 7.0, radius=3, fill=ACCENT)] if np.isfinite(low + high) else []
+    drawn = (
+        [line, dot((low + high) / 2, 7.0, radius=3, fill=ACCENT)] if np.isfinite(low + high) else []
+    )
     return picture(140, 14, "ratio and two standard errors", *drawn)
 
 
@@ -104,7 +112,9 @@ def path(x: Iterable[float], y: Iterable[float], **attributes: object) -> Markup
         whole = not (isnan(across) or isnan(down))
         points += [f"{pen}{across:.1f} {down:.1f}"] if whole else []
         pen = "L" if whole else "M"
-    return element("path", d="".join(points), **{"fill": "none", "stroke_linejoin": "round", **attributes})
+    return element(
+        "path", d="".join(points), **{"fill": "none", "stroke_linejoin": "round", **attributes}
+    )
 
 
 def axis(low: float, high: float, begin: float, end: float) -> Axis:
@@ -115,7 +125,9 @@ def axis(low: float, high: float, begin: float, end: float) -> Axis:
     >>> axis(0.0, 10.0, 100.0, 0.0)(np.array([1.0, 10.0, 11.0])).tolist()
     [90.0, 0.0, 0.0]
     """
-    return lambda values: begin + (np.clip(values, low, high) - low) / (high - low or 1.0) * (end - begin)
+    return lambda values: (
+        begin + (np.clip(values, low, high) - low) / (high - low or 1.0) * (end - begin)
+    )
 
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
@@ -127,7 +139,11 @@ def ticks(low: float, high: float, most: int = 6) -> list[float]:
     ([2.0, 4.0, 6.0, 8.0, 10.0], [-5.0, 0.0, 5.0])
     """
     power = 10.0 ** floor(log10((high - low) / most))
-    step = next(factor * power for factor in (1, 2, 5, 10, 20) if (high - low) / (factor * power) <= most - 1)
+    step = next(
+        factor * power
+        for factor in (1, 2, 5, 10, 20)
+        if (high - low) / (factor * power) <= most - 1
+    )
     return [step * number for number in range(ceil(low / step), floor(high / step) + 1)]
 
 
@@ -151,13 +167,30 @@ def dot(x: float, y: float, radius: float = 2.6, **attributes: object) -> Markup
 
 def label(x: float, y: float, text: str, anchor: str = "start") -> Markup:
     """Return a text at a point: anchor "start", "middle" or "end"."""
-    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, font_size=12, fill="currentColor")
+    return element(
+        "text",
+        text,
+        x=f"{x:.1f}",
+        y=f"{y:.1f}",
+        text_anchor=anchor,
+        font_size=12,
+        fill="currentColor",
+    )
 
 
 def picture(width: float, height: float, name: str, *drawn: Markup) -> Markup:
     """Return the picture, with a name for those who hear the page."""
     box, style = f"0 0 {width} {height}", "display:block;max-width:100%;height:auto"
-    return element("svg", *drawn, width=width, height=height, viewBox=box, role="img", aria_label=name, style=style)
+    return element(
+        "svg",
+        *drawn,
+        width=width,
+        height=height,
+        viewBox=box,
+        role="img",
+        aria_label=name,
+        style=style,
+    )
 
 
 _FIRST = 20

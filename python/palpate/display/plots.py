@@ -22,7 +22,14 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".pdf", ".svg")
 """Formats of a figure in a file."""
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
-HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#3A3D40", "#7D848A", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
+HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = (
+    "#3A3D40",
+    "#7D848A",
+    "#D55E00",
+    "#0072B2",
+    "#009E73",
+    "#CC79A7",
+)
 """Those of the live page, which colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
 TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
 STYLE: dict[str, Any] = {
@@ -45,7 +52,9 @@ STYLE: dict[str, Any] = {
 def sheet(width_in: float, height_in: float) -> Iterator[Any]:
     """Yield an empty figure in print style; the caller's matplotlib settings do not change, no window opens."""
     with need("matplotlib", "science").rc_context(STYLE):
-        yield need("matplotlib.figure", "science").Figure(figsize=(width_in, height_in), layout="constrained")
+        yield need("matplotlib.figure", "science").Figure(
+            figsize=(width_in, height_in), layout="constrained"
+        )
 
 
 @contextmanager
@@ -65,7 +74,9 @@ def axes(ax: Any) -> Iterator[Any]:
     The style holds inside only; nothing is shown, and the caller's settings stay.
     """
     figure = None
-    if ax is None:  # before the context: the first figure selects a notebook's backend, which its end would take back
+    if (
+        ax is None
+    ):  # before the context: the first figure selects a notebook's backend, which its end would take back
         pyplot = need("matplotlib.pyplot", "science")
         figure = pyplot.figure(figsize=(COLUMN_IN * 1.5, COLUMN_IN * 0.8), layout="constrained")
     with need("matplotlib", "science").rc_context(STYLE):
@@ -76,10 +87,20 @@ def recording(shown: "Recording", ax: Any = None) -> Any:
     """Draw the change of both channels over time, with marks and gaps; return the axes."""
     with axes(ax) as drawn:
         timed = text.known_duration(shown) is not None
-        t_hard, t_soft = (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
-        for name, t, readings, colour in (("hard", t_hard, shown.hard, HARD), ("soft", t_soft, shown.soft, SOFT)):
+        t_hard, t_soft = (
+            (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
+        )
+        for name, t, readings, colour in (
+            ("hard", t_hard, shown.hard, HARD),
+            ("soft", t_soft, shown.soft, SOFT),
+        ):
             change, level_pF = changes(readings)
-            drawn.plot(t, change, color=colour, label=f"{name}, from {number_format.number(level_pF)} {shown.unit}")
+            drawn.plot(
+                t,
+                change,
+                color=colour,
+                label=f"{name}, from {number_format.number(level_pF)} {shown.unit}",
+            )
         for row in shown.gap_rows:
             drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
         for at_s, name in shown.marks if timed else ():
@@ -93,7 +114,12 @@ def recording(shown: "Recording", ax: Any = None) -> Any:
     return drawn
 
 
-_ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2}
+_ABOVE: dict[str, Any] = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0, 1),
+    "ncols": 2,
+    "borderaxespad": 0.2,
+}
 """Place of a legend: above the axes, where nothing is drawn."""
 
 
@@ -104,11 +130,19 @@ def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
         at = np.array([one.start_s if timed else number for number, one in enumerate(shown, 1)])
         ratios = np.array([one.ratio for one in shown])
         errors = np.nan_to_num([Uncertainty.of(one).uncertainty for one in shown], nan=0.0)
-        drawn.errorbar(at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, uncertainty")
+        drawn.errorbar(
+            at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, uncertainty"
+        )
         drawn.legend(**_ABOVE)
         for x, y, one in zip(at, ratios, shown, strict=True):
             if one.flags and np.isfinite(y):
-                drawn.annotate(", ".join(one.flags), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=6)
+                drawn.annotate(
+                    ", ".join(one.flags),
+                    (x, y),
+                    xytext=(5, 3),
+                    textcoords="offset points",
+                    fontsize=6,
+                )
         drawn.set_xlabel("begin of the touch, s" if timed else "touch")
         drawn.set_ylabel("capacitance ratio")
         drawn.margins(x=0.08, y=0.2)
@@ -129,4 +163,6 @@ def save(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
 def check(path: Path) -> None:
     """Refuse a name of a figure whose suffix is not one of `SUFFIXES`."""
     if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"plot: got {path.name!r}, allowed: a name that ends in {', '.join(SUFFIXES)}")
+        raise ValueError(
+            f"plot: got {path.name!r}, allowed: a name that ends in {', '.join(SUFFIXES)}"
+        )

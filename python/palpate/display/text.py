@@ -27,7 +27,11 @@ def ratio(value: float, error: float) -> str:
     >>> ratio(1.600483, 4.7e-5), ratio(1.600483, float("nan"))
     ('1.600483 ± 0.000047', '1.60')
     """
-    return number_format.plus_minus(value, error) if number_format.known(error) else number_format.number(value)
+    return (
+        number_format.plus_minus(value, error)
+        if number_format.known(error)
+        else number_format.number(value)
+    )
 
 
 def seconds(time_s: float) -> str:
@@ -100,7 +104,12 @@ def measured(shown: Any) -> str:
 
 
 def _given(shown: Any, defaults: dict[str, Any], *first: str) -> str:
-    return ", ".join([*first, *(f"{name}={value!r}" for name, value in changed(shown.settings, defaults).items())])
+    return ", ".join(
+        [
+            *first,
+            *(f"{name}={value!r}" for name, value in changed(shown.settings, defaults).items()),
+        ]
+    )
 
 
 def tracker(shown: "Tracker") -> str:
@@ -112,7 +121,11 @@ def tracker(shown: "Tracker") -> str:
 
 def running_ratio(shown: "Tracker") -> str:
     """Return the ratio of the running touch; "" without one: those that have ended have their own results."""
-    return str(Uncertainty.of_ratio(shown.ratio, shown.standard_error)) if shown.state in ("contact", "done") else ""
+    return (
+        str(Uncertainty.of_ratio(shown.ratio, shown.standard_error))
+        if shown.state in ("contact", "done")
+        else ""
+    )
 
 
 def touch(shown: "Touch") -> str:
@@ -140,13 +153,22 @@ def remarks(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
     >>> remarks(["a gap", "changed"], ["changed"])
     ['results may be wrong: changed', 'note: a gap']
     """
-    return [*(f"results may be wrong: {doubt}" for doubt in doubts), *(f"note: {x}" for x in notes if x not in doubts)]
+    return [
+        *(f"results may be wrong: {doubt}" for doubt in doubts),
+        *(f"note: {x}" for x in notes if x not in doubts),
+    ]
 
 
 def recording(shown: "Recording") -> str:
     """Return a recording: how long, how many pairs, and what was said of it."""
-    said = [counted(len(group), name) for name, group in (("mark", shown.marks), ("note", shown.notes)) if group]
-    doubts = [f"{counted(len(shown.doubts), 'doubt')}: results may be wrong"] if shown.doubts else []
+    said = [
+        counted(len(group), name)
+        for name, group in (("mark", shown.marks), ("note", shown.notes))
+        if group
+    ]
+    doubts = (
+        [f"{counted(len(shown.doubts), 'doubt')}: results may be wrong"] if shown.doubts else []
+    )
     return f"<Recording: {', '.join([length(shown), *said, *doubts])}>"
 
 
@@ -178,6 +200,10 @@ def rigid(shown: "Calibration") -> str:
 def stream(shown: "Stream") -> str:
     """Return a measurement: its state, and how much it has measured."""
     counters = shown.counters
-    parts = [shown.tracker.state, counted(counters.read, "sample"), counted(shown.tracker.touch_count, "touch")]
+    parts = [
+        shown.tracker.state,
+        counted(counters.read, "sample"),
+        counted(shown.tracker.touch_count, "touch"),
+    ]
     dropped = [f"{counters.dropped:,} dropped"] if counters.dropped else []
     return f"<Stream of {type(shown.source).__name__}: {', '.join([*parts, *dropped])}>"

@@ -34,7 +34,9 @@ def opened(path: Path) -> BinaryIO:
         with file, gzip.GzipFile(fileobj=file) as inside:
             return io.BytesIO(_limited(inside))
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
+        raise OSError(
+            errno.EIO, f"damaged, or not complete ({error}): make the .gz file again"
+        ) from error
 
 
 @contextmanager
@@ -43,7 +45,9 @@ def file_errors(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        text = EXISTS if isinstance(error, FileExistsError) else f"{what}: {error.strerror or error}"
+        text = (
+            EXISTS if isinstance(error, FileExistsError) else f"{what}: {error.strerror or error}"
+        )
         raise RecordingError(path, text) from error
 
 
@@ -67,7 +71,9 @@ def _limited(file: Any) -> bytes:
         parts.append(part)
         size += len(part)
         if size > LARGEST:
-            raise OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
+            raise OSError(
+                errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have"
+            )
     return b"".join(parts)
 
 
@@ -75,5 +81,8 @@ def _limited(file: Any) -> bytes:
 def _standard_input(stream: Any) -> bytes:
     """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
     if stream.isatty():
-        raise OSError(errno.EINVAL, "standard input is a terminal: send a file to it, as in palpate check - < run.csv")
+        raise OSError(
+            errno.EINVAL,
+            "standard input is a terminal: send a file to it, as in palpate check - < run.csv",
+        )
     return _limited(stream.buffer)

@@ -39,13 +39,17 @@ def ask(what: str, got: object, allowed: str) -> Question:
 class Column:
     """A column of a table, `at` from 0: its name, or position; numbers, datetime64, timedelta64 or text; its unit."""
 
-    def __init__(self, table: "Table", at: int, name: str, cells: NDArray[Any], unit: str = "") -> None:
+    def __init__(
+        self, table: "Table", at: int, name: str, cells: NDArray[Any], unit: str = ""
+    ) -> None:
         self.table, self.at, self.cells, self.unit = table, at, cells, unit
         self.name = name or f"column {at + 1}"
         self.simple = simple_name(self.name)
         self.label = bare(shortened(self.name)) or shortened(self.name)  # without its unit
         self.place = f"column {at + 1} ({shortened(self.name)})"
-        self.stated_unit = stated_unit(f"({unit})" if unit else name)  # also one that is no capacitance; "" if nothing
+        self.stated_unit = stated_unit(
+            f"({unit})" if unit else name
+        )  # also one that is no capacitance; "" if nothing
         self.in_farads = self.stated_unit in PICOFARADS
 
     def refuse(self, wrong: NDArray[np.bool_], why: str) -> None:
@@ -54,7 +58,9 @@ class Column:
             row = int(np.argmax(wrong))
             cell = str(self.cells[row])
             shown = "an empty cell" if cell in {"", "None"} else quoted(cell)
-            raise RecordingError(self.table.path, f"{shown} in {self.place} {why}", self.table.lines[row])
+            raise RecordingError(
+                self.table.path, f"{shown} in {self.place} {why}", self.table.lines[row]
+            )
 
     def numbers(self) -> Array:
         """Return the numbers, shape (n,), nan for a cell without a value; RecordingError: a cell is none of these."""
@@ -65,7 +71,9 @@ class Column:
             except ValueError as error:
                 word = next(name for name, sign in DECIMALS.items() if sign == mark)
                 wrong = np.array([str(cell).strip() == str(error) for cell in values])
-                self.refuse(wrong, f"is neither a number with a decimal {word} nor an overload mark")
+                self.refuse(
+                    wrong, f"is neither a number with a decimal {word} nor an overload mark"
+                )
         values = np.asarray(values, float)
         if not (values.min() > -OVERLOAD and values.max() < OVERLOAD):  # also of a nan
             return np.where(np.abs(values) < OVERLOAD, values, np.nan)
@@ -79,7 +87,13 @@ class Table:
         self, path: Path, columns: Iterable[tuple[Any, ...]], lines: Sequence[int], notes: Iterable[str] = (),
         decimal: str = ".", metadata: Mapping[bytes, bytes] | None = None,
     ) -> None:  # fmt: skip
-        self.path, self.lines, self.notes, self.decimal, self.metadata = path, lines, notes, decimal, metadata or {}
+        self.path, self.lines, self.notes, self.decimal, self.metadata = (
+            path,
+            lines,
+            notes,
+            decimal,
+            metadata or {},
+        )
         self.columns = [Column(self, at, *each) for at, each in enumerate(columns)]
 
     def __len__(self) -> int:
@@ -98,7 +112,9 @@ class Table:
         """Return the column with this name, or at this position (from 1); ValueError if not one."""
         text, names = str(wanted).strip(), [each.name.strip() for each in self.columns]
         found = [each for each, name in zip(self.columns, names, strict=True) if name == text]
-        found = found or [each for each in self.columns if bare(each.name).casefold() == bare(text).casefold()]
+        found = found or [
+            each for each in self.columns if bare(each.name).casefold() == bare(text).casefold()
+        ]
         found += [each for each in self.columns if str(each.at + 1) == text and each not in found]
         if len(found) != 1:
             what = f"the name or position of {len(found)} columns" if found else "no column"
@@ -138,9 +154,18 @@ class Asked:
                 raise ValueError(f"{name}: {unlike(value, allowed)}")
         checked_unit("unit", "pF" if self.unit is None else self.unit)
         columns, needed = self.columns or {}, {"hard"} if self.soft else {"hard", "soft"}
-        if self.columns is not None and not needed <= set(columns) <= {"hard", "soft", "time", "soft_time"}:
-            raise ask("columns", listed(columns) or "none", "hard, soft and, if wanted, time, soft_time")
+        if self.columns is not None and not needed <= set(columns) <= {
+            "hard",
+            "soft",
+            "time",
+            "soft_time",
+        }:
+            raise ask(
+                "columns", listed(columns) or "none", "hard, soft and, if wanted, time, soft_time"
+            )
         if self.rate is not None and {"time", "soft_time"} & set(columns):
             raise ask("rate", "it together with a column of times", "one of them")
-        if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
+        if self.rate is not None and not (
+            isinstance(self.rate, float | int) and 0 < self.rate < math.inf
+        ):
             raise ask("rate", quoted(self.rate), "a number above 0, pairs a second")

@@ -69,10 +69,14 @@ def lost(t: Array) -> list[str]:
     times = steps / step
     count = np.rint(times)
     on_grid = np.abs(times - count) < _OFF_GRID
-    missing = int((count[on_grid & (count <= _HOLE)] - 1).sum())  # one that comes late, and the next at once, is not
+    missing = int(
+        (count[on_grid & (count <= _HOLE)] - 1).sum()
+    )  # one that comes late, and the next at once, is not
     if missing <= 0 or np.count_nonzero(on_grid & (count == 1)) < _ON_GRID * len(steps):
         return []
-    return [f"{missing} of {len(t) + missing} rows are missing: the others are {1000 * step:.4g} ms apart"]
+    return [
+        f"{missing} of {len(t) + missing} rows are missing: the others are {1000 * step:.4g} ms apart"
+    ]
 
 
 def absent(name: str, values: Array) -> tuple[Array, list[str]]:
@@ -82,18 +86,32 @@ def absent(name: str, values: Array) -> tuple[Array, list[str]]:
     for code in (each for each in _CODES if least <= each <= most):
         same = values == code
         count = np.count_nonzero(same)
-        others = values[np.isfinite(values) & ~same] if _SAME <= count <= _MOST * len(values) else np.empty(0)
-        if len(others) < _FEWEST or np.abs(others - code).min() <= np.ptp(np.quantile(others, [_TAIL, 1 - _TAIL])):
+        others = (
+            values[np.isfinite(values) & ~same]
+            if _SAME <= count <= _MOST * len(values)
+            else np.empty(0)
+        )
+        if len(others) < _FEWEST or np.abs(others - code).min() <= np.ptp(
+            np.quantile(others, [_TAIL, 1 - _TAIL])
+        ):
             continue
         said = f"{count} readings are exactly {code:.6g}, far from all other readings"
-        notes.append(f"{name}: {said} ({others.min():.4g} to {others.max():.4g}): taken as no value")
+        notes.append(
+            f"{name}: {said} ({others.min():.4g} to {others.max():.4g}): taken as no value"
+        )
         values = np.where(same, np.nan, values)
     return values, notes
 
 
 def clipped(name: str, values: Array) -> list[str]:
     """Return a note if many readings have exactly the largest, or the smallest, value."""
-    ends, notes = {"largest": np.nanmax(values, initial=-np.inf), "smallest": np.nanmin(values, initial=np.inf)}, []
+    ends, notes = (
+        {
+            "largest": np.nanmax(values, initial=-np.inf),
+            "smallest": np.nanmin(values, initial=np.inf),
+        },
+        [],
+    )
     for side, end in ends.items():
         if np.count_nonzero(values == end) >= _FEWEST:
             counts = np.unique(np.abs(values[np.isfinite(values)] - end), return_counts=True)[1]
@@ -105,13 +123,20 @@ def clipped(name: str, values: Array) -> list[str]:
 
 def frozen(name: str, values: Array, other: Array) -> list[str]:
     """Return a note if a channel has the same reading for long while the other one moves, not at an end of its range."""
-    edges = np.r_[0, np.flatnonzero(values[1:] != values[:-1]) + 1, len(values)]  # nan differs from all
+    edges = np.r_[
+        0, np.flatnonzero(values[1:] != values[:-1]) + 1, len(values)
+    ]  # nan differs from all
     at = int(np.argmax(np.diff(edges)))
     first, end = edges[at : at + 2]
     runs, rest = len(edges) - 2, len(values) - (end - first)
     moves = _span(other[first:end]) > _MOVED * _span(other)
     is_coarse = rest > 2 * runs  # elsewhere, too, most readings equal the one before
-    if end - first < _FEWEST or is_coarse or not moves or values[first] in (np.nanmin(values), np.nanmax(values)):
+    if (
+        end - first < _FEWEST
+        or is_coarse
+        or not moves
+        or values[first] in (np.nanmin(values), np.nanmax(values))
+    ):
         return []
     said = f"rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}, while the other channel changes"
     return [f"{name}: {said}: is the channel frozen there?"]

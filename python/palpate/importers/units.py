@@ -6,9 +6,31 @@ from collections.abc import Collection
 
 from palpate.errors import unlike
 
-PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
-SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86400.0}
-_OTHER_UNITS = frozenset("mgsANVWJCTKLlHSΩ%1")  # how "mm", "nN" and the like end, which are one letter from mF and nF
+PICOFARADS = {
+    "aF": 1e-6,
+    "fF": 1e-3,
+    "pF": 1.0,
+    "nF": 1e3,
+    "uF": 1e6,
+    "µF": 1e6,
+    "μF": 1e6,
+    "mF": 1e9,
+    "F": 1e12,
+}
+SECONDS = {
+    "s": 1.0,
+    "sec": 1.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "µs": 1e-6,
+    "μs": 1e-6,
+    "ns": 1e-9,
+    "min": 60.0,
+    "d": 86400.0,
+}
+_OTHER_UNITS = frozenset(
+    "mgsANVWJCTKLlHSΩ%1"
+)  # how "mm", "nN" and the like end, which are one letter from mF and nF
 _WORDS = {
     "second": "s", "seconds": "s", "secs": "s", "lsl_timestamp": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
     "usec": "us", "micros": "us", "microseconds": "us", "nanos": "ns", "nanoseconds": "ns", "minutes": "min", "days": "d",
@@ -30,14 +52,19 @@ def checked_unit(name: str, value: object) -> str:
     text = value.strip() if isinstance(value, str) else ""
     slip = any(_one_letter(text.casefold(), unit.casefold()) for unit in PICOFARADS)
     if not text or (slip and text not in PICOFARADS and text[-1] not in _OTHER_UNITS):
-        raise ValueError(f"{name}: {unlike(value, PICOFARADS)}; or another unit, as N; not one so like these")
+        raise ValueError(
+            f"{name}: {unlike(value, PICOFARADS)}; or another unit, as N; not one so like these"
+        )
     return text
 
 
 def _one_letter(one: str, other: str) -> bool:
     """Return whether two texts differ by one letter at most: more, less, or another one."""
     short, long = sorted((one, other), key=len)
-    return any(short[:i] + short[i + (len(short) == len(long)) :] == long[:i] + long[i + 1 :] for i in range(len(long)))
+    return any(
+        short[:i] + short[i + (len(short) == len(long)) :] == long[:i] + long[i + 1 :]
+        for i in range(len(long))
+    )
 
 
 def unit_read(unit: str) -> str:
@@ -59,13 +86,19 @@ def unit_in(name: str, units: Collection[str]) -> str | None:
 
 def time_unit_in(name: str) -> str | None:
     """Return the unit of time that a name ends with, or is."""
-    return unit_in(name, SECONDS) or _WORDS.get(last_word(name).casefold()) or _WORDS.get(name.casefold())
+    return (
+        unit_in(name, SECONDS)
+        or _WORDS.get(last_word(name).casefold())
+        or _WORDS.get(name.casefold())
+    )
 
 
 def stated_unit(name: str) -> str:
     """Return the unit of capacitance at the end of a name, else what is there as unit: anything in brackets, some words; or ""."""
     word, in_brackets = last_word(name), name.rstrip().endswith((")", "]"))
-    return unit_in(name, PICOFARADS) or (word if in_brackets or word.casefold() in _OTHERS or word in _CAPITALS else "")
+    return unit_in(name, PICOFARADS) or (
+        word if in_brackets or word.casefold() in _OTHERS or word in _CAPITALS else ""
+    )
 
 
 def bare(name: str) -> str:
@@ -115,7 +148,9 @@ def to_number(cell: str, marks: str = ".,") -> float:
 
 
 _NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?")
-_TIME = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{2,4}(?:[T ].*)?|\d{1,4}:\d\d[\d:.,]*(?: ?[AaPp][Mm])?")
+_TIME = re.compile(
+    r"\d{1,4}[-/.]\d{1,2}[-/.]\d{2,4}(?:[T ].*)?|\d{1,4}:\d\d[\d:.,]*(?: ?[AaPp][Mm])?"
+)
 NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"
 
 

@@ -20,10 +20,13 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
-NO_TOKEN = (
-    "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
-)
-_LOOPBACK = ["localhost", "127.0.0.1", "[::1]", "["]  # "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
+NO_TOKEN = "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
+_LOOPBACK = [
+    "localhost",
+    "127.0.0.1",
+    "[::1]",
+    "[",
+]  # "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
 _ANYWHERE = ("0.0.0.0", "::")
 
 
@@ -53,7 +56,14 @@ class Gatekeeper:
     # the browser sends it; a web socket always needs it. The token must be in the query of the first request; then a cookie
     # stores it. The ticket is valid instead, once: a browser gets it on its command line, which other users can see.
 
-    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None, ticket: str | None = None) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        host: str,
+        port: int,
+        token: str | None = None,
+        ticket: str | None = None,
+    ) -> None:
         self._app, self._token, self._ticket = app, token, ticket
         self._cookie = f"palpate-{port}"
         # At every address any Host is valid: the names under which other computers reach it are not known, and a token is needed.
@@ -72,9 +82,15 @@ class Gatekeeper:
         asked = HTTPConnection(scope)
         origins = asked.headers.getlist("origin")
         answer: ASGIApp = self._app
-        if origins != [f"http://{asked.headers['host']}"] and (origins or scope["type"] == "websocket"):
+        if origins != [f"http://{asked.headers['host']}"] and (
+            origins or scope["type"] == "websocket"
+        ):
             answer = PlainTextResponse("Origin: not this page's own\n", 403)
-        elif self._token and scope["type"] == "http" and self._admits(asked.query_params.get("token", "")):
+        elif (
+            self._token
+            and scope["type"] == "http"
+            and self._admits(asked.query_params.get("token", ""))
+        ):
             redirect = RedirectResponse("/", 303)
             redirect.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
             answer = redirect

@@ -22,7 +22,12 @@ from palpate.live.commands import COMMANDS, Workbench, parse
 from palpate.live.feed import message_of
 from palpate.live.open_page import TOUCHES, Page
 
-_PAGE = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_PAGE = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".svg": "image/svg+xml",
+}
 READ_ONLY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
@@ -37,7 +42,10 @@ def page_files() -> dict[str, tuple[bytes, str]]:
     page, found = Path(__file__).parent / "page", {}
     for file in page.rglob("*.*"):
         if kind := _PAGE.get(file.suffix):
-            found[f"/{file.relative_to(page).as_posix()}"] = (file.read_bytes(), f"{kind}; charset=utf-8")
+            found[f"/{file.relative_to(page).as_posix()}"] = (
+                file.read_bytes(),
+                f"{kind}; charset=utf-8",
+            )
     found["/"] = found.pop("/index.html")
     return found
 
@@ -51,9 +59,13 @@ class PageApp:
         self._number = self._measurement.number
         self._told: dict[str, str] = {}
 
-    def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
+    def app(
+        self, host: str, port: int, token: str | None = None, ticket: str | None = None
+    ) -> ASGIApp:
         """Return the application for this address, with access control; see `Gatekeeper`."""
-        routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
+        routes: list[BaseRoute] = [
+            Route(path, partial(_file, *content)) for path, content in page_files().items()
+        ]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
         return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
 
@@ -113,7 +125,9 @@ class PageApp:
             return PlainTextResponse("this run has no such recording\n", 404)
         shown = path.suffix.lower() == ".html"
         kind = "text/html; charset=utf-8" if shown else "application/octet-stream"
-        headers = {"Content-Disposition": f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(name)}"}
+        headers = {
+            "Content-Disposition": f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(name)}"
+        }
         if shown:
             headers["Content-Security-Policy"] = READ_ONLY
         file = path.open("rb")  # now: a sidecar is replaced while its recording runs
@@ -147,7 +161,9 @@ class PageApp:
             told = message_of("done", do=do, **answer)
         except (ValueError, RuntimeError, PalpateError) as error:
             told = message_of("refused", message=str(error))
-        page.tell(object(), told)  # behind the state, so that the page shows it when the answer arrives
+        page.tell(
+            object(), told
+        )  # behind the state, so that the page shows it when the answer arrives
 
 
 @asynccontextmanager
@@ -158,7 +174,9 @@ async def _beside(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
         yield
     finally:
         running.cancel()
-        with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):  # the page may be gone
+        with suppress(
+            asyncio.CancelledError, WebSocketDisconnect, RuntimeError
+        ):  # the page may be gone
             await running
 
 

@@ -96,7 +96,10 @@ class GuidedCalibration:
         self._saved = path.name
         self.use(found, path)
         doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
-        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name}
+        return {
+            "message": f"Saved as {path.name}; moduli are from it now.{doubt}",
+            "file": path.name,
+        }
 
     def use(self, found: Calibration, path: Path) -> None:
         """Go on with a calibration: with another measurement, if it needs other settings."""
@@ -105,14 +108,18 @@ class GuidedCalibration:
         self._plan.note(said)
         self._measurement.use(found.for_tracking(self._measurement.how), said)
 
-    def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
+    def _fit(
+        self, known: Sequence[KnownSpecimen]
+    ) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
         recorder, how = self._measurement.newest_recorder, self._measurement.how
         about = {"scene": how.get("scene", "handheld")}
         if recorder and (track := _track(Recorded(recorder.path), how, known)):
             chosen = choose([track])
             about, known = {**about, **chosen.about}, _measured_again(known, track, chosen)
-        specimens = [Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable]
+        specimens = [
+            Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable
+        ]
         return list(known), specimens, calibrate(specimens, about=about)
 
     def _finished(self) -> Document:
@@ -124,7 +131,10 @@ class GuidedCalibration:
             if self._files.compared():
                 self._files.report()
         except (OSError, ValueError, PalpateError) as failure:
-            return {**self._shown, "verdict": f"{saved}: {getattr(failure, 'strerror', None) or failure}."}
+            return {
+                **self._shown,
+                "verdict": f"{saved}: {getattr(failure, 'strerror', None) or failure}.",
+            }
         return self._shown
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
@@ -134,9 +144,7 @@ class GuidedCalibration:
                 known, _, found = self._fit(known)
                 verdict = found.verdict
         except CalibrationError:
-            verdict = (
-                "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and stiffer specimens."
-            )
+            verdict = "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and stiffer specimens."
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
             verdict = str(failure)
         return {
@@ -148,24 +156,41 @@ class GuidedCalibration:
         }
 
 
-def _track(recording: Recorded, how: dict[str, Any], known: Sequence[KnownSpecimen]) -> Track | None:
+def _track(
+    recording: Recorded, how: dict[str, Any], known: Sequence[KnownSpecimen]
+) -> Track | None:
     """Return a recording with the specimen of each kept touch, by its reading; None: it does not have all of them."""
     starts = [(touch.start_s, touch.start) for touch in tracked(recording, **how).touches]
     kept = [(one.start_s, each.name) for each in known for one in each.kept]
-    found = {start: name for at_s, name in kept for start_s, start in starts if abs(start_s - at_s) < _NEAR_S}
+    found = {
+        start: name
+        for at_s, name in kept
+        for start_s, start in starts
+        if abs(start_s - at_s) < _NEAR_S
+    }
     return Track(recording, how, found) if len(found) == len(kept) else None
 
 
-def _measured_again(known: Sequence[KnownSpecimen], track: Track, chosen: Choice) -> list[KnownSpecimen]:
+def _measured_again(
+    known: Sequence[KnownSpecimen], track: Track, chosen: Choice
+) -> list[KnownSpecimen]:
     """Return the specimens with the touches as the chosen settings measure them."""
     touches = tracked(track.recording, **{**track.tracking, **chosen.settings}).touches
 
     def again(one: Touch) -> Touch:
         near = min(touches, key=lambda touch: abs(touch.start_s - one.start_s), default=one)
-        return one if (near.contact_exponent, near.age_s) == (one.contact_exponent, one.age_s) else near
+        return (
+            one
+            if (near.contact_exponent, near.age_s) == (one.contact_exponent, one.age_s)
+            else near
+        )
 
     return [
-        replace(each, ratio_of=chosen.ratio_of, touches=tuple((n, again(one), kept) for n, one, kept in each.touches))
+        replace(
+            each,
+            ratio_of=chosen.ratio_of,
+            touches=tuple((n, again(one), kept) for n, one, kept in each.touches),
+        )
         for each in known
     ]
 
@@ -182,9 +207,15 @@ def _fitted(found: Calibration | None) -> Document:
     x, level, reach = band(found, _POINTS)
     columns = {"modulus": np.exp(x), "ratio": level, "low": level - reach, "high": level + reach}
     return {
-        "parameters": [dict(zip(("name", "value", "interval"), row, strict=True)) for row in parameter_rows(found)],
+        "parameters": [
+            dict(zip(("name", "value", "interval"), row, strict=True))
+            for row in parameter_rows(found)
+        ],
         "curve": {name: values.tolist() for name, values in columns.items()},
-        "rigid": {"value": found.probe.rigid_ratio, "error": float(found.fitted.covariance[0, 0] ** 0.5)},
+        "rigid": {
+            "value": found.probe.rigid_ratio,
+            "error": float(found.fitted.covariance[0, 0] ** 0.5),
+        },
     }
 
 
@@ -194,6 +225,7 @@ def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[D
         fitted = found.probe.ratio(each.modulus) if found else None
         named = {"modulus": each.modulus, "specimen": each.name, "fitted": fitted}
         points += [
-            {**named, "touch": n, "ratio": each.ratio_of(touch)[0], "kept": kept} for n, touch, kept in each.touches
+            {**named, "touch": n, "ratio": each.ratio_of(touch)[0], "kept": kept}
+            for n, touch, kept in each.touches
         ]
     return points

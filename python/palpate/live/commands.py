@@ -83,7 +83,12 @@ class Workbench:
         device = Device(measurement, state, source)
         guided = GuidedCalibration(measurement, plan)
         self.documents |= {"device": device.document, "calibration": guided.document}
-        self._parts |= {"measurement": measurement, "state": state, "device": device, "calibration": guided}
+        self._parts |= {
+            "measurement": measurement,
+            "state": state,
+            "device": device,
+            "calibration": guided,
+        }
 
     def state(self) -> Document:
         """Return the values that change during a measurement."""
@@ -114,7 +119,9 @@ class Workbench:
             touch = self.measurement.cut(from_s, to_s)
         except ValueError as error:
             return str(error)
-        return "; ".join([f"A to B: {self._table.result(touch)}, {touch.samples} samples", *advice(touch)])
+        return "; ".join(
+            [f"A to B: {self._table.result(touch)}, {touch.samples} samples", *advice(touch)]
+        )
 
 
 _PARTS = {

@@ -16,9 +16,15 @@ _NONE = "compare: no touch of {} is on a named specimen, allowed: open each reco
 def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document:
     """Return what a page shows of two recordings or more; their touches are those of `palpate report`."""
     if len(paths) < 2:
-        raise RefusedCommand(f"compare: got {len(paths)} recordings, allowed: two or more; palpate live A.csv B.csv")
+        raise RefusedCommand(
+            f"compare: got {len(paths)} recordings, allowed: two or more; palpate live A.csv B.csv"
+        )
     runs = [run_of(path, letter) for letter, path in zip(LETTERS, paths, strict=False)]
-    runs = [run_again(run, calibration.for_tracking(run.tracking)) for run in runs] if calibration else runs
+    runs = (
+        [run_again(run, calibration.for_tracking(run.tracking)) for run in runs]
+        if calibration
+        else runs
+    )
     found = findings(runs, calibration, {})
     if not found.results:
         raise RefusedCommand(_NONE.format(" and ".join(path.name for path in paths)))
@@ -39,12 +45,16 @@ def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document
 def _specimen(one: Result, runs: Sequence[Run]) -> Document:
     """Return the touches of a specimen, each with the number of its recording, and what `palpate.agreement` says."""
     found, firsts = one.agreement, accumulate((len(run.found.touches) for run in runs), initial=0)
-    before, apart = dict(zip(LETTERS, firsts, strict=False)), [_apart(one.kept, run) for run in runs]
+    before, apart = (
+        dict(zip(LETTERS, firsts, strict=False)),
+        [_apart(one.kept, run) for run in runs],
+    )
     return {
         "name": one.name,
         "farthest": apart.index(max(apart, key=abs)),
         "apart": max(apart, key=abs),
-        "agreement": found and {**found.as_dict(), "ratio": found.ratio, "standard_error": found.standard_error},
+        "agreement": found
+        and {**found.as_dict(), "ratio": found.ratio, "standard_error": found.standard_error},
         "touches": [
             {
                 "file": LETTERS.index(each.run.name),
@@ -59,5 +69,7 @@ def _specimen(one: Result, runs: Sequence[Run]) -> Document:
 
 def _apart(touches: list[Found], run: Run) -> float:
     """Return how far the mean of a recording is from the mean of the others, relative to it; 0: there is only one."""
-    own, rest = ([one.ratio for one in touches if (one.run is run) is inside] for inside in (True, False))
+    own, rest = (
+        [one.ratio for one in touches if (one.run is run) is inside] for inside in (True, False)
+    )
     return fmean(own) / fmean(rest) - 1 if own and rest else 0.0

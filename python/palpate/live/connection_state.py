@@ -11,13 +11,25 @@ from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
-from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, slow, view_of
+from palpate.live.state_rules import (
+    SILENT_S,
+    Facts,
+    LastTouch,
+    Now,
+    PairRate,
+    StatusLine,
+    slow,
+    view_of,
+)
 from palpate.live.touch_rows import TouchTable
 from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
-RATE_S, LATE_S = 2.0, 10.0  # pairs a second are known from then on; they, and late pairs, are counted over this time
+RATE_S, LATE_S = (
+    2.0,
+    10.0,
+)  # pairs a second are known from then on; they, and late pairs, are counted over this time
 HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
 SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1
@@ -36,7 +48,9 @@ class ConnectionState(Listener):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._measurement, self._plan, self._table, self._clock = measurement, plan, table, clock
-        self._slow_s = math.inf  # when the computer was found to be slow; -inf: that was understood, or is over
+        self._slow_s = (
+            math.inf
+        )  # when the computer was found to be slow; -inf: that was understood, or is over
         self._signal = SignalFollower(measurement, clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self]
@@ -83,7 +97,12 @@ class ConnectionState(Listener):
 
     def facts(self) -> Facts:
         """Return what is known now."""
-        at_s, measurement, stream, seen = self._clock(), self._measurement, self._measurement.stream, self._signal.seen
+        at_s, measurement, stream, seen = (
+            self._clock(),
+            self._measurement,
+            self._measurement.stream,
+            self._signal.seen,
+        )
         source, state, counters = stream.source, measurement.state, stream.counters
         troubles: Mapping[str, str] = getattr(source, "troubles", {})
         self._follow_gaps(state, troubles, counters, at_s)
@@ -91,13 +110,24 @@ class ConnectionState(Listener):
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
         last, recorder = measurement.newest_recorder, measurement.recorder
-        pressed, last_s, following = measurement.pressed, measurement.last_s, self._plan.document["next"]
-        if state in ("contact", "adapting") and self._plan.progress.since_s > last_s - seen.contact_s:
-            following = None  # the list was changed during this touch, which is on what was next before
+        pressed, last_s, following = (
+            measurement.pressed,
+            measurement.last_s,
+            self._plan.document["next"],
+        )
+        if (
+            state in ("contact", "adapting")
+            and self._plan.progress.since_s > last_s - seen.contact_s
+        ):
+            following = (
+                None  # the list was changed during this touch, which is on what was next before
+            )
         return Facts(
             state,
             seen=seen,
-            silent_s=at_s - max(self._awake_s, seen.at_s) if source.live and state != "ended" else 0.0,
+            silent_s=at_s - max(self._awake_s, seen.at_s)
+            if source.live and state != "ended"
+            else 0.0,
             period_s=self._period_s,
             troubles=troubles,
             outside=stream.out_of_range,
@@ -120,7 +150,9 @@ class ConnectionState(Listener):
             hand=(pressed(last_s), pressed(last_s, 1)) if measurement.demo else None,
         )
 
-    def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:
+    def _follow_gaps(
+        self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float
+    ) -> None:
         """Note wrong baselines and what is lost at a gap, and forget those that are over."""
         if counters.retaken > self._retaken:
             self._retaken, self._retaken_s = counters.retaken, at_s
@@ -128,7 +160,9 @@ class ConnectionState(Listener):
             self._cut = self._cut or len(self._measurement.touches) + 1
         if self._gap:
             self._lost = counters.lost - self._before
-        elif not troubles and self._gaps == len(self._measurement.stream.source.gaps):  # no gap is on its way
+        elif not troubles and self._gaps == len(
+            self._measurement.stream.source.gaps
+        ):  # no gap is on its way
             self._before, self._cut = counters.lost, 0
         if state != "baseline":
             self._gap = self._gap if at_s - self._gap_s < GAP_S else ""
@@ -146,7 +180,9 @@ class ConnectionState(Listener):
         since_s, before = self._reads[0]
         read, long_s = counters.read - before.read, at_s - since_s
         per_s = read / long_s if long_s >= RATE_S else math.nan
-        refused = counters.refused - before.refused - (counters.errors - before.errors)  # not by an error of the board
+        refused = (
+            counters.refused - before.refused - (counters.errors - before.errors)
+        )  # not by an error of the board
         share = 1 - max(refused, 0) / max(read, 1)
         return PairRate(per_s * share, 1 / self._period_s, read, counters.dropped - before.dropped)
 
@@ -165,7 +201,10 @@ class ConnectionState(Listener):
             late = f"late: {touch.samples}{of} pairs" if "late" in touch.flags else ""
             swapped, known = swapped.removeprefix("swapped: "), self._table.known(touch)
             text = self._table.result(touch)
-            self._known = key, LastTouch(number, text, why, flags, swapped, touch.revised, late, known)
+            self._known = (
+                key,
+                LastTouch(number, text, why, flags, swapped, touch.revised, late, known),
+            )
         return self._known[1]
 
 
@@ -175,7 +214,11 @@ class SteadyLine:
     def __init__(self) -> None:
         self._line: StatusLine | None = None
         self._began_s = self._caused_s = 0.0
-        self._heard = self._pending = ("", "", "")  # of a screen reader: the word, the line, the last result
+        self._heard = self._pending = (
+            "",
+            "",
+            "",
+        )  # of a screen reader: the word, the line, the last result
         self._since_s = -math.inf
         self._announce = ""
 
@@ -210,7 +253,9 @@ class SteadyLine:
         word, what, before = self._heard
         told = []
         if result and ended not in ("", before):
-            told.append(f"Touch {result.number}{', revised' if result.revised else ''}: {result.text}.")
+            told.append(
+                f"Touch {result.number}{', revised' if result.revised else ''}: {result.text}."
+            )
         if now.word != word:
             told.append(f"{now.word}.")
         if line.what != what:

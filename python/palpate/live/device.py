@@ -19,9 +19,7 @@ _LEVELS = ("1/8", "1/4", "3/8", "1/2")  # of the supply, both ways
 _PINS = ["B", "A", "AB", "B,A", "A,B"]
 _CAPF = "Conversion, CAPF: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
 _EXCITATION = "Excitation pins of both bumps; of two, separated by a comma: hard, soft"
-_COUNTED = (
-    "Pairs of readings: that came late; that never came; without a usable value; dropped: not estimated, but recorded"
-)
+_COUNTED = "Pairs of readings: that came late; that never came; without a usable value; dropped: not estimated, but recorded"
 _NEAR_LIMIT = 0.9  # of the range
 
 
@@ -46,7 +44,10 @@ class Device:
         if not self._is_ours:
             raise RefusedCommand("device: this source has no settings")
         self._require_free("device")
-        now = {name: option["value"] for name, option in self._options(self._measurement.device()).items()}
+        now = {
+            name: option["value"]
+            for name, option in self._options(self._measurement.device()).items()
+        }
         for name, value in options.items():
             CONVERTER[name](name, value)
         what = ", ".join(f"{name} {value}, before {now[name]}" for name, value in options.items())
@@ -64,7 +65,11 @@ class Device:
         if not (settings := device.get("configuration")):
             return {}
         return {
-            "capf": {"value": settings["capf"], "allowed": list(range(len(CONVERSION_S))), "title": _CAPF},
+            "capf": {
+                "value": settings["capf"],
+                "allowed": list(range(len(CONVERSION_S))),
+                "title": _CAPF,
+            },
             "excitation": {"value": _pins(settings), "allowed": _PINS, "title": _EXCITATION},
         }
 
@@ -90,19 +95,30 @@ def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement
     rate += f" of {1 / facts.period_s:.1f}" if math.isfinite(facts.period_s) else ""
     numbers = {"Late": counters.late, "lost": counters.lost, "refused": counters.refused}
     numbers |= {"dropped": counters.dropped} if counters.dropped else {}
-    found = [_fact("Board", f"{board}{', gone' if away else ''}", warn=away)] if (board := _board(device)) else []
+    found = (
+        [_fact("Board", f"{board}{', gone' if away else ''}", warn=away)]
+        if (board := _board(device))
+        else []
+    )
     found += [_fact("Chip", device["fingerprint"])] if device.get("fingerprint") else []
     return [
         *found,
         _fact("Pairs a second", "0" if away else rate, warn=away or slow),
-        _fact(", ".join(numbers), ", ".join(map(str, numbers.values())), warn=away or slow, title=_COUNTED),
+        _fact(
+            ", ".join(numbers),
+            ", ".join(map(str, numbers.values())),
+            warn=away or slow,
+            title=_COUNTED,
+        ),
         *_settings(device),
         *_conditions(measurement.stream.source.conditions, facts.seen.baseline_s),
         *(_range(device, facts, number) for number in range(len(CHANNELS))),
     ]
 
 
-def _fact(name: str, value: str, *, warn: bool = False, share: float | None = None, title: str = "") -> Document:
+def _fact(
+    name: str, value: str, *, warn: bool = False, share: float | None = None, title: str = ""
+) -> Document:
     return {"name": name, "value": value, "warn": warn, "share": share, "title": title}
 
 
@@ -114,7 +130,9 @@ def _settings(device: Mapping[str, Any]) -> list[Document]:
     chopped = ", chopped" if settings["chop"] else ""
     conversion = f"{1e3 * device['conversion_s']:.1f} ms{chopped} (CAPF {settings['capf']})"
     return [
-        _fact("Excitation", f"±{_LEVELS[settings['level']]} of the supply ({pins})", title=_EXCITATION),
+        _fact(
+            "Excitation", f"±{_LEVELS[settings['level']]} of the supply ({pins})", title=_EXCITATION
+        ),
         _fact("Conversion", conversion, title=_CAPF),
     ]
 
@@ -132,18 +150,26 @@ def _conditions(given: Any, baseline_s: float) -> list[Document]:
     newest, before = known[-1], [each for each in known if each["t_s"] <= baseline_s]
     temperature = f"{newest['temperature_C']:.1f} °C"
     if before and before[-1] is not newest:
-        temperature += f", {newest['temperature_C'] - before[-1]['temperature_C']:+.1f} since the baseline"
+        temperature += (
+            f", {newest['temperature_C'] - before[-1]['temperature_C']:+.1f} since the baseline"
+        )
     elif len(known) == 1:
         temperature += " at the begin"
     found = [_fact("Temperature", temperature)]
     if (supply := newest.get("supply_V")) is not None:
-        found.append(_fact("Supply", f"{supply:.2f} V", warn=not SUPPLY_V[0] <= supply <= SUPPLY_V[1]))
+        found.append(
+            _fact("Supply", f"{supply:.2f} V", warn=not SUPPLY_V[0] <= supply <= SUPPLY_V[1])
+        )
     return found
 
 
 def _range(device: Mapping[str, Any], facts: Facts, number: int) -> Document:
     """Return how much of its range a channel uses."""
-    reading, full, settings = facts.seen.channels[number].reading, facts.full_scale_pF, device.get("configuration")
+    reading, full, settings = (
+        facts.seen.channels[number].reading,
+        facts.full_scale_pF,
+        device.get("configuration"),
+    )
     name = CHANNELS[number].capitalize()
     if isinstance(settings, dict):
         name += f", CIN{settings['hard_input'] if number == 0 else 3 - settings['hard_input']}"
@@ -152,4 +178,6 @@ def _range(device: Mapping[str, Any], facts: Facts, number: int) -> Document:
     if not math.isfinite(full):
         return _fact(name, f"{reading:.4f} pF")
     share = min(abs(reading) / full, 1.0)
-    return _fact(name, f"{100 * share:.0f} % of range", warn=share > _NEAR_LIMIT, share=round(share, 2))
+    return _fact(
+        name, f"{100 * share:.0f} % of range", warn=share > _NEAR_LIMIT, share=round(share, 2)
+    )

@@ -14,7 +14,10 @@ from palpate.stream import Batch, Listener, Stream
 
 HOLE_S = 0.25  # a hole in the samples without a message of the source is shown from here on; all are counted
 _MOST_GAPS, _FLAGGED = 1000, 1000  # gaps, touches; the newest
-_AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}  # shown at their first sample; the rest: at the end
+_AT_FIRST = {
+    "saturated": Flag.SATURATED,
+    "refused": Flag.REFUSED,
+}  # shown at their first sample; the rest: at the end
 
 
 class Events(Listener):
@@ -35,7 +38,10 @@ class Events(Listener):
     def document(self) -> Document:
         """Return the message `events`."""
         tares, gaps = list(self._measurement.tares.copy()), list(self._gaps.copy())
-        marks = [{"id": mark.id, "t_s": mark.t_s, "text": mark.text} for mark in self._measurement.marks.copy()]
+        marks = [
+            {"id": mark.id, "t_s": mark.t_s, "text": mark.text}
+            for mark in self._measurement.marks.copy()
+        ]
         return {"marks": marks, "tares": tares, "gaps": gaps, "flags": self._flags()}
 
     def gap(self, gap: Gap) -> None:
@@ -56,7 +62,14 @@ class Events(Listener):
         for at in sorted({*texts, *long.tolist()} - {0}):
             missing = max(int(seq[at] - seq[at - 1]) - 1, 0)
             text = texts.get(at, f"{missing} pairs are missing")
-            self._gaps.append({"from_s": float(t_s[at - 1]), "to_s": float(t_s[at]), "lost": missing, "text": text})
+            self._gaps.append(
+                {
+                    "from_s": float(t_s[at - 1]),
+                    "to_s": float(t_s[at]),
+                    "lost": missing,
+                    "text": text,
+                }
+            )
 
     def _flags(self) -> list[Document]:
         """Return the flags of the newest touches, computed again when one has ended or was revised."""
@@ -64,9 +77,16 @@ class Events(Listener):
         if self._flagged[0] is not touches:
             first = max(len(touches) - _FLAGGED, 0)
             found = [
-                {"t_s": self._arises(flag, number, touch.start_s), "touch": number, "name": flag, "text": sentence}
+                {
+                    "t_s": self._arises(flag, number, touch.start_s),
+                    "touch": number,
+                    "name": flag,
+                    "text": sentence,
+                }
                 for number, touch in enumerate(touches[first:], first + 1)
-                for flag, sentence in zip(touch.flags, advice(touch) if touch.flags else (), strict=False)
+                for flag, sentence in zip(
+                    touch.flags, advice(touch) if touch.flags else (), strict=False
+                )
             ]
             self._flagged = touches, found
         return self._flagged[1]
@@ -76,6 +96,10 @@ class Events(Listener):
         end_s = self._measurement.ends.get(number, start_s)
         if flag in _AT_FIRST:
             rows = self._measurement.levels.view(start_s, end_s, ROWS)
-            there = (rows["flags"] & int(_AT_FIRST[flag]) > 0) & (rows["t_s"] >= start_s) & (rows["t_s"] <= end_s)
+            there = (
+                (rows["flags"] & int(_AT_FIRST[flag]) > 0)
+                & (rows["t_s"] >= start_s)
+                & (rows["t_s"] <= end_s)
+            )
             return float(next(iter(rows["t_s"][there]), end_s))
         return end_s

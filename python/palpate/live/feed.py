@@ -100,7 +100,11 @@ def ends_of(batch: Batch) -> dict[int, float]:
     numbers = batch.rows["touch"]
     last = np.flatnonzero(np.diff(numbers, append=np.uint32(0)))
     times = batch.samples["t_hard_ns"][last] * 1e-9
-    return {number: end_s for number, end_s in zip(numbers[last].tolist(), times.tolist(), strict=True) if number}
+    return {
+        number: end_s
+        for number, end_s in zip(numbers[last].tolist(), times.tolist(), strict=True)
+        if number
+    }
 
 
 def thinned(rows: Rows, per_s: float = BINS_PER_S) -> Rows:
@@ -139,8 +143,13 @@ def extremes(rows: Rows, begins: NDArray[np.intp]) -> Rows:
         falls = values[ends[full]] < values[begins[full]]
         if name == "standard_error":
             low = high
-        kept[name][first], kept[name][first + 1] = np.where(falls, high, low), np.where(falls, low, high)
-    kept["flags"][first] = kept["flags"][first + 1] = np.bitwise_or.reduceat(rows["flags"], begins)[full]
+        kept[name][first], kept[name][first + 1] = (
+            np.where(falls, high, low),
+            np.where(falls, low, high),
+        )
+    kept["flags"][first] = kept["flags"][first + 1] = np.bitwise_or.reduceat(rows["flags"], begins)[
+        full
+    ]
     return kept
 
 

@@ -37,7 +37,9 @@ class RunFiles:
         self.first: Path | None = None if first is None else Path(first)
         if self.first:
             sidecar_path(self.first)
-        self._folder = Path(folder) if folder is not None else self.first.parent if self.first else Path()
+        self._folder = (
+            Path(folder) if folder is not None else self.first.parent if self.first else Path()
+        )
         self._made: dict[Path, Kind] = {}
         self._stopped = False
         self.calibration: Path | None = None  # for reports
@@ -68,11 +70,15 @@ class RunFiles:
             if len(name) > LONGEST or not _NAME.fullmatch(name):
                 raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}")
             if not self._is_free(path := self._folder / name):
-                raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
+                raise ValueError(
+                    f"name: got {quoted(name)}, and there is such a file; choose another name"
+                )
             return path
         if self.first:
             return self.free(self.first.name) if self._recordings() else self.first
-        paths = (self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv" for number in count(1))
+        paths = (
+            self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv" for number in count(1)
+        )
         return next(path for path in paths if self._is_free(path))
 
     def free(self, name: str) -> Path:
@@ -130,4 +136,8 @@ class RunFiles:
 
     def _is_free(self, path: Path) -> bool:
         beside = path.with_suffix(".json")
-        return path not in self._made and not path.exists() and (path.suffix != ".csv" or not beside.exists())
+        return (
+            path not in self._made
+            and not path.exists()
+            and (path.suffix != ".csv" or not beside.exists())
+        )

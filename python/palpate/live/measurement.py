@@ -39,7 +39,9 @@ from palpate.tracking import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
-_PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
+_PAUSE_S = (
+    1 / 120
+)  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
 PRESSED = ("contact", "done")  # states in contact
 
@@ -69,12 +71,16 @@ class Measurement(Listener):
 
     tracker: Tracker
     file: Any = None  # what the page says of a file that is shown; None: something is measured
-    last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
+    last_s: Any = (
+        0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
+    )
     demo: bool = False  # a simulation that is explained, and begins again
     truths: Any = ()  # what a simulated hand presses on, in order: begin, s, true ratio and name, where there is one of it
     recorder: Any = None  # of the recording that runs; None: there is none
 
-    def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
+    def __init__(
+        self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False
+    ) -> None:
         self.files = files
         self.number: int = 0  # of the measurement, counted from 1
         self.document: Document = {}  # the sidecar of a file that is shown
@@ -84,7 +90,9 @@ class Measurement(Listener):
         self.listeners: list[Listener] = self.events.all  # the measurement itself, and its parts
         self.listeners.append(self)
         self.recording_begun: list[Callable[[Recorder], None]] = []
-        self.on_rows: Callable[[], None] = lambda: None  # called from any thread when there is something to show
+        self.on_rows: Callable[[], None] = lambda: (
+            None
+        )  # called from any thread when there is something to show
         self.commands: Any = Lock()  # held while a command runs
         self.say, self._whole = tell, whole  # show a message in the terminal
         self._forget()
@@ -93,7 +101,9 @@ class Measurement(Listener):
         self.touches: list[Touch] = []  # completed; a revised one in place of its first result
         self.ends: dict[int, float] = {}  # number of a touch -> time of its last sample, s
         self.marks: deque[Mark] = deque(maxlen=MOST)
-        self.tares: deque[float] = deque(maxlen=MOST)  # times after which the baseline was measured again, s
+        self.tares: deque[float] = deque(
+            maxlen=MOST
+        )  # times after which the baseline was measured again, s
         self.levels: Levels = Levels(whole=self._whole)
         self.moment: Moment = Moment()
         self.newest_recorder: Recorder | None = None  # of this measurement, also after its end
@@ -102,7 +112,9 @@ class Measurement(Listener):
         """Keep the rows of a batch, and where its touches end."""
         rows = rows_of(batch)
         last = self.levels.span[1] if self.levels.span else -math.inf
-        rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))  # times of a file may go back
+        rows["t_s"] = np.maximum.accumulate(
+            np.maximum(rows["t_s"], last)
+        )  # times of a file may go back
         self.levels.add(rows)
         self.ends |= ends_of(batch)
 
@@ -118,7 +130,11 @@ class Measurement(Listener):
         if moment.state != "contact":
             return "no contact" if moment.state == "waiting" else moment.state
         knows = self.tracker.scene in ("handheld", "sliding")
-        return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
+        return (
+            "adapting"
+            if moment.alarm or (knows and math.isnan(moment.standard_error))
+            else "contact"
+        )
 
 
 class LiveMeasurement(Measurement):
@@ -144,7 +160,9 @@ class LiveMeasurement(Measurement):
         self.demo = demo
         self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
-        self.records: bool = files.first is not None  # whether this measurement, and so the next one, is recorded
+        self.records: bool = (
+            files.first is not None
+        )  # whether this measurement, and so the next one, is recorded
         self.outlets: Outlets | None = None
         self._open, self.how, self._lsl = open_source, how, lsl
         self._options: dict[str, Any] = {}
@@ -159,14 +177,18 @@ class LiveMeasurement(Measurement):
         """
         stream = self._begin(options)
         self._goes_on = self.demo
-        self._thread = Thread(target=self._run, args=[stream], name="palpate-measurement", daemon=True)
+        self._thread = Thread(
+            target=self._run, args=[stream], name="palpate-measurement", daemon=True
+        )
         self._thread.start()
 
     def _begin(self, options: dict[str, Any]) -> Stream:
         options = {**self._options, **options, **({"seed": self.number} if self.demo else {})}
         path = self.files.next() if self.records else None
         source = self._open(**options)
-        stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self.how)
+        stream = Stream(
+            source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self.how
+        )
         if self.outlets:
             self.outlets.follow(stream)
         elif self._lsl is not None:
@@ -221,7 +243,9 @@ class LiveMeasurement(Measurement):
         """Keep a batch; close a recording that failed: the measurement goes on."""
         super().batch(batch)
         tracker = self.tracker
-        self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, bool(batch.rows["alarm"].any()))
+        self.moment = Moment(
+            tracker.state, tracker.ratio, tracker.standard_error, bool(batch.rows["alarm"].any())
+        )
         if len(batch.samples):
             self.last = samples_of(batch.samples[-1:])[0]
         if batch.touches or batch.revised:
@@ -328,13 +352,18 @@ class LiveMeasurement(Measurement):
         if self.outlets:
             self.outlets.mark("mark", "")
         self.marks.append(mark)
-        return {"id": mark.id, "message": "Marked." if recorder else "Marked; nothing is recorded yet."}
+        return {
+            "id": mark.id,
+            "message": "Marked." if recorder else "Marked; nothing is recorded yet.",
+        }
 
     def mark_text(self, id: int, text: str) -> Document:
         """Give a mark its text; return the answer."""
         mark = next((mark for mark in self.marks if mark.id == id), None)
         if mark is None:
-            raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
+            raise RefusedCommand(
+                f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement"
+            )
         mark.text = text
         told = f"Marked: {text}" if text else "Marked."
         if mark.within and mark.within[0] is self.recorder:
@@ -346,7 +375,10 @@ class LiveMeasurement(Measurement):
     def _put(self, mark: Mark, recorder: Recorder) -> None:
         try:
             mark.within = (recorder, recorder.mark(mark.text, mark.sample))
-        except (ValueError, PalpateError) as error:  # a recording with 10,000 marks, or one that fails
+        except (
+            ValueError,
+            PalpateError,
+        ) as error:  # a recording with 10,000 marks, or one that fails
             self.say(str(error))
 
     def _begin_recording(self, recorder: Recorder) -> None:
@@ -386,7 +418,9 @@ class LiveMeasurement(Measurement):
             if not self._goes_on:
                 stream.stop()
         self.touches = stream.touches
-        self.error = "; ".join(dict.fromkeys(str(error) or type(error).__name__ for error in errors))
+        self.error = "; ".join(
+            dict.fromkeys(str(error) or type(error).__name__ for error in errors)
+        )
         self.failed |= any(isinstance(error, RecordingError) for error in errors)
         self.moment = self.moment._replace(state="ended")
         self.on_rows()
@@ -435,8 +469,12 @@ class RecordedMeasurement(Measurement):
         if isinstance(recording, Recorded):
             self.files.made(recording.path, "recording")
         self.number = 1
-        own: dict[str, Any] = {} if how.get("scene") else {"scene": "handheld", **recording.settings}
-        settings: Any = own | {name: value for name, value in how.items() if name != "scene" or value}
+        own: dict[str, Any] = (
+            {} if how.get("scene") else {"scene": "handheld", **recording.settings}
+        )
+        settings: Any = own | {
+            name: value for name, value in how.items() if name != "scene" or value
+        }
         self.recording, self._damage = recording, list[Damage]()
         self.tracker = tracker_of(recording, settings.pop("scene"), settings)
         self.document = recording.document or {}
@@ -474,7 +512,9 @@ class RecordedMeasurement(Measurement):
         opened: Any = copy(self.recording)
         vars(opened)["blocks"] = partial(opened.blocks, list[Damage]())
         settings: Any = self.tracker.settings
-        [touch] = tracked(opened, scene=self.tracker.scene, windows=[(from_s, to_s)], **settings).touches
+        [touch] = tracked(
+            opened, scene=self.tracker.scene, windows=[(from_s, to_s)], **settings
+        ).touches
         return touch
 
     def device(self) -> Document:
@@ -519,7 +559,12 @@ class RecordedMeasurement(Measurement):
         self.events.tell("ended", None)
         found = judged(self.recording, self._damage)
         long = "too long to show every sample: at first only lowest and highest values are shown"
-        for line in (self.recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
+        for line in (
+            self.recording.understood,
+            *found.faults,
+            *found.findings,
+            "" if self.levels.has_all else long,
+        ):
             if line:
                 self.say(line)
         self._verdict = found.verdict
@@ -547,7 +592,9 @@ def opener(source: str, given_beside: dict[str, Any]) -> Callable[..., Source]:
     """
     scheme, address, given = split(source)
     options = dict(given_beside)
-    if not {"speed", "paced"} & {*given, *options} and (scheme in ("sim", "") or Path(source).exists()):
+    if not {"speed", "paced"} & {*given, *options} and (
+        scheme in ("sim", "") or Path(source).exists()
+    ):
         options["speed"] = 1
 
     def opened(**changed: Any) -> Source:

@@ -49,7 +49,11 @@ def idle(rows: Rows) -> Rows:
     if longest < FEWEST:
         return rows[:0].reshape(0, 0)
     size = min(1 << (longest.bit_length() - 1), _SEGMENT)
-    begins = [at for begin, end in runs for at in range(begin + (end - begin) % size, end - size + 1, size)]
+    begins = [
+        at
+        for begin, end in runs
+        for at in range(begin + (end - begin) % size, end - size + 1, size)
+    ]
     return np.stack([rows[at : at + size] for at in begins[-_SEGMENTS:]])
 
 
@@ -82,13 +86,22 @@ def alias(hz: float, rate: float) -> float:
 def _known_peak(level: Array, rate: float) -> str:
     """Return the strongest peak that has a name, in words; "": none. The spectrum has a Hann window (Welch, 1967)."""
     size = level.shape[1]
-    amplitude = np.sqrt(np.mean(np.abs(np.fft.rfft(level * np.hanning(size + 1)[:-1])) ** 2, axis=0))[1:]
+    amplitude = np.sqrt(
+        np.mean(np.abs(np.fft.rfft(level * np.hanning(size + 1)[:-1])) ** 2, axis=0)
+    )[1:]
     inner = amplitude[1:-1]
     high = inner > _ABOVE * float(np.median(amplitude))
     tops = 1 + np.flatnonzero((inner >= amplitude[:-2]) & (inner > amplitude[2:]) & high)
     frequencies = ((tops[np.argsort(-amplitude[tops])] + 1) * rate / size).tolist()
     names = [name_of(hz, 1.5 * rate / size, rate) for hz in frequencies]
-    return next((f" with {name} at {hz:.1f} Hz" for hz, name in zip(frequencies, names, strict=True) if name), "")
+    return next(
+        (
+            f" with {name} at {hz:.1f} Hz"
+            for hz, name in zip(frequencies, names, strict=True)
+            if name
+        ),
+        "",
+    )
 
 
 def _detrended(level: Array) -> Array:

@@ -72,7 +72,11 @@ class Page:
             elif kind == "hello":  # the page may forget its touches
                 self._has = []
                 self.tell(TOUCHES, "")
-            await (self._socket.send_text(message) if isinstance(message, str) else self._socket.send_bytes(message))
+            await (
+                self._socket.send_text(message)
+                if isinstance(message, str)
+                else self._socket.send_bytes(message)
+            )
         elif self._anew or self._next < self._levels.end:
             await self._socket.send_bytes(self._frame())
         else:

@@ -29,7 +29,10 @@ from palpate.uncertainty import Scatter
 
 DISCARDED = "discarded"
 _EMPTY = stored.Plan()
-_NAME, _MODULUS = f"names of 1 to {stored.LONGEST_NAME} characters", "moduli above 0, as 30 OO; 0.143"
+_NAME, _MODULUS = (
+    f"names of 1 to {stored.LONGEST_NAME} characters",
+    "moduli above 0, as 30 OO; 0.143",
+)
 _NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _SHOWN = 99  # the newest touches of a specimen
 
@@ -99,11 +102,18 @@ class TouchPlan(Listener):
         self._recorded = isinstance(measurement, RecordedMeasurement)
         # Title, operator, notes and the kind of ratio; of a recording also the touches before it is read.
         self._plan = plan = stored.plan_of(measurement.document)
-        self._stored: tuple[Recorder | None, stored.Plan] = None, plan  # a recorder, and what it has
-        self._wanted = max((one.wanted for one in plan.specimens), default=1 if self._recorded else 4)
+        self._stored: tuple[Recorder | None, stored.Plan] = (
+            None,
+            plan,
+        )  # a recorder, and what it has
+        self._wanted = max(
+            (one.wanted for one in plan.specimens), default=1 if self._recorded else 4
+        )
         self.progress = Progress(calibration, plan)
         self._lock = RLock()
-        self._unmatched: list[stored.Entry] = []  # of a recording: of touches that are not found with these settings
+        self._unmatched: list[
+            stored.Entry
+        ] = []  # of a recording: of touches that are not found with these settings
         self._files = 0
         if isinstance(measurement, LiveMeasurement) and measurement.demo:
             self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
@@ -134,8 +144,15 @@ class TouchPlan(Listener):
         if isinstance(measurement := self._measurement, RecordedMeasurement):
             known = self._plan.matched(measurement.touches, measurement.recording.survey.period_s)
             self.progress.present = [
-                Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
-                for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
+                Done(
+                    number,
+                    touch,
+                    entry.specimen if entry else None,
+                    entry.left_out if entry else None,
+                )
+                for number, (touch, entry) in enumerate(
+                    zip(measurement.touches, known, strict=True), 1
+                )
             ]
             found = set(known)
             self._unmatched = [entry for entry in self._plan.touches if entry not in found]
@@ -217,7 +234,9 @@ class TouchPlan(Listener):
         specimen = progress.named(progress.last or progress.next)
         wanted = max(specimen.wanted, len(progress.kept[specimen.name])) + 1 if specimen else 0
         if not specimen or wanted > stored.MOST_WANTED:
-            raise RefusedCommand(f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list")
+            raise RefusedCommand(
+                f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list"
+            )
         progress.change(specimen, wanted=wanted)
         progress.chosen = None
         return f"{specimen.name}: {wanted} touches are wanted."
@@ -266,7 +285,9 @@ class TouchPlan(Listener):
         if isinstance(shown, RecordedMeasurement) and (shown.running or not shown.amendable):
             why = "it is still being read" if shown.running else "it has no sidecar with an end"
             made = "a recording of palpate that has ended; palpate convert, or check --repair, makes one"
-            raise RefusedCommand(f"{shown.recording.path.name}: cannot be changed: {why}, allowed: {made}")
+            raise RefusedCommand(
+                f"{shown.recording.path.name}: cannot be changed: {why}, allowed: {made}"
+            )
 
     def _store(self, recorder: Recorder) -> None:
         """Give a recording the session as it is now: what is within it."""
@@ -288,17 +309,29 @@ class TouchPlan(Listener):
         made = {file["kind"] for file in self._measurement.files.named[self._files :]}
         words = {"calibration": "calibration saved", "report": "report ready"}
         said = ", ".join(word for kind, word in words.items() if kind in made).capitalize()
-        text = "The recording goes on until you end it." if self._measurement.recorder else "Nothing is recorded now."
+        text = (
+            "The recording goes on until you end it."
+            if self._measurement.recorder
+            else "Nothing is recorded now."
+        )
         text = f"{said}. {text}" if said else text
         kept, all_of = self.document["count"]["kept"], len(self.progress.specimens)
-        return f"{kept} of {kept} done.", text, f"{all_of} specimens; {done['left_out'] or 'none'} left out"
+        return (
+            f"{kept} of {kept} done.",
+            text,
+            f"{all_of} specimens; {done['left_out'] or 'none'} left out",
+        )
 
     def _within(self, first_s: float) -> stored.Plan:
         progress = self.progress
         entries = (
-            stored.Entry(done.touch.start_s, done.specimen, done.left_out or (None if done.why else ""))
+            stored.Entry(
+                done.touch.start_s, done.specimen, done.left_out or (None if done.why else "")
+            )
             for done in progress.present[0 if self._recorded else -stored.MOST_TOUCHES :]
-            if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
+            if (done.specimen or done.why)
+            and isfinite(done.touch.start_s)
+            and done.touch.start_s >= first_s
         )
         notes = tuple(note for note in self._plan.notes if note.t_s >= first_s)
         ratio = progress.calibration.ratio if progress.calibration else progress.kind
@@ -312,14 +345,21 @@ class TouchPlan(Listener):
 
     def _in_list(self, name: str) -> str:
         if name and not self.progress.named(name):
-            names = ", ".join(one.name for one in self.progress.specimens[:10]) or "none: write a list first"
-            raise RefusedCommand(f"name: got {name!r:.60}, allowed: a specimen of the list: {names}")
+            names = (
+                ", ".join(one.name for one in self.progress.specimens[:10])
+                or "none: write a list first"
+            )
+            raise RefusedCommand(
+                f"name: got {name!r:.60}, allowed: a specimen of the list: {names}"
+            )
         return name
 
     def _done(self, number: int) -> Done:
         present = self.progress.present
         if not 1 <= number <= len(present):
-            raise RefusedCommand(f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}")
+            raise RefusedCommand(
+                f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}"
+            )
         return present[number - 1]
 
 
@@ -337,7 +377,9 @@ class Progress:
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
         self.kind = plan.ratio  # that counts without a calibration
-        self.name_at: Callable[[float], str] = lambda _: ""  # what is touched at a time, whatever is next
+        self.name_at: Callable[[float], str] = lambda _: (
+            ""
+        )  # what is touched at a time, whatever is next
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self.kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
@@ -424,7 +466,12 @@ class Progress:
         if one is None:
             return None
         nth = len(self.kept[one.name]) + 1
-        return {"name": one.name, "modulus": one.modulus_MPa, "nth": nth, "of": max(one.wanted, nth)}
+        return {
+            "name": one.name,
+            "modulus": one.modulus_MPa,
+            "nth": nth,
+            "of": max(one.wanted, nth),
+        }
 
     def count(self) -> Document:
         """Return how many of the wanted touches are done."""
@@ -437,7 +484,10 @@ class Progress:
         if self.over or self.next or not newest or not self.named(newest.specimen):
             return None
         used, inside = self.calibration, list[bool]()
-        kept = {one: [done.touch for done in self._on[one.name] if not done.why] for one in self.specimens}
+        kept = {
+            one: [done.touch for done in self._on[one.name] if not done.why]
+            for one in self.specimens
+        }
         pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
         scatter = used.touch_scatter if used else Scatter.of_session(pairs, self.ratio_of)
         for one, touches in kept.items():
@@ -460,12 +510,20 @@ class Progress:
             }
             for done in self._on[one.name][-_SHOWN:]
         ]
-        known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self.kept[one.name]), "of": one.wanted}
+        known = {
+            "name": one.name,
+            "modulus": one.modulus_MPa,
+            "kept": len(self.kept[one.name]),
+            "of": one.wanted,
+        }
         return {**known, "mean": mean, "deviations": shown}
 
     def rows(self) -> list[Document]:
         """Return specimen, whether it is kept, and why not, for each touch of the measurement."""
-        return [{"specimen": done.specimen, "kept": not done.why, "why": done.why} for done in self.present]
+        return [
+            {"specimen": done.specimen, "kept": not done.why, "why": done.why}
+            for done in self.present
+        ]
 
     def known(self) -> list[KnownSpecimen]:
         """Return the specimens of known modulus with their touches."""
@@ -479,7 +537,9 @@ class Progress:
     @property
     def last(self) -> str | None:
         """The specimen of the last touch that was on one of the list."""
-        newest_first = (done.specimen for part in (self.present, self._earlier) for done in reversed(part))
+        newest_first = (
+            done.specimen for part in (self.present, self._earlier) for done in reversed(part)
+        )
         return next((name for name in newest_first if self.named(name)), None)
 
 
@@ -495,7 +555,9 @@ def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
     palpate.live.feed.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
     """
     read = list(read_lines(text, wanted, unit))
-    if wrong := [f"line {number}: {one}" for number, one in enumerate(read, 1) if isinstance(one, str)]:
+    if wrong := [
+        f"line {number}: {one}" for number, one in enumerate(read, 1) if isinstance(one, str)
+    ]:
         raise RefusedCommand("\n".join(wrong))
     return [one for one in read if isinstance(one, Specimen)]
 

@@ -10,8 +10,13 @@ from starlette.types import ASGIApp
 from palpate.live.commands import LONGEST
 
 _GRACE_S = 1
-_SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
-_NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
+_SWITCH_S = (
+    1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
+)
+_NOWHERE = (
+    "192.0.2.1",
+    9,
+)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -20,7 +25,9 @@ def listen(host: str, port: int) -> socket.socket:
         [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         listening = socket.socket(family, socket.SOCK_STREAM)
     except OSError as error:
-        raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: a name or address of this machine") from error
+        raise ValueError(
+            f"host: got {host!r}: {error.strerror}, allowed: a name or address of this machine"
+        ) from error
     try:
         # On Windows SO_REUSEADDR would let two programs share a port, and each get some of the connections.
         option = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
@@ -72,7 +79,9 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         await super().shutdown(sockets)
-        if self.force_exit:  # by a second Ctrl-C: the pages are not waited for, but the application ends in order
+        if (
+            self.force_exit
+        ):  # by a second Ctrl-C: the pages are not waited for, but the application ends in order
             await self.lifespan.shutdown()
 
 

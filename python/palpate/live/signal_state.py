@@ -18,8 +18,13 @@ from palpate.stream import Batch, Listener, Stream
 
 CHANNELS = ("hard", "soft")
 _SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
-_MEDIAN_STEP = 0.954  # of the absolute difference of two samples, in standard deviations of the noise
-_ADAPTS, _MOST = 0.03, 32  # change of the noise with each sample, relative; of so many samples of a batch at most
+_MEDIAN_STEP = (
+    0.954  # of the absolute difference of two samples, in standard deviations of the noise
+)
+_ADAPTS, _MOST = (
+    0.03,
+    32,
+)  # change of the noise with each sample, relative; of so many samples of a batch at most
 _BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
 _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
 # A touch while the baseline is measured: one channel moves by so many times its usual noise, and both by so many.
@@ -48,7 +53,9 @@ class SignalSeen:
 
     channels: tuple[ChannelSeen, ChannelSeen] = (ChannelSeen("hard"), ChannelSeen("soft"))
     at_s: float = -math.inf  # time of the last batch on the clock; -inf: none yet
-    share: float | None = None  # part of the running touch that is measured; None: no touch, or one without a length
+    share: float | None = (
+        None  # part of the running touch that is measured; None: no touch, or one without a length
+    )
     left_s: float = math.nan  # to the end of the touch
     contact_s: float = 0.0  # in contact for this time; 0: it is not
     done_s: float = 0.0  # in contact for this time since the touch was complete; 0: it is not
@@ -63,7 +70,9 @@ class SignalFollower(Listener):
     was not forced.
     """
 
-    def __init__(self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self.seen = SignalSeen()
         self._measurement, self._clock = measurement, clock
 
@@ -136,9 +145,15 @@ class SignalFollower(Listener):
         times, change = spread / usual, np.median(known, axis=0) - self._level
         if times.max() > _MOVES and times.min() > _BOTH_MOVE:
             most = int(times.argmax())
-            size, noise = number_format.number(1e3 * float(spread[most])), number_format.number(float(times[most]))
+            size, noise = (
+                number_format.number(1e3 * float(spread[most])),
+                number_format.number(float(times[most])),
+            )
             return f"the {CHANNELS[most]} channel moves by {size} fF, {noise} times its noise"
-        if self._range == self._range_now() and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all():
+        if (
+            self._range == self._range_now()
+            and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all()
+        ):
             return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF above the baseline before"
         return ""
 
@@ -199,7 +214,10 @@ class _Channel:
     def follow(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> ChannelSeen:
         """Take the next batch; return what is seen."""
         name, before = self.seen.name, self.seen
-        values, limited = batch.samples[name], (batch.samples["status"] & int(_SATURATED[name])) != 0
+        values, limited = (
+            batch.samples[name],
+            (batch.samples["status"] & int(_SATURATED[name])) != 0,
+        )
         change = values - batch.rows[f"{name}_baseline"]
         steps = np.diff(values, prepend=self._last)
         passed_s = np.diff(t_s, prepend=t_s[0] if math.isnan(self._last_s) else self._last_s)

@@ -14,7 +14,10 @@ from palpate.uncertainty import Uncertainty
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
 LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
-SILENT_S, SILENT_PERIODS = 1.0, 10  # without a pair for this time, and for so many periods, a measurement is silent
+SILENT_S, SILENT_PERIODS = (
+    1.0,
+    10,
+)  # without a pair for this time, and for so many periods, a measurement is silent
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
 SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
 HOW = {  # what to do better, in two words, by flag
@@ -28,7 +31,10 @@ HOW = {  # what to do better, in two words, by flag
     "drift": "hold still",
     "creep": "wait longer",
 }
-DAMAGED = {"changed": "This recording was changed.", "not complete": "This recording is not complete."}
+DAMAGED = {
+    "changed": "This recording was changed.",
+    "not complete": "This recording is not complete.",
+}
 """What `Verification.verdict` says of a recording that is not as it was made."""
 
 
@@ -52,7 +58,13 @@ class StatusLine(NamedTuple):
 
     def as_dict(self, since_s: float | None) -> Document:
         """Return what the page gets; `since_s`: for how long it is shown."""
-        return {"level": self.level, "title": self.title, "text": self.text, "since_s": since_s, "what": self.what}
+        return {
+            "level": self.level,
+            "title": self.title,
+            "text": self.text,
+            "since_s": since_s,
+            "what": self.what,
+        }
 
 
 View = tuple[StatusLine, Now | None]  # a line, and what to do; None: what one would do without it
@@ -107,7 +119,9 @@ class Facts:
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
-    finished: tuple[str, str, str] | None = None  # all specimens are done: title and text of the line, what was done
+    finished: tuple[str, str, str] | None = (
+        None  # all specimens are done: title and text of the line, what was done
+    )
     hand: tuple[str, str] | None = None  # of the demo: what is pressed, what comes next
 
     @property
@@ -131,7 +145,9 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
     now, line = demo(facts, facts.hand) if facts.hand else calm(facts)
-    found = (view for view in urgent(facts) if not facts.hand or view[0].level == "fault")  # the hand obeys no order
+    found = (
+        view for view in urgent(facts) if not facts.hand or view[0].level == "fault"
+    )  # the hand obeys no order
     line, do = next(found, (line, None))
     return do or now, line
 
@@ -139,7 +155,11 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
 def urgent(facts: Facts) -> Iterator[View]:
     """Return what is wrong, the most urgent first."""
     faults = _device_faults(facts)
-    return faults if facts.state == "ended" else chain(faults, _signal_faults(facts), _touch_doubts(facts))
+    return (
+        faults
+        if facts.state == "ended"
+        else chain(faults, _signal_faults(facts), _touch_doubts(facts))
+    )
 
 
 def file_state(file: Mapping[str, Any]) -> Document:
@@ -149,7 +169,11 @@ def file_state(file: Mapping[str, Any]) -> Document:
     counts = f"{file['rows']} rows, {file['missing']} missing{useless}"
     text = f"A recording: {file['end']}, {counts}. Nothing is being measured."
     line = StatusLine("file", "caution" if title else "quiet", title, text)
-    return {"now": Now("File", file["name"])._asdict(), "line": line.as_dict(None), "announce": text}
+    return {
+        "now": Now("File", file["name"])._asdict(),
+        "line": line.as_dict(None),
+        "announce": text,
+    }
 
 
 def _device_faults(facts: Facts) -> Iterator[View]:
@@ -158,9 +182,15 @@ def _device_faults(facts: Facts) -> Iterator[View]:
     again, ended = "Measure again begins a new measurement.", "the measurement has ended"
     if facts.error:
         text = f"{_sentence(facts.error)}{missing} {again}"
-        yield StatusLine("ended", "fault", "The measurement ended with an error.", text), Now("Stop", ended, "fault")
+        yield (
+            StatusLine("ended", "fault", "The measurement ended with an error.", text),
+            Now("Stop", ended, "fault"),
+        )
     elif facts.state == "ended" and not facts.finished:
-        yield StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}"), Now("Stop", ended)
+        yield (
+            StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}"),
+            Now("Stop", ended),
+        )
     if text := facts.troubles.get("unplugged", ""):
         text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
         now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
@@ -170,11 +200,15 @@ def _device_faults(facts: Facts) -> Iterator[View]:
             StatusLine("wiring", "fault", "Look at the wires.", _sentence(text)),
             Now("Stop", "a wire is off", "fault"),
         )
-    if facts.silent_s > max(SILENT_S, SILENT_PERIODS * (0 if math.isnan(facts.period_s) else facts.period_s)):
+    if facts.silent_s > max(
+        SILENT_S, SILENT_PERIODS * (0 if math.isnan(facts.period_s) else facts.period_s)
+    ):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
     if text := facts.recording_error:
-        text = f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
+        text = (
+            f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
+        )
         yield StatusLine("recording", "fault", "The recording failed.", text), None
 
 
@@ -191,20 +225,28 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
             Now("Lift", "and hold it in the air", "caution"),
         )
     if facts.outside:
-        do = "lift the probe, then press Centre" if facts.can_centre else "set the range of the source again"
+        do = (
+            "lift the probe, then press Centre"
+            if facts.can_centre
+            else "set the range of the source again"
+        )
         text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {_sentence(do)}"
         yield StatusLine("range", "fault", "Out of range.", text), Now("Stop", do, "fault")
     if facts.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
         limit = f", {facts.full_scale_pF:.3f} pF" if math.isfinite(facts.full_scale_pF) else ""
         said = f"The {_subject([one.name for one in limited])} at the limit"
         long_s = max(one.limit_s for one in limited)
-        text = f"{said}{limit}, for {long_s:.1f} s of this touch. Press less: half of this is enough."
+        text = (
+            f"{said}{limit}, for {long_s:.1f} s of this touch. Press less: half of this is enough."
+        )
         line = StatusLine("saturated", "caution", "Saturated.", text, f"{said}. Press less.")
         yield line, Now("Repeat", "lift, then press less", "caution")
     if facts.state == "no contact" and (low := [one for one in channels if one.below_s >= BELOW_S]):
         who, deep = _subject([one.name for one in low]), max(one.below_pF for one in low)
         text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
-        line = StatusLine("baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline.")
+        line = StatusLine(
+            "baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline."
+        )
         yield line, Now("Tare", "lift the probe, then press T", "fault")
     if facts.gap:
         lost = f": {_count(facts.lost, 'pair')} lost" if facts.lost else ""
@@ -225,7 +267,9 @@ def _constant(channels: Sequence[ChannelSeen]) -> View:
     who = f"The {channels[0].name} channel reads" if len(channels) == 1 else "Both channels read"
     read = " and ".join(f"{one.reading:.3f}" for one in channels)
     text = f"{who} the same value all the time, {read} pF: no converter does. Look at wires and source."
-    return StatusLine("constant", "caution", "Nothing changes.", text), Now("Stop", "look at the wires", "caution")
+    return StatusLine("constant", "caution", "Nothing changes.", text), Now(
+        "Stop", "look at the wires", "caution"
+    )
 
 
 def _touch_doubts(facts: Facts) -> Iterator[View]:
@@ -235,10 +279,20 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
         yield line, Now("Stop", "look at the two wires", "caution")
     if result and result.why and between:
-        lift, name = "lift, " if facts.pressed else "", f" {(facts.next or {}).get('name') or ''}".rstrip()
+        lift, name = (
+            "lift, " if facts.pressed else "",
+            f" {(facts.next or {}).get('name') or ''}".rstrip(),
+        )
         how = next((f"{HOW[flag]}, " for flag in result.flags if flag in HOW), "")
-        line = StatusLine("left out", "caution", f"Touch {result.number} is left out.", _sentence(result.why))
-        yield line, Now("Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None)
+        line = StatusLine(
+            "left out", "caution", f"Touch {result.number} is left out.", _sentence(result.why)
+        )
+        yield (
+            line,
+            Now(
+                "Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None
+            ),
+        )
     if not result and facts.state == "no contact" and (text := facts.troubles.get("hint", "")):
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
     if (told := slow(facts)) and not facts.slow_told:
@@ -252,15 +306,24 @@ def slow(facts: Facts) -> StatusLine | None:
     if not (few or pace.dropped):
         return None
     told = [f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second arrive."] if few else []
-    told += [f"{pace.dropped} pairs were not estimated; a recording has them."] if pace.dropped else []
+    told += (
+        [f"{pace.dropped} pairs were not estimated; a recording has them."] if pace.dropped else []
+    )
     cost = "What it costs is known after a touch."
     if facts.result and (known := facts.result.known) and math.isfinite(known.uncertainty):
         share = min(pace.per_s / pace.nominal_per_s, 1.0) if few else 1.0
         before, now = (
-            number_format.error(one.uncertainty) for one in (replace(known, noise=known.noise * share**0.5), known)
+            number_format.error(one.uncertainty)
+            for one in (replace(known, noise=known.noise * share**0.5), known)
         )
-        cost = f"It costs nothing here: ± {now} stays ± {now}." if now == before else f"± {before} becomes ± {now}."
-    return StatusLine("slow", "note", "Slow computer.", " ".join([*told, cost]), "The computer is slow.")
+        cost = (
+            f"It costs nothing here: ± {now} stays ± {now}."
+            if now == before
+            else f"± {before} becomes ± {now}."
+        )
+    return StatusLine(
+        "slow", "note", "Slow computer.", " ".join([*told, cost]), "The computer is slow."
+    )
 
 
 def calm(facts: Facts) -> tuple[Now, StatusLine]:
@@ -273,20 +336,28 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
         if math.isfinite(seen.left_s):
             sub = f"{seen.left_s:.1f} s more"
         about = f" {_sentence(following)}" if facts.next else ""
-        return Now("Hold", sub, "busy", seen.share), StatusLine("contact", "quiet", "", f"Measuring.{about}")
+        return Now("Hold", sub, "busy", seen.share), StatusLine(
+            "contact", "quiet", "", f"Measuring.{about}"
+        )
     if facts.state != "baseline":
         if facts.finished:
             title, text, sub = facts.finished
             return Now("Done", sub, "good"), StatusLine("finished", "note", title, text)
         noise = max(one.noise_pF for one in seen.channels)
         told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
-        doubt = ", if nothing was touched at Tare anyway; else lift the probe, and press Tare" if facts.forced else ""
+        doubt = (
+            ", if nothing was touched at Tare anyway; else lift the probe, and press Tare"
+            if facts.forced
+            else ""
+        )
         text = " ".join(part for part in (f"Ready{doubt}.", kept, told) if part)
         sub = f"{following}: press, and hold" if facts.next else "press, and hold"
         return Now("Touch", sub), StatusLine("ready", "quiet", "", text, f"Ready{doubt}.")
     if facts.result and not facts.result.revised:
         text = f"{kept} Its result is revised when the baseline after it is known."
-        return Now("Wait", "a second without touching"), StatusLine("after", "quiet", "", text.strip())
+        return Now("Wait", "a second without touching"), StatusLine(
+            "after", "quiet", "", text.strip()
+        )
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
     return Now("Wait", "do not touch anything"), line
 
@@ -315,7 +386,9 @@ def demo(facts: Facts, hand: tuple[str, str]) -> tuple[Now, StatusLine]:
         return Now("Holding", f"the hand presses on {on}{left}", "busy", facts.seen.share), line
     if facts.state == "baseline" and not facts.result:
         return Now("Waiting", "the baseline is being measured"), line
-    return Now("Lifted", f"next, the hand touches {then}" if then else "the next round follows"), line
+    return Now(
+        "Lifted", f"next, the hand touches {then}" if then else "the next round follows"
+    ), line
 
 
 def _kept(facts: Facts) -> str:

@@ -23,9 +23,13 @@ class TouchTable:
     `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
     """
 
-    def __init__(self, measurement: AnyMeasurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER) -> None:
+    def __init__(
+        self, measurement: AnyMeasurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER
+    ) -> None:
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
-        self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}  # by touch: what it is made of, and the row
+        self._rows: dict[
+            int, tuple[tuple[object, ...], Document]
+        ] = {}  # by touch: what it is made of, and the row
         self._shown: tuple[tuple[object, ...], Document] | None = None
         self._assumed = None if plan.progress.calibration else scatter
 
@@ -38,7 +42,10 @@ class TouchTable:
         """Return the values that do not change during a measurement."""
         measurement, tracker = self._measurement, self._measurement.tracker
         device = measurement.device()
-        simulation = {"demo": measurement.demo, "truths": [truth._asdict() for truth in measurement.truths]}
+        simulation = {
+            "demo": measurement.demo,
+            "truths": [truth._asdict() for truth in measurement.truths],
+        }
         named = device["device"] if isinstance(device.get("device"), dict) else device
         return {
             "measurement": measurement.number,
@@ -93,21 +100,40 @@ class TouchTable:
         for the uncertainties, and `means` of the specimens, for the distances from them.
         """
         made_of = touches, known, _ = self._measurement.touches, self._plan.rows, self.calibration
-        if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
-            self._shown = made_of, self._document(touches[: len(known)], known)  # the plan may lack the newest one yet
+        if self._shown is None or any(
+            one is not other for one, other in zip(self._shown[0], made_of, strict=True)
+        ):
+            self._shown = (
+                made_of,
+                self._document(touches[: len(known)], known),
+            )  # the plan may lack the newest one yet
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
         each = zip(touches, known, strict=False)  # on the last specimen
-        alike = [one for one, row in each if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]]
+        alike = [
+            one
+            for one, row in each
+            if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]
+        ]
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
-            accepted, ratio_of = self.calibration.accepted if self.calibration else (), self._plan.progress.ratio_of
-            best = touches.index(most_reliable(alike, scatter=None, accept=accepted, ratio_of=ratio_of)) + 1
+            accepted, ratio_of = (
+                self.calibration.accepted if self.calibration else (),
+                self._plan.progress.ratio_of,
+            )
+            best = (
+                touches.index(
+                    most_reliable(alike, scatter=None, accept=accepted, ratio_of=ratio_of)
+                )
+                + 1
+            )
         if found and found.touches > 1:
             modulus = None
             if self.calibration and found.agree:
-                modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
+                modulus = self.calibration.modulus(
+                    found.ratio, found.own_error, touches=found.effective
+                ).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
         rows = [self._row(*one) for one in zip(count(1), touches, known)]
         now, means = self._scatter_now(), self._plan.progress.means
@@ -125,9 +151,20 @@ class TouchTable:
             modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
             ratio, error = self._plan.progress.ratio_of(touch)
             used = number_format.plain({"ratio": ratio, "standard_error": error})
-            more = {"end_s": self._measurement.ends.get(number), "modulus": modulus, "advice": advice(touch)}
+            more = {
+                "end_s": self._measurement.ends.get(number),
+                "modulus": modulus,
+                "advice": advice(touch),
+            }
             own_error = self._of(touch, Scatter(0.0)).uncertainty
-            row = {"number": number, **touch.as_dict(), **used, **more, "own_error": own_error, **known}
+            row = {
+                "number": number,
+                **touch.as_dict(),
+                **used,
+                **more,
+                "own_error": own_error,
+                **known,
+            }
             self._rows[number] = of, row
         return self._rows[number][1]
 

@@ -55,7 +55,10 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
     times = np.concatenate([t_hard_s[hard_at], t_soft_s[soft_at]], axis=1)
     parts = [_designed(times[i : i + _AT_ONCE]) for i in range(0, max(len(times), 1), _AT_ONCE)]
     weights, mismatch = (np.concatenate(part) for part in zip(*parts, strict=True))
-    hard, soft = Windows(all_hard, hard_at, weights[:, :HARD]), Windows(all_soft, soft_at, weights[:, HARD:])
+    hard, soft = (
+        Windows(all_hard, hard_at, weights[:, :HARD]),
+        Windows(all_soft, soft_at, weights[:, HARD:]),
+    )
     return hard, soft, mismatch
 
 
@@ -118,7 +121,9 @@ class Aligned:
     @property
     def high(self) -> NDArray[np.bool_]:
         """Which good windows are above half of the touch."""
-        return np.asarray(self.good & (np.abs(self.x) > np.abs(self.x[self.good]).max(initial=0) / 2))
+        return np.asarray(
+            self.good & (np.abs(self.x) > np.abs(self.x[self.good]).max(initial=0) / 2)
+        )
 
     def rest(self, ratio: float) -> Array:
         """Return y - ratio * x."""
@@ -171,7 +176,9 @@ def fitted(hard: Readings, soft: Readings, levels: Levels) -> dict[str, Any] | N
 def _lag(pairs: Aligned, ratio: float) -> float:
     """Return how late the soft channel is, s; 0 if that is not significant."""
     rest = pairs.rest(ratio)
-    near = pairs.good & (np.abs(rest) <= _OUTLIER * _MAD * float(np.median(np.abs(rest[pairs.good]))))
+    near = pairs.good & (
+        np.abs(rest) <= _OUTLIER * _MAD * float(np.median(np.abs(rest[pairs.good])))
+    )
     if np.count_nonzero(near) < FEWEST:
         return 0.0
     slope = np.gradient(pairs.x, pairs.hard.readings.t[pairs.hard.at[:, HARD // 2]])[near]
@@ -211,7 +218,12 @@ def _explained(made: Windows, rest: Array) -> Array:
 
 
 def _solved(
-    pairs: Aligned, used: NDArray[np.bool_], whole: Aligned, levels: Levels, left_out: int, lag: float
+    pairs: Aligned,
+    used: NDArray[np.bool_],
+    whole: Aligned,
+    levels: Levels,
+    left_out: int,
+    lag: float,
 ) -> dict[str, Any] | None:
     """Return the result from some windows; `whole`: the pairs before readings were left out."""
     if np.count_nonzero(used) < FEWEST:
@@ -222,16 +234,22 @@ def _solved(
     # ratio = truth + sum of each reading's error times its weight: exact, since the windows are linear.
     hard = pairs.hard.spread(z) / size
     soft = -pairs.soft.spread(z) * ratio / size
-    of_readings = levels[0].noise ** 2 * float(hard @ hard) + levels[1].noise ** 2 * float(soft @ soft)
+    of_readings = levels[0].noise ** 2 * float(hard @ hard) + levels[1].noise ** 2 * float(
+        soft @ soft
+    )
     scores = (z * pairs.rest(ratio))[used] / size
     number = max(min(_BATCHES, len(scores) // 4), 2)
     parts = np.array([part.sum() for part in np.array_split(scores, number)])
     seen = float(parts @ parts) * number / (number - 1)
-    of_levels = _of_levels(((hard, pairs.hard.readings.t, levels[0]), (soft, pairs.soft.readings.t, levels[1])))
+    of_levels = _of_levels(
+        ((hard, pairs.hard.readings.t, levels[0]), (soft, pairs.soft.readings.t, levels[1]))
+    )
     times = pairs.hard.readings.t[pairs.hard.at[used]]
     return {
         "ratio": ratio,
-        "standard_error": math.sqrt(max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2),
+        "standard_error": math.sqrt(
+            max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2
+        ),
         "covariance": 1 / size,
         "samples": len(scores),
         "left_out": left_out,
@@ -252,7 +270,9 @@ def _open(pairs: Aligned, ratio: float, levels: Levels) -> float:
     change = float(np.median(pairs.y[flank] / pairs.x[flank])) - ratio
     noise = 1.25 * _scale(pairs, ratio, levels) / float(np.median(np.abs(pairs.x[flank])))
     error = noise / math.sqrt(float(np.count_nonzero(flank)))
-    return 2 * change if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio) else 0.0
+    return (
+        2 * change if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio) else 0.0
+    )
 
 
 def _of_levels(channels: Any) -> float:
@@ -316,7 +336,9 @@ _FEWEST = 3  # pairs of the hold, and of the rise or the fall
 _SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio
 _MOST_NOISE = 0.3  # share of the variation of the soft channel
-_OF_HOLD = 0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
+_OF_HOLD = (
+    0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
+)
 
 
 @dataclass(frozen=True)
@@ -339,11 +361,16 @@ class Sweep:
             return math.nan, math.nan
         used = self.rise | self.hold | (self.fall & falls)
         size = np.abs(self._line(used, exponent)[3])
-        used[used] = size <= max(_SPIKE * float(np.median(size)), size.max() * 1e-9)  # without spikes
+        used[used] = size <= max(
+            _SPIKE * float(np.median(size)), size.max() * 1e-9
+        )  # without spikes
         slope, variance, noise, _ = self._line(used, exponent)
         apart = 0.0
         if falls and rises:
-            apart = self._line(used & ~self.fall, exponent)[0] - self._line(used & ~self.rise, exponent)[0]
+            apart = (
+                self._line(used & ~self.fall, exponent)[0]
+                - self._line(used & ~self.rise, exponent)[0]
+            )
         if not slope > 0:
             return math.nan, math.nan
         # 9 and 3 times the variance by the residuals, which are not independent; of what the intercept changes 5 and 2 %.
@@ -365,7 +392,10 @@ class Sweep:
         x, y = x - x.mean(), y - y.mean()
         swept = np.where(held, x[held].mean() + _OF_HOLD * (x - x[held].mean()), x)
         square = float(swept @ x) or math.inf
-        share, slope = float(noise @ np.where(held, _OF_HOLD, 1.0)) / square, float(swept @ y) / square
+        share, slope = (
+            float(noise @ np.where(held, _OF_HOLD, 1.0)) / square,
+            float(swept @ y) / square,
+        )
         rest = y - slope * x
         variance = float(rest @ rest) / max(len(rest) - 2, 1) / square / (1 - share) ** 2
         return (slope / (1 - share) if share < _MOST_NOISE else 0.0), variance, share, rest

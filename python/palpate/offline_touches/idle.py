@@ -11,11 +11,15 @@ Array = NDArray[np.float64]
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time
 _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
-_COLLECTED = 32  # readings with which the tracker measures a new baseline; they begin after the release
+_COLLECTED = (
+    32  # readings with which the tracker measures a new baseline; they begin after the release
+)
 _JUMP = 25.0  # standard deviations of a reading: a baseline that was measured again, and was wrong before
 _OUTLIER = 6.0
 _BATCHES = 8  # of a mean: their scatter shows noise that is not white
-_ENDS = np.array([1 / 3, 2 / 3])  # weights of the first and last readings: less of a periodic disturbance is left
+_ENDS = np.array(
+    [1 / 3, 2 / 3]
+)  # weights of the first and last readings: less of a periodic disturbance is left
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,9 @@ def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
     return min(released + _COLLECTED, end) if measured else end
 
 
-def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> NDArray[np.bool_]:
+def idle(
+    rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]
+) -> NDArray[np.bool_]:
     """Return which rows have a baseline: not in a touch, and not before a wrong baseline was measured again."""
     # Such a baseline jumps, by more than 25 standard deviations of the hard readings.
     free = np.ones(len(rows), bool)
@@ -87,7 +93,9 @@ def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -
     """Return the baseline of one channel from idle readings before and after a touch; None: there are none."""
     sides = {}
     if len(before.t):
-        sides["before"] = before[(before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)]
+        sides["before"] = before[
+            (before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)
+        ]
     if len(after.t):
         sides["after"] = after[(after.t < after.t[0] + _NEAR_S) & (after.t < next_s - _MARGIN_S)]
     means = {name: _mean(side) for name, side in sides.items() if len(side.t) >= _FEWEST}

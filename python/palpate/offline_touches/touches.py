@@ -88,7 +88,11 @@ class OfflineTouch:
 
     def level(self, contact_exponent: float) -> tuple[float, float]:
         """Return the level ratio with another exponent, and its standard error; nan: there is none."""
-        return self.sweep.result(self.live.ratio, contact_exponent) if self.sweep else (math.nan, math.nan)
+        return (
+            self.sweep.result(self.live.ratio, contact_exponent)
+            if self.sweep
+            else (math.nan, math.nan)
+        )
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -108,7 +112,10 @@ class OfflineTouch:
 
 
 def offline(
-    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+    recording: Channels | Blocks,
+    *,
+    scene: "_Scene" = "handheld",
+    **settings: Unpack["_AnySettings"],
 ) -> list[OfflineTouch]:
     """Return the touches of a recording, each estimated again with the whole recording known.
 
@@ -163,9 +170,13 @@ def offline(
     [True, True]
     """
     if scene == "fixed":
-        raise ValueError("scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'")
+        raise ValueError(
+            "scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'"
+        )
     if hasattr(recording, "full_scale_pF") and not timed(recording):
-        raise ValueError("recording: got one without times, allowed: one with times; name its column, as time=COL")
+        raise ValueError(
+            "recording: got one without times, allowed: one with times; name its column, as time=COL"
+        )
     exponent = settings.pop("contact_exponent", 1.0)
     if not 1 <= exponent <= 3:
         raise ValueError(f"contact_exponent: got {exponent}, allowed: 1 to 3")
@@ -174,14 +185,19 @@ def offline(
     tracker.finish()
     if not tracker.touches:
         return []
-    t_hard, t_soft, hard, soft, rows, era = (np.concatenate(part) for part in zip(*parts, strict=True))
+    t_hard, t_soft, hard, soft, rows, era = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
     if tracker.settings.get("host_stamps"):
         t_hard, t_soft = smooth(t_hard), smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
     channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
     found = _estimated(tracker.touches, rows, era, channels)
     levels = [one.level(exponent) for one in found]
-    return [replace(one, level_ratio=r, level_standard_error=e) for one, (r, e) in zip(found, levels, strict=True)]
+    return [
+        replace(one, level_ratio=r, level_standard_error=e)
+        for one, (r, e) in zip(found, levels, strict=True)
+    ]
 
 
 def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
@@ -191,9 +207,14 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
 
 
 def _estimated(
-    touches: list[Touch], rows: NDArray[Any], era: NDArray[np.intp], channels: tuple[Readings, Readings]
+    touches: list[Touch],
+    rows: NDArray[Any],
+    era: NDArray[np.intp],
+    channels: tuple[Readings, Readings],
 ) -> list[OfflineTouch]:
-    ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
+    ends = [
+        int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)
+    ]
     starts = [touch.start for touch in touches] + [len(rows)]
     pauses = [
         pause(rows, end, start, measured=touch.revised)
@@ -204,34 +225,53 @@ def _estimated(
     found = []
     for i, touch in enumerate(touches):
         levels = [
-            _level(touch, channel[era[channel.row] == era[ends[i]]], starts[i], (pauses[i], starts[i + 1]), all_of)
+            _level(
+                touch,
+                channel[era[channel.row] == era[ends[i]]],
+                starts[i],
+                (pauses[i], starts[i + 1]),
+                all_of,
+            )
             for channel, all_of in zip(unused, channels, strict=True)
         ]
         inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
         alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
         one = _one(touch, inside, levels, alarms)
         if not math.isnan(one.ratio) and levels[1] and not _coarse(inside, levels):
-            bases = [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")] if touch.age_s else levels
+            bases = (
+                [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")]
+                if touch.age_s
+                else levels
+            )
             part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
-            swept = (_change(channel.rows(*part), base) for channel, base in zip(channels, bases, strict=True))
+            swept = (
+                _change(channel.rows(*part), base)
+                for channel, base in zip(channels, bases, strict=True)
+            )
             since_s = one.start_s if len(alarms) else -math.inf
             one = replace(one, sweep=sweep(aligned(*swept), levels[1].noise, since_s, ends[i]))
         found.append(one)
     return found
 
 
-def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings) -> IdleLevel | None:
+def _level(
+    touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings
+) -> IdleLevel | None:
     nothing = unused[:0]
     before = nothing if "baseline" in touch.flags else unused.rows(0, start)
     later = nothing if "creep" in touch.flags else unused.rows(*after)
     begin = channel.rows(start, after[0]).t
     following = channel.t[np.searchsorted(channel.row, after[1]) :]
-    return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
+    return level_of(
+        before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following))
+    )
 
 
 def _change(channel: Readings, base: Any) -> Readings:
     """Return readings without their baseline; at an age by the tracker's baseline, as creep has hardly begun."""
-    return replace(channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base))
+    return replace(
+        channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base)
+    )
 
 
 def _one(
@@ -249,7 +289,9 @@ def _one(
         hard, soft = (channel[channel.row >= first] for channel in (hard, soft))
     found = fitted(hard, soft, (hard_level, soft_level))
     if found is None:
-        return _without(touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else ""))
+        return _without(
+            touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else "")
+        )
     if _MISFITS & set(touch.flags) or _coarse(inside, levels):
         found["standard_error"] = max(found["standard_error"], touch.standard_error)
     names = [level.side for level in (hard_level, soft_level)]
@@ -273,4 +315,6 @@ def _coarse(inside: list[Readings], levels: list[IdleLevel | None]) -> bool:
 
 def _without(touch: Touch, reason: str) -> OfflineTouch:
     nan = math.nan
-    return OfflineTouch(nan, nan, f"offline: none, {reason}", "", 0, nan, touch.start_s, nan, 0, 0.0, touch)
+    return OfflineTouch(
+        nan, nan, f"offline: none, {reason}", "", 0, nan, touch.start_s, nan, 0, 0.0, touch
+    )

@@ -18,11 +18,16 @@ from palpate.recording.rows import LARGEST_STATUS
 from palpate.samples import blank, usable
 
 _ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
-_UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF", "period_s": "s"}
+_UNITS = {
+    "t_hard_s": "s",
+    "t_soft_s": "s",
+    "hard_pF": "pF",
+    "soft_pF": "pF",
+    "full_scale_pF": "pF",
+    "period_s": "s",
+}
 _TIMES = (("t_hard_s", "t_soft_s"), ("t_hard_ns", "t_soft_ns"))
-ROWS_ONLY = (
-    "rows of a recording of palpate without its sidecar: they are not verified; its range, gaps and tares are not known"
-)
+ROWS_ONLY = "rows of a recording of palpate without its sidecar: they are not verified; its range, gaps and tares are not known"
 """Note of a frame of palpate's own Parquet file that another program read."""
 
 
@@ -36,16 +41,25 @@ def to_arrow(recording: Recording) -> Any:
     rows = len(recording.hard)
     timed = bool(np.isfinite([recording.t_hard_s, recording.t_soft_s]).all())
     arrays = _ARRAYS if timed else {"hard": "hard_pF", "soft": "soft_pF"}
-    columns: dict[str, Any] = {name: arrow.array(getattr(recording, field)) for field, name in arrays.items()}
+    columns: dict[str, Any] = {
+        name: arrow.array(getattr(recording, field)) for field, name in arrays.items()
+    }
     if recording.zero_utc_ns is not None and timed:
         columns["utc"] = arrow.array(recording.utc_ns.view("M8[ns]"), arrow.timestamp("ns", "UTC"))
     if recording.gap_rows:
         columns["gap"] = arrow.array(np.isin(np.arange(rows), recording.gap_rows))
-    for name, usual in {"full_scale_pF": SATURATED_PF, "host_stamps": False, "period_s": 0.0}.items():
+    for name, usual in {
+        "full_scale_pF": SATURATED_PF,
+        "host_stamps": False,
+        "period_s": 0.0,
+    }.items():
         if (value := getattr(recording, name)) != usual:
             columns[name] = arrow.array(np.full(rows, value))
     units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
-    fields = [arrow.field(name, columns[name].type, metadata=unit) for name, unit in zip(columns, units, strict=True)]
+    fields = [
+        arrow.field(name, columns[name].type, metadata=unit)
+        for name, unit in zip(columns, units, strict=True)
+    ]
     return arrow.table(list(columns.values()), schema=arrow.schema(fields))
 
 
@@ -56,7 +70,11 @@ def own_frame(table: Table) -> Recording | None:
     if not names >= {"hard_pF", "soft_pF"} or (stamps is None and "full_scale_pF" not in names):
         return None
     hard, soft = (table.column(name).numbers() for name in ("hard_pF", "soft_pF"))
-    full_scale = np.inf if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0 else SATURATED_PF
+    full_scale = (
+        np.inf
+        if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0
+        else SATURATED_PF
+    )
     if "full_scale_pF" in names:
         cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
         full_scale = float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))
@@ -69,7 +87,11 @@ def own_frame(table: Table) -> Recording | None:
         t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
     date_ns = times(table.column("utc")).zero_ns if "utc" in names else None
     gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
-    notes = [*remarks(t_hard, t_soft, hard, soft), *table.notes, *([ROWS_ONLY] if "status" in names else [])]
+    notes = [
+        *remarks(t_hard, t_soft, hard, soft),
+        *table.notes,
+        *([ROWS_ONLY] if "status" in names else []),
+    ]
     return Recording(
         *(t_hard, t_soft, hard, soft),
         notes=tuple(dict.fromkeys(notes)),

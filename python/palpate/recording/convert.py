@@ -36,9 +36,14 @@ _MEANT = {
     "hard": ("pF", "capacitance, hard channel"),
     "soft": ("pF", "capacitance, soft channel"),
     "status": ("", "0 good; sum of 1 hard saturated, 2 soft saturated, 4 excitation; 8 lost"),
-    "t_uncertainty_us": ("us", "largest possible error of the difference of the two times; -1: unknown"),
+    "t_uncertainty_us": (
+        "us",
+        "largest possible error of the difference of the two times; -1: unknown",
+    ),
 }
-NAMES: dict[str, str] = {name: f"{name}_pF" if unit == "pF" else name for name, (unit, _) in _MEANT.items()}
+NAMES: dict[str, str] = {
+    name: f"{name}_pF" if unit == "pF" else name for name, (unit, _) in _MEANT.items()
+}
 """The names of the columns, by field of a sample."""
 
 
@@ -48,7 +53,11 @@ def schema() -> Any:
     fields = []
     for name, (unit, meaning) in _MEANT.items():
         metadata = {"description": meaning, **({"unit": unit} if unit else {})}
-        fields.append(arrow.field(NAMES[name], arrow.from_numpy_dtype(DTYPE[name]), nullable=False, metadata=metadata))
+        fields.append(
+            arrow.field(
+                NAMES[name], arrow.from_numpy_dtype(DTYPE[name]), nullable=False, metadata=metadata
+            )
+        )
     return arrow.schema(fields)
 
 
@@ -61,7 +70,9 @@ def own_recording(table: "Table") -> Recorded | None:
     for field, name in NAMES.items():
         cells = by_name[name]
         if cells.dtype != DTYPE[field]:  # also if some are empty
-            raise RecordingError(table.path, f"column {name}: got {cells.dtype}, allowed: {DTYPE[field]} in each row")
+            raise RecordingError(
+                table.path, f"column {name}: got {cells.dtype}, allowed: {DTYPE[field]} in each row"
+            )
         rows[field] = cells
     known = Known(*sidecar.parsed(table.path, table.metadata[KEY]))
     return Recorded(table.path, known, HEADER.encode() + format_rows(rows))
@@ -101,7 +112,9 @@ def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> 
     True
     """
     if target.suffix not in SUFFIXES:
-        raise ValueError(f"-o: got {target.name!r}, allowed: a name that ends in {' or '.join(SUFFIXES)}")
+        raise ValueError(
+            f"-o: got {target.name!r}, allowed: a name that ends in {' or '.join(SUFFIXES)}"
+        )
     if not recording.timed:
         raise ValueError(f"rate: got none, allowed: {RATE}")
     beside = sidecar.sidecar_path(target) if target.suffix == ".csv" else None
@@ -109,7 +122,9 @@ def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> 
     rows = np.concatenate([np.zeros(0, DTYPE), *recording.blocks()], dtype=DTYPE)
     rows["status"][~(np.isfinite(rows["hard"]) & np.isfinite(rows["soft"]))] = int(Status.LOST)
     text = HEADER.encode() + format_rows(rows)
-    document = _document(recording, {"rows": len(rows), "bytes": len(text), "crc32": zlib.crc32(text)})
+    document = _document(
+        recording, {"rows": len(rows), "bytes": len(text), "crc32": zlib.crc32(text)}
+    )
     with file_errors(target, "cannot be written"), replacing(target) as file:
         if beside:
             file.write(text)
@@ -131,7 +146,9 @@ def _require_free(recording: "AnyRecording", targets: list[Path], *, force: bool
 
 def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: dict[str, Any]) -> None:
     complete = schema().with_metadata({KEY: sidecar.text_of(document)})
-    table = need("pyarrow", "tables").table([np.ascontiguousarray(rows[name]) for name in NAMES], schema=complete)
+    table = need("pyarrow", "tables").table(
+        [np.ascontiguousarray(rows[name]) for name in NAMES], schema=complete
+    )
     if suffix == ".parquet":
         need("pyarrow.parquet", "tables").write_table(table, file)
         return
@@ -145,7 +162,9 @@ def _document(recording: "AnyRecording", seal: dict[str, int]) -> dict[str, Any]
     document = dict(known or sidecar.fresh(recording.describe(), {}, list(recording.notes)))
     if not known:
         gaps = recording.gap_marks
-        document["marks"] = [{"seq": seq, "text": text, "tare": True, "gap": True} for seq, text in gaps]
+        document["marks"] = [
+            {"seq": seq, "text": text, "tare": True, "gap": True} for seq, text in gaps
+        ]
     source = f"converted from {recording.path.name}"
     document["notes"] = [*document.get("notes", []), f"{source} by palpate {__version__}"]
     document.pop("checkpoint", None)

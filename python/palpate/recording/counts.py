@@ -122,7 +122,9 @@ class Survey:
         self.gaps += int(np.count_nonzero(steps > 1))
         self.lost += sum((steps[steps > 1] - 1).tolist())
         self.disordered += int(np.count_nonzero(steps < 1))
-        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # a difference of integers can overflow
+        self.backward += int(
+            np.count_nonzero(times[1:] < times[:-1])
+        )  # a difference of integers can overflow
         pauses = np.where(np.isin(seqs[:-1], list(self.marked)), 0.0, np.diff(times / 1e9))
         if len(pauses):
             longest = int(np.argmax(pauses))

@@ -17,14 +17,24 @@ from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
 from palpate.recording.recording import Mark, Recording
-from palpate.recording.rows import COLUMNS, HEADERS, VERSIONS, Codes, codes_of, parse_rows, unreadable
+from palpate.recording.rows import (
+    COLUMNS,
+    HEADERS,
+    VERSIONS,
+    Codes,
+    codes_of,
+    parse_rows,
+    unreadable,
+)
 from palpate.recording.session import plan_of
 from palpate.samples import DTYPE, Block, usable
 
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
 _BEGIN = 256  # bytes in which a file is recognised
 _FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
-_CHUNK = 1 << 18  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
+_CHUNK = (
+    1 << 18
+)  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
 _MOST_GAPS = 5  # in the notes
 _ROUNDED_PF = 1e-3  # by a spreadsheet
 _MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
@@ -116,11 +126,15 @@ class Recorded:
     timed = True
     understood = ""
 
-    def __init__(self, path: str | os.PathLike[str], known: Known | None = None, data: bytes | None = None) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], known: Known | None = None, data: bytes | None = None
+    ) -> None:
         self.path: Path = Path(path)
         self.data = data
         if data is None and not is_own(self.path):
-            reason = f"not a recording made by palpate; its first line has to be {HEADERS[0].decode()}"
+            reason = (
+                f"not a recording made by palpate; its first line has to be {HEADERS[0].decode()}"
+            )
             raise RecordingError(self.path, reason)
         self.known: Known = known or known_of(self.path)
         self.document: dict[str, Any] = self.known.document
@@ -134,14 +148,21 @@ class Recorded:
         self.unit: str = str(self.describe().get("unit", "pF"))
         self.settings: dict[str, Any] = sidecar.settings_of(self.document)
         self.host_stamps: bool = self.describe().get("stamps") == "host"
-        self.period_s: float = float(self.settings.get("period", self.describe().get("period_s", 0.0)))
+        self.period_s: float = float(
+            self.settings.get("period", self.describe().get("period_s", 0.0))
+        )
         self.zero_utc_ns: int | None = sidecar.zero_of(self.document)[0]
         tares = sidecar.tares_of(self.document)
         self.tares: frozenset[int] = frozenset(seq for seq, _, _ in tares)
-        self.gap_marks: list[tuple[int, str]] = [(seq, text) for seq, text, is_gap in tares if is_gap]
+        self.gap_marks: list[tuple[int, str]] = [
+            (seq, text) for seq, text, is_gap in tares if is_gap
+        ]
         if self.document:
             device = self.document["device"]
-            self.codes, self.full_scale_pF = codes_of(device), float(device.get("full_scale_pF", math.inf))
+            self.codes, self.full_scale_pF = (
+                codes_of(device),
+                float(device.get("full_scale_pF", math.inf)),
+            )
         else:
             self._recognise_codes()
 
@@ -168,8 +189,15 @@ class Recorded:
     def told(self) -> tuple[str, ...]:
         """What the recorder said: it began late, or had gaps."""
         marks, more = self.gap_marks[:_MOST_GAPS], len(self.gap_marks) - _MOST_GAPS
-        gaps = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks]
-        begun = [str(note) for note in self.document.get("notes", []) if str(note).startswith(sidecar.BEGUN)]
+        gaps = [
+            f"gap after sample {seq}: {text}: the baseline was measured again"
+            for seq, text in marks
+        ]
+        begun = [
+            str(note)
+            for note in self.document.get("notes", [])
+            if str(note).startswith(sidecar.BEGUN)
+        ]
         return (*begun, *gaps, *([f"{more} more gaps"] if more > 0 else []))
 
     @property
@@ -185,7 +213,8 @@ class Recorded:
             f"{survey.lost} samples are missing {survey.in_gaps}": survey.lost,
             f"time goes back at {survey.backward} of {survey.rows} rows: {order}": survey.backward,
             survey.told_pause: survey.told_pause,
-            "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes is None,
+            "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes
+            is None,
             moved: abs(moved_s) > _MOVED_S,
         }
         said = (note for note, is_so in notes.items() if is_so)
@@ -193,7 +222,11 @@ class Recorded:
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
-        return dict(self.document["device"]) if self.document else {"name": "recording", "file": self.path.name}
+        return (
+            dict(self.document["device"])
+            if self.document
+            else {"name": "recording", "file": self.path.name}
+        )
 
     def blocks(self, damage: list[Damage] | None = None) -> Iterator[Block]:
         """Yield the samples in blocks of some thousand.
@@ -211,7 +244,11 @@ class Recorded:
         self.integrity, tares = Integrity(), sorted(self.tares)
         for block in self._parsed(Bytes(self.known.sealed("bytes")), _CHUNK, damage):
             self.survey.add(block)
-            cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1 if tares else np.zeros(0, np.int64)
+            cuts = (
+                np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
+                if tares
+                else np.zeros(0, np.int64)
+            )
             yield from np.split(block, cuts)
         self.integrity = judge(self.known, self.seen)
 
@@ -221,7 +258,11 @@ class Recorded:
         block = np.concatenate([np.zeros(0, DTYPE), *self.blocks()])
         last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in self.gap_marks]))
         return Recording(
-            *(block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, *usable(block, self.full_scale_pF)),
+            *(
+                block["t_hard_ns"] / 1e9,
+                block["t_soft_ns"] / 1e9,
+                *usable(block, self.full_scale_pF),
+            ),
             notes=self.notes,
             unit=self.unit,
             full_scale_pF=self.full_scale_pF,
@@ -248,21 +289,37 @@ class Recorded:
                 lines, tail = b"".join((tail, memoryview(data)[:end])), data[end:]  # one copy
                 if not self.headed:
                     first, _, lines = lines.partition(b"\n")
-                    self.columns, self.headed = VERSIONS[HEADERS.index(first.removesuffix(b"\r"))], True
+                    self.columns, self.headed = (
+                        VERSIONS[HEADERS.index(first.removesuffix(b"\r"))],
+                        True,
+                    )
                     line, offset = 2, len(first) + 1
                 block = self._block(lines, line, offset, rows, damage)
-                line, offset, rows = line + lines.count(b"\n"), offset + len(lines), rows + len(block)
+                line, offset, rows = (
+                    line + lines.count(b"\n"),
+                    offset + len(lines),
+                    rows + len(block),
+                )
                 if len(block):
                     yield block
-        seen.rows, seen.torn, self.seen = rows, len(tail), seen  # torn: of an incomplete row, or zeros of a power cut
+        seen.rows, seen.torn, self.seen = (
+            rows,
+            len(tail),
+            seen,
+        )  # torn: of an incomplete row, or zeros of a power cut
         if len(tail.rstrip(b"\0")) > _LONGEST_ROW:
-            self._add(Damage(line, 1, offset, len(tail), rows, f"{len(tail)} bytes without a line end"), damage)
+            self._add(
+                Damage(line, 1, offset, len(tail), rows, f"{len(tail)} bytes without a line end"),
+                damage,
+            )
             seen.torn = 0
 
     def _opened(self) -> BinaryIO:
         return opened(self.path) if self.data is None else io.BytesIO(self.data)
 
-    def _block(self, data: bytes, line: int, offset: int, rows: int, damage: list[Damage] | None) -> Block:
+    def _block(
+        self, data: bytes, line: int, offset: int, rows: int, damage: list[Damage] | None
+    ) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
             return parse_rows(data, self.columns, self.codes)

@@ -75,7 +75,11 @@ class Foreign:
 
     def describe(self) -> dict[str, Any]:
         """Return what is known of the instrument: the file name and full scale."""
-        known = {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+        known = {
+            "name": "table of another program",
+            "file": self.path.name,
+            "full_scale_pF": self.full_scale_pF,
+        }
         known |= {"unit": self.unit} if self.unit != "pF" else {}
         known |= {"period_s": self.period_s} if self.period_s else {}
         return known | ({"stamps": "host"} if self.host_stamps else {})
@@ -91,7 +95,9 @@ class Foreign:
             block["t_hard_ns"] = block["t_soft_ns"] = block["seq"] * UNTIMED_NS
             for name in ("t_hard", "t_soft") if self.timed else ():
                 ns = getattr(recording, f"{name}_s")[begin:end] * 1e9
-                block[f"{name}_ns"] = np.trunc(ns + np.copysign(0.5, ns))  # halves away from zero, as the tracker
+                block[f"{name}_ns"] = np.trunc(
+                    ns + np.copysign(0.5, ns)
+                )  # halves away from zero, as the tracker
             self.survey.add(block)
             yield block
 
@@ -113,10 +119,17 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     table.decimal = DECIMALS[wanted.decimal] if wanted.decimal else table.decimal
     soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
     found = channels(table, wanted, soft)
-    has_own_names = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
+    has_own_names = {column.name for column in table.columns} >= {
+        "hard_pF",
+        "soft_pF",
+        "t_hard_s",
+        "t_soft_s",
+    }
     notes = (*found.notes, AS_TABLE) if has_own_names else found.notes
     unit = unit_read(wanted.unit or "pF")
-    recording = Recording(*found.arrays, notes, unit=unit, zero_utc_ns=found.zero_utc_ns, understood=found.said)
+    recording = Recording(
+        *found.arrays, notes, unit=unit, zero_utc_ns=found.zero_utc_ns, understood=found.said
+    )
     return Foreign(path, recording, found.unused)
 
 

@@ -36,7 +36,10 @@ class Integrity(NamedTuple):
 
     def doubts_before(self, change: str, end: dict[str, Any]) -> list[str]:
         """Return the doubts for the end of a changed file: those that are not in its end yet are from before the change."""
-        return [text if text in end.get("doubts", []) else f"before the {change}: {text}" for text in self.doubts]
+        return [
+            text if text in end.get("doubts", []) else f"before the {change}: {text}"
+            for text in self.doubts
+        ]
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,9 @@ class Bytes:
 def known_of(path: Path) -> Known:
     """Return what is known of a recording, from its sidecar and its lock."""
     with file_errors(path, "cannot be read"):
-        running = is_locked(path)  # before the sidecar is read: a recording that ends in between has its end there
+        running = is_locked(
+            path
+        )  # before the sidecar is read: a recording that ends in between has its end there
         try:
             loaded = sidecar.load_checked(path)
         except RecordingError as error:
@@ -119,7 +124,9 @@ def judge(known: Known, seen: Bytes) -> Integrity:
     if known.intact is not False:
         return found
     parts = "device, settings, marks, end"
-    changed = f"the sidecar was changed after it was written (its checksum differs): {parts} may be wrong"
+    changed = (
+        f"the sidecar was changed after it was written (its checksum differs): {parts} may be wrong"
+    )
     if found.verified and not found.doubts:
         changed += "; the rows agree with the checksum in it: take the sidecar from a copy"
     return found._replace(doubts=(changed, *found.doubts))
@@ -135,12 +142,19 @@ def _judge_closed(known: Known, seen: Bytes, torn: str) -> Integrity:
     held = seen.crc32 if known.sealed("bytes") is None else seen.marked
     if held != checksum == seen.joined:
         held = checksum
-        remarks.append("the line ends were changed to those of Windows; the rows are as they were written")
+        remarks.append(
+            "the line ends were changed to those of Windows; the rows are as they were written"
+        )
     is_complete = end.get("rows") == seen.rows
     if checksum is None and is_complete and known.document["schema"] != sidecar.SCHEMA:
-        remarks.append("no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified")
+        remarks.append(
+            "no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified"
+        )
     before, wrong = end.get("doubts", []), _wrong(known, seen, held, torn)
-    doubts = [*map(str, before if isinstance(before, list) else [before]), *([wrong] if wrong else [])]
+    doubts = [
+        *map(str, before if isinstance(before, list) else [before]),
+        *([wrong] if wrong else []),
+    ]
     stopped = not (end.get("clean") or "repaired" in end)
     limits = (f"the recorder stopped with an error: {end.get('error')!s:.300}",) if stopped else ()
     verified = seen.rows if is_complete and checksum is not None and checksum == held else 0
@@ -176,7 +190,11 @@ def _judge_open(known: Known, seen: Bytes, torn: str) -> Integrity:
         doubts.append(_changed(f"the first {claimed:,} rows"))
     if torn and not known.running and seen.size >= (size or 0):
         doubts.append(torn)
-    part = f"the first {verified:,} of {seen.rows:,} rows are verified" if verified else "no row is verified"
+    part = (
+        f"the first {verified:,} of {seen.rows:,} rows are verified"
+        if verified
+        else "no row is verified"
+    )
     if known.running:
         limit = f"still being recorded: only the rows written until now are there; {part}"
     else:
@@ -187,5 +205,7 @@ def _judge_open(known: Known, seen: Bytes, torn: str) -> Integrity:
 
 
 def _changed(what: str) -> str:
-    why = "the rows were changed after they were written, or the sidecar belongs to another recording"
+    why = (
+        "the rows were changed after they were written, or the sidecar belongs to another recording"
+    )
     return f"{why} (checksum of {what} differs): results may be wrong; take the file from a copy"

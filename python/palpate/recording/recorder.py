@@ -96,7 +96,9 @@ class Recorder:
         self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(capacity_for(device))
-        self._earlier: tuple[Block, str] | None = None  # samples that were read before, and from where they begin
+        self._earlier: tuple[Block, str] | None = (
+            None  # samples that were read before, and from where they begin
+        )
         self._last: Sample | None = None  # in the ring
         self._gaps: deque[dict[str, Any]] = deque()
         self._wake, self._closing = Event(), False
@@ -123,7 +125,11 @@ class Recorder:
     @property
     def room(self) -> int:
         """Samples that a source that can wait may push now: half of what there is place for, any number after an error."""
-        return self._ring.capacity // 2 - len(self._ring) if self.error is None else self._ring.capacity
+        return (
+            self._ring.capacity // 2 - len(self._ring)
+            if self.error is None
+            else self._ring.capacity
+        )
 
     @property
     def is_behind(self) -> bool:
@@ -189,8 +195,14 @@ class Recorder:
     def mark_at(self, t_s: float, text: str) -> int:
         """Add a mark at a time, s, as `mark`; ValueError, too, if the recording began later."""
         if self.first_s is None or not t_s >= self.first_s:
-            begins = "it has no row yet" if self.first_s is None else f"from {self.first_s:.3f} s on, where it begins"
-            raise ValueError(f"mark: got {t_s:.3f} s, allowed: a time that is in the recording: {begins}")
+            begins = (
+                "it has no row yet"
+                if self.first_s is None
+                else f"from {self.first_s:.3f} s on, where it begins"
+            )
+            raise ValueError(
+                f"mark: got {t_s:.3f} s, allowed: a time that is in the recording: {begins}"
+            )
         return int(self._change(lambda file: file.add("marks", {"t_s": t_s, "text": text})))
 
     def rename_mark(self, number: int, text: str) -> None:
@@ -203,11 +215,15 @@ class Recorder:
 
     def _change(self, change: Callable[[SidecarFile], Any]) -> Any:
         if self._closing:
-            raise ValueError(f"{self.path.name}: got a change of a closed recording, allowed: until it is closed")
+            raise ValueError(
+                f"{self.path.name}: got a change of a closed recording, allowed: until it is closed"
+            )
         with file_errors(self.path, "cannot be written"):
             return change(self._writer.sidecar)
 
-    def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
+    def close(
+        self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None
+    ) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
 
         Parameters
@@ -228,21 +244,30 @@ class Recorder:
         self._closing = True
         self._wake.set()
         self._thread.join()
-        end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
+        end = {"dropped": self.dropped, "counters": counters()} | (
+            {"error": error} if error else {}
+        )
         if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
             self._clock = {**self._clock, "zero_utc_ns_at_end": epoch_at(zero_ns).utc_ns}
         self._writer.end(self._entries, end)
 
     @property
     def _entries(self) -> dict[str, Any]:
-        return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
+        return {
+            "clock": self._clock,
+            **({"conditions": self.conditions} if self.conditions else {}),
+        }
 
     def _begin_clock(self, first_ns: int) -> None:
         """At the first sample: its clock is known now."""
         if self.first_s is None:
             self.first_s = first_ns / 1e9
         if self._find_zero and (zero_ns := self._find_zero()) is not None:
-            self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": epoch_at(zero_ns).utc_ns}
+            self._clock = {
+                **self._clock,
+                "zero_monotonic_ns": zero_ns,
+                "zero_utc_ns": epoch_at(zero_ns).utc_ns,
+            }
         self._find_zero = None
 
     def _run(self) -> None:
@@ -253,7 +278,9 @@ class Recorder:
             count = self._ring.pop_many(waiting)
             self.popped()
             while self._gaps:
-                self._writer.attempt(partial(self._writer.sidecar.add, "marks", self._gaps.popleft()))
+                self._writer.attempt(
+                    partial(self._writer.sidecar.add, "marks", self._gaps.popleft())
+                )
             self._write_earlier()  # after the pop: what was popped came later
             self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
@@ -273,6 +300,8 @@ class Recorder:
             self._earlier = None
 
 
-def capacity_for(device: Mapping[str, Any], seconds: float = _HANGS_S, least: int = CAPACITY) -> int:
+def capacity_for(
+    device: Mapping[str, Any], seconds: float = _HANGS_S, least: int = CAPACITY
+) -> int:
     """Return the room for the samples that an instrument takes in some seconds."""
     return min(max(least, round(seconds / float(device.get("period_s", seconds)))), _MOST)

@@ -120,8 +120,14 @@ class Recording(Framed):
         begin, end = _seconds(span)
         length_s = self.duration.total_seconds()  # an error without times
         inside = (self.t_hard_s >= begin) & (self.t_hard_s < end)
-        if not inside.any() or -math.inf < begin < 0 <= self.t_hard_s[0]:  # a negative time, as if counted from the end
-            ends = f"{self.t_hard_s[0]:.3f} to {self.t_hard_s[0] + length_s:.3f} s" if len(self) else "none"
+        if (
+            not inside.any() or -math.inf < begin < 0 <= self.t_hard_s[0]
+        ):  # a negative time, as if counted from the end
+            ends = (
+                f"{self.t_hard_s[0]:.3f} to {self.t_hard_s[0] + length_s:.3f} s"
+                if len(self)
+                else "none"
+            )
             raise ValueError(f"recording[{begin}:{end}]: got no pair, allowed: times from {ends}")
         before = np.append(0, np.cumsum(inside))  # how many pairs are kept before each row
         gaps = sorted({int(before[row]) for row in self.gap_rows} - {0, len(self.hard[inside])})
@@ -160,7 +166,9 @@ class Recording(Framed):
         """
         return display("plots.recording", self, ax)
 
-    def touches(self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]) -> "Touches":
+    def touches(
+        self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+    ) -> "Touches":
         """Return the touches, as `palpate.touches`."""
         from palpate.tracking import tracked
 
@@ -183,7 +191,9 @@ class Recording(Framed):
         """
         times = np.concatenate([self.t_hard_s, self.t_soft_s])
         if not np.isfinite(times).all():
-            raise ValueError("duration: got a recording without times, allowed: one with a column of times")
+            raise ValueError(
+                "duration: got a recording without times, allowed: one with a column of times"
+            )
         return timedelta(seconds=float(np.ptp(times)) if len(times) else 0.0)
 
     @property
@@ -196,7 +206,9 @@ class Recording(Framed):
             It is not known, for example of a simulation that ran faster than time.
         """
         if self.zero_utc_ns is None:
-            allowed = "one of a device in real time (of a simulated one with speed=1), made by palpate"
+            allowed = (
+                "one of a device in real time (of a simulated one with speed=1), made by palpate"
+            )
             raise ValueError(f"utc_ns: got a recording without the wall clock, allowed: {allowed}")
         return self.zero_utc_ns + np.rint(self.t_hard_s * 1e9).astype(np.int64)
 
@@ -205,7 +217,9 @@ class Recording(Framed):
         size = np.size(self.hard)
         for name in _ARRAYS:
             given: Any = getattr(self, name)
-            array = np.asarray(np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given)
+            array = np.asarray(
+                np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given
+            )
             if array.dtype.kind not in "biuf":
                 raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
             if array.shape != (size,):
@@ -215,8 +229,13 @@ class Recording(Framed):
 
 def _seconds(span: slice) -> tuple[float, float]:
     is_span = isinstance(span, slice) and span.step is None
-    if not is_span or not all(isinstance(end, float | np.floating | None) for end in (span.start, span.stop)):
+    if not is_span or not all(
+        isinstance(end, float | np.floating | None) for end in (span.start, span.stop)
+    ):
         allowed = "seconds with a point, as recording[2.0:5.0]; rows are those of the arrays, as recording.hard[2:5]"
         raise TypeError(f"recording: got [{span!r:.60}], allowed: {allowed}")
-    begin, end = -math.inf if span.start is None else span.start, math.inf if span.stop is None else span.stop
+    begin, end = (
+        -math.inf if span.start is None else span.start,
+        math.inf if span.stop is None else span.stop,
+    )
     return float(begin), float(end)

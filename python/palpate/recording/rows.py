@@ -75,18 +75,38 @@ def codes_of(device: Mapping[str, Any]) -> Codes:
     """
     given = device.get("codes", Codes()._asdict())
     if not isinstance(given, Mapping) or set(given) != set(Codes._fields):
-        raise ValueError(f"codes: got {quoted(given)}, allowed: the keys {', '.join(Codes._fields)}")
+        raise ValueError(
+            f"codes: got {quoted(given)}, allowed: the keys {', '.join(Codes._fields)}"
+        )
     found = Codes(**given)
     for name, low in (("zero", -LARGEST_CODE - 1), ("largest", 1)):
         if type(value := given[name]) is not int or not low <= value <= LARGEST_CODE:
-            raise ValueError(f"codes: {name}: got {quoted(value)}, allowed: an integer from {low} to {LARGEST_CODE}")
+            raise ValueError(
+                f"codes: {name}: got {quoted(value)}, allowed: an integer from {low} to {LARGEST_CODE}"
+            )
     per_pF = found.per_pF
-    if isinstance(per_pF, bool) or not isinstance(per_pF, int | float) or not 1e-6 <= per_pF <= 1e15:
-        raise ValueError(f"codes: per_pF: got {quoted(per_pF)}, allowed: a number from 1e-6 to 1e15")
+    if (
+        isinstance(per_pF, bool)
+        or not isinstance(per_pF, int | float)
+        or not 1e-6 <= per_pF <= 1e15
+    ):
+        raise ValueError(
+            f"codes: per_pF: got {quoted(per_pF)}, allowed: a number from 1e-6 to 1e15"
+        )
     return found
 
 
-COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "t_uncertainty_us", "status")
+COLUMNS = (
+    "seq",
+    "t_hard_s",
+    "t_soft_s",
+    "hard_raw",
+    "soft_raw",
+    "hard_pF",
+    "soft_pF",
+    "t_uncertainty_us",
+    "status",
+)
 EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
 """Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
 VERSIONS = COLUMNS, EARLIER
@@ -102,7 +122,9 @@ def format_rows(block: Block) -> bytes:
     return _core.format_rows(np.ascontiguousarray(block))
 
 
-def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
+def parse_rows(
+    data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746
+) -> Block:
     """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
     form = None if scale is None else (scale.zero, scale.per_pF), columns == COLUMNS
     block = _core.parse_rows(data, *form)

@@ -41,10 +41,16 @@ class Specimen:
     def __post_init__(self) -> None:
         """Check the fields."""
         _require_text("name", self.name, LONGEST_NAME, least=1)
-        if self.modulus_MPa is not None and not (_is_number(self.modulus_MPa) and self.modulus_MPa > 0):
-            raise ValueError(f"modulus_MPa: got {quoted(self.modulus_MPa)}, allowed: a number above 0, or null")
+        if self.modulus_MPa is not None and not (
+            _is_number(self.modulus_MPa) and self.modulus_MPa > 0
+        ):
+            raise ValueError(
+                f"modulus_MPa: got {quoted(self.modulus_MPa)}, allowed: a number above 0, or null"
+            )
         if type(self.wanted) is not int or not 1 <= self.wanted <= MOST_WANTED:
-            raise ValueError(f"wanted: got {quoted(self.wanted)}, allowed: an integer from 1 to {MOST_WANTED}")
+            raise ValueError(
+                f"wanted: got {quoted(self.wanted)}, allowed: an integer from 1 to {MOST_WANTED}"
+            )
 
 
 @dataclass(frozen=True)
@@ -139,7 +145,10 @@ class Plan:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as the entry `session` of a sidecar."""
-        return {name: list(part) if isinstance(part, tuple) else part for name, part in asdict(self).items()}
+        return {
+            name: list(part) if isinstance(part, tuple) else part
+            for name, part in asdict(self).items()
+        }
 
     def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
         """Return the entry of each touch, whose begin is nearest, within the length of the touch; None: there is none.
@@ -176,7 +185,11 @@ class Plan:
         return [found.get(at) for at in range(len(touches))]
 
 
-_KINDS: dict[str, type[Specimen | Entry | Note]] = {"specimens": Specimen, "touches": Entry, "notes": Note}
+_KINDS: dict[str, type[Specimen | Entry | Note]] = {
+    "specimens": Specimen,
+    "touches": Entry,
+    "notes": Note,
+}
 
 
 def plan_of(document: Mapping[str, Any]) -> Plan:
@@ -189,25 +202,38 @@ def _made(place: str, given: Any, kind: type[Any]) -> Any:
     if not isinstance(given, Mapping):
         raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
     known = {each.name: given[each.name] for each in fields(kind) if each.name in given}
-    if missing := [each.name for each in fields(kind) if each.default is MISSING and each.name not in known]:
+    if missing := [
+        each.name for each in fields(kind) if each.default is MISSING and each.name not in known
+    ]:
         raise ValueError(f"{place}: got no {missing[0]}, allowed: one in each")
     for name, part in _KINDS.items() if kind is Plan else ():
         each = known.get(name, [])
         if not isinstance(each, list):
             raise ValueError(f"{place}: {name}: got {quoted(each)}, allowed: a list")  # noqa: TRY004  of a file
-        known[name] = tuple(_made(f"{place}: {name}, {at}", one, part) for at, one in enumerate(each, 1))
+        known[name] = tuple(
+            _made(f"{place}: {name}, {at}", one, part) for at, one in enumerate(each, 1)
+        )
     try:
         return kind(**known)
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from error
 
 
-def _require_text(name: str, text: object, most: int, *, least: int = 0, lines: bool = False) -> None:
+def _require_text(
+    name: str, text: object, most: int, *, least: int = 0, lines: bool = False
+) -> None:
     if not isinstance(text, str) or not least <= len(text) <= most:
-        raise ValueError(f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters")
-    odd = next((mark for mark in text if category(mark) in _NOT_SHOWN and not (lines and mark == "\n")), None)
+        raise ValueError(
+            f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters"
+        )
+    odd = next(
+        (mark for mark in text if category(mark) in _NOT_SHOWN and not (lines and mark == "\n")),
+        None,
+    )
     if odd:
-        raise ValueError(f"{name}: got the character {odd!a}, allowed: characters that can be shown")
+        raise ValueError(
+            f"{name}: got the character {odd!a}, allowed: characters that can be shown"
+        )
 
 
 def _require_time(name: str, value: object) -> None:

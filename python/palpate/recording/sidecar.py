@@ -49,7 +49,11 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
     # (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known; session (session.Plan.as_dict); conditions.
     return {
         "schema": SCHEMA,
-        "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},
+        "versions": {
+            "palpate": __version__,
+            "python": platform.python_version(),
+            "system": platform.system(),
+        },
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
         "clock": {"started_utc_ns": time.time_ns()},
         "device": device,
@@ -73,7 +77,9 @@ def save(path: Path, document: dict[str, Any]) -> None:
 
 def text_of(document: dict[str, Any]) -> str:
     """Return a sidecar as JSON, with its checksum."""
-    text = json.dumps({**_plain(document), "sidecar_crc32": ""}, indent=2, allow_nan=False, default=str)
+    text = json.dumps(
+        {**_plain(document), "sidecar_crc32": ""}, indent=2, allow_nan=False, default=str
+    )
     body = text[: text.rindex(_SUM) + len(_SUM)]
     return f'{body}{zlib.crc32(body.encode()):08x}"\n}}\n'
 
@@ -110,7 +116,9 @@ def parsed(path: Path, data: bytes) -> tuple[dict[str, Any], bool | None]:
     except (ValueError, RecursionError) as error:
         raise RecordingError(path, f"not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") not in SCHEMAS:
-        raise RecordingError(path, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it")
+        raise RecordingError(
+            path, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it"
+        )
     try:
         _require_valid(document)
     except ValueError as error:
@@ -127,9 +135,17 @@ def _require_valid(document: dict[str, Any]) -> None:
             allowed = "a list" if kind is list else "names and values"
             raise ValueError(f"{name}: got {quoted(part)}, allowed: {allowed}")  # noqa: TRY004  of a file
     full_scale = document["device"].get("full_scale_pF", math.inf)
-    number: Any = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
-    if type(number) not in (int, float) or not number > 0 or (type(number) is int and number >= 2**63):
-        raise ValueError(f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf")
+    number: Any = (
+        _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
+    )
+    if (
+        type(number) not in (int, float)
+        or not number > 0
+        or (type(number) is int and number >= 2**63)
+    ):
+        raise ValueError(
+            f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
+        )
     for part, name in (("settings", "period"), ("device", "period_s")):
         period = document[part].get(name, 0)
         if type(period) not in (int, float) or not 0 <= period <= LONGEST_PERIOD_S:
@@ -164,12 +180,18 @@ def amend(path: Path, plan: Plan, known: Plan) -> None:
         raise RecordingError(beside, "is gone: the change of the session is in no file")
     document, intact = found
     if intact is False:  # a new checksum would hide it
-        raise RecordingError(beside, "was changed after it was written: nothing is added; take it from a copy")
+        raise RecordingError(
+            beside, "was changed after it was written: nothing is added; take it from a copy"
+        )
     if plan_of(document) != known:
-        raise RecordingError(beside, "was changed by another program: nothing is added; open the recording again")
+        raise RecordingError(
+            beside, "was changed by another program: nothing is added; open the recording again"
+        )
     document = {**document, "session": plan.as_dict()}
     if (size := len(text_of(document).encode())) > LARGEST:
-        raise RecordingError(beside, f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file")
+        raise RecordingError(
+            beside, f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file"
+        )
     with file_errors(path, "cannot be written"):
         save(beside, document)
 
@@ -208,7 +230,10 @@ def _time_of(mark: dict[str, Any]) -> float:
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:
     """Return the settings of the tracker and its scene, with inf and -inf as numbers."""
-    return {name: _INFINITE.get(str(value), value) for name, value in document.get("settings", {}).items()}
+    return {
+        name: _INFINITE.get(str(value), value)
+        for name, value in document.get("settings", {}).items()
+    }
 
 
 _INFINITE = {"inf": math.inf, "-inf": -math.inf}

@@ -147,7 +147,9 @@ def check(
     return verified(recorded(path, **table), repair=repair, remove_damage=remove_damage)
 
 
-def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False) -> Verification:
+def verified(
+    recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False
+) -> Verification:
     """Check a recording that is open already, as `check`."""
     damage: list[Damage] = []
     for _ in recording.blocks(damage):
@@ -167,11 +169,23 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
     if not isinstance(recording, Recorded):
         found = (*_findings(survey, None), *recording.notes)
         timed, understood = recording.timed, recording.understood
-        return Verification(recording.path, survey, None, False, False, (), found, timed=timed, understood=understood)
+        return Verification(
+            recording.path,
+            survey,
+            None,
+            False,
+            False,
+            (),
+            found,
+            timed=timed,
+            understood=understood,
+        )
     known, integrity = recording.known, recording.integrity
     advice = refused or (_ADVICE if damage else "")
     doubts = list(integrity.doubts)
-    if recording.seen.torn and doubts and refused and not damage:  # one sentence on the row that is cut off
+    if (
+        recording.seen.torn and doubts and refused and not damage
+    ):  # one sentence on the row that is cut off
         doubts[-1], advice = f"{doubts[-1]}; {refused}", ""
     faults = (*integrity.limits, *doubts, *_faults(survey, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(sidecar.BEGUN)]
@@ -179,13 +193,19 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
     repaired = "repaired" in known.end
     clean = bool(known.end.get("clean")) and not faults
     findings = (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped")))
-    changed = bool(integrity.doubts) and not (integrity.limits or repaired) and known.sealed("rows") == survey.rows
+    changed = (
+        bool(integrity.doubts)
+        and not (integrity.limits or repaired)
+        and known.sealed("rows") == survey.rows
+    )
     state = recording.path, survey, clean, known.running, repaired, faults, findings
     return Verification(*state, integrity.verified, tuple(damage), changed)
 
 
 _SHOWN = 3  # damaged places
-_ADVICE = "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
+_ADVICE = (
+    "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
+)
 
 
 def _faults(survey: Survey, damage: list[Damage]) -> Iterator[str]:
@@ -217,7 +237,9 @@ def _findings(survey: Survey, dropped: Any) -> Iterator[str]:
     yield from (text for text, count in counts.items() if count)
 
 
-_PACKED = "not repaired: it is standard input, or a packed or converted file: unpack it, and repair that"
+_PACKED = (
+    "not repaired: it is standard input, or a packed or converted file: unpack it, and repair that"
+)
 
 
 def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -> str | None:
@@ -229,8 +251,12 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
         size = sum(place.bytes for place in damage)
         return f"not repaired: {size:,} damaged bytes would be taken out, and kept in a file: not confirmed"
     if damage or (known.document and not known.end):
-        path = recording.path  # a packed file of another name is no text that can be repaired: it is left as it is
-        is_packed = recording.data is not None or path == STANDARD_INPUT or path.suffix.lower() == ".gz"
+        path = (
+            recording.path
+        )  # a packed file of another name is no text that can be repaired: it is left as it is
+        is_packed = (
+            recording.data is not None or path == STANDARD_INPUT or path.suffix.lower() == ".gz"
+        )
         return _PACKED if is_packed else None
     lines = "the other lines are rows" if recording.seen.torn else "every line is a row"
     if not known.document:
@@ -241,7 +267,10 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
     if known.intact is not False and missing > 0:
         return f"not repaired: {missing:,} rows that were written are missing: take the file from a copy"
     if known.intact is False and len(recording.doubts) == 1:
-        lines, which = "only the sidecar was changed", "what it said before cannot be known: take it from a copy"
+        lines, which = (
+            "only the sidecar was changed",
+            "what it said before cannot be known: take it from a copy",
+        )
     else:
         which = "which ones are not as they were written cannot be known"
     return f"not repaired: {lines}, and {which}"
@@ -283,7 +312,11 @@ def _without(recording: Recorded, damage: list[Damage], data: bytes) -> bytes:
 def _free_suffix(*paths: Path) -> str:
     """Return what to add to the names of the files as they were: no file has these names."""
     suffixes = (f".unrepaired{f'-{number}' if number > 1 else ''}" for number in count(1))
-    return next(suffix for suffix in suffixes if not any(os.path.lexists(f"{path}{suffix}") for path in paths))
+    return next(
+        suffix
+        for suffix in suffixes
+        if not any(os.path.lexists(f"{path}{suffix}") for path in paths)
+    )
 
 
 def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
@@ -305,15 +338,27 @@ def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
     for _ in again.blocks():
         pass
     rows, found = again.survey.rows, again.integrity
-    if found.doubts:  # what is left is not as it was written: it may have been so with what is taken out
+    if (
+        found.doubts
+    ):  # what is left is not as it was written: it may have been so with what is taken out
         found = judge(known, replace(recording.seen, torn=0))
     if not known.document or known.end:
         found = found._replace(doubts=(*found.doubts, *found.limits))
     unknown = {**recording.describe(), "full_scale_pF": recording.full_scale_pF}
     document = dict(known.document or sidecar.made(unknown, 0, b""))
     document.pop("checkpoint", None)
-    end = {"dropped": 0, **known.end, "rows": rows, "bytes": len(data), "crc32": again.seen.crc32, "clean": False}
-    end |= {"verified": found.verified, "repaired": f"{done}; {found.verified:,} of {rows:,} rows are verified"}
+    end = {
+        "dropped": 0,
+        **known.end,
+        "rows": rows,
+        "bytes": len(data),
+        "crc32": again.seen.crc32,
+        "clean": False,
+    }
+    end |= {
+        "verified": found.verified,
+        "repaired": f"{done}; {found.verified:,} of {rows:,} rows are verified",
+    }
     if doubts := found.doubts_before("repair", known.end):
         end["doubts"] = doubts
     return {**document, "schema": sidecar.SCHEMA, "end": end}
@@ -321,10 +366,16 @@ def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
 
 def _report(recording: Recorded, damage: list[Damage], kept: str) -> str:
     """Return what was taken out."""
-    parts, torn, removed = [place for place in damage if place.bytes], recording.seen.torn, list[str]()
+    parts, torn, removed = (
+        [place for place in damage if place.bytes],
+        recording.seen.torn,
+        list[str](),
+    )
     if parts:
         places = "1 damaged place" if len(parts) == 1 else f"{len(parts)} damaged places"
-        removed.append(f"{sum(place.bytes for place in parts)} bytes of {places}, from line {parts[0].line} on")
+        removed.append(
+            f"{sum(place.bytes for place in parts)} bytes of {places}, from line {parts[0].line} on"
+        )
     if torn:
         removed.append(f"{torn} bytes of an incomplete row")
     done = [f"removed {' and '.join(removed)} (the file before: {kept})"] if removed else []

@@ -110,7 +110,9 @@ class Writer:
         if path.exists():
             raise RecordingError(path, EXISTS)
         beside = sidecar.sidecar_path(path)
-        with file_errors(beside, "cannot be written"):  # first the sidecar: rows always have one, after a kill, too
+        with file_errors(
+            beside, "cannot be written"
+        ):  # first the sidecar: rows always have one, after a kill, too
             self.sidecar = SidecarFile(beside, document)
         try:
             with file_errors(path, "cannot be written"):
@@ -124,7 +126,9 @@ class Writer:
         try:
             lock(file)
             held = os.fstat(file.fileno())
-            self._is_numbered = os.path.samestat(held, self.path.stat())  # not on some network file systems
+            self._is_numbered = os.path.samestat(
+                held, self.path.stat()
+            )  # not on some network file systems
             write(file, HEADER.encode())
         except OSError:
             file.close()
@@ -171,7 +175,9 @@ class Writer:
             with suppress(OSError):  # a row that was written in part
                 self._file.truncate(before.bytes)
             raise
-        self.written = Written(before.rows + rows, before.bytes + len(data), zlib.crc32(data, before.crc32))
+        self.written = Written(
+            before.rows + rows, before.bytes + len(data), zlib.crc32(data, before.crc32)
+        )
 
     def _require_own_file(self) -> None:
         """Compare the open file with its path."""
@@ -204,7 +210,9 @@ class Writer:
         except RecordingError as error:
             self.error = error
         except Exception as error:  # noqa: BLE001  the thread must not end in silence
-            why = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+            why = (
+                error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+            )
             synced = f"{self.synced.rows:,} rows are synced to the disk"
             self.error = RecordingError(self.path, f"cannot be written: {why}; {synced}")
 
@@ -236,9 +244,13 @@ class SidecarFile:
         with self._lock:
             marks = list(self._document["marks"])
             if not 1 <= number <= len(marks):
-                raise ValueError(f"mark: got number {number}, allowed: 1 to {len(marks)}, as it was returned")
+                raise ValueError(
+                    f"mark: got number {number}, allowed: 1 to {len(marks)}, as it was returned"
+                )
             if marks[number - 1].get("tare"):
-                raise ValueError(f"mark: got number {number}, a tare or gap, allowed: a mark that was made by hand")
+                raise ValueError(
+                    f"mark: got number {number}, a tare or gap, allowed: a mark that was made by hand"
+                )
             marks[number - 1] = {**marks[number - 1], "text": text}
             self._save(self._with("marks", marks))
 
@@ -270,7 +282,9 @@ class SidecarFile:
             to_disk(file.fileno())
             with suppress(FileNotFoundError):  # removed: it is written again
                 if read_bytes(self.path, sidecar.LARGEST) != self._saved:
-                    raise RecordingError(self.path, "was changed by another program while it was recorded")
+                    raise RecordingError(
+                        self.path, "was changed by another program while it was recorded"
+                    )
         self._document, self._saved, self.unsaved = document, text, False
 
 

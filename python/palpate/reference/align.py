@@ -12,7 +12,9 @@ _Reading = tuple[int, float]
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
 SLOWEST_NS = 40_000_000  # longest period with filters
 LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
-AVERAGED_NS = 25_000_000  # of a fast converter's readings: of one with a mean step below a third of this
+AVERAGED_NS = (
+    25_000_000  # of a fast converter's readings: of one with a mean step below a third of this
+)
 STEPS = 32  # memory of this mean
 
 
@@ -67,7 +69,9 @@ class Reading(NamedTuple):
     together: bool = False
 
 
-def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> list[Reading | None]:
+def means(
+    t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+) -> list[Reading | None]:
     """Align both channels, and average those of a fast converter: reference of what comes first in the scene "handheld".
 
     Parameters
@@ -86,11 +90,16 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made]
     [1, 1, 1, 1, 1, 1, 1, 23, 24]
     """
-    times, values = np.asarray(t_hard), np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
+    times, values = (
+        np.asarray(t_hard),
+        np.column_stack([np.asarray(hard, float), np.asarray(soft, float)]),
+    )
     whole = np.isfinite(values).all(axis=1)
     paces = _paces(times, whole)
     values[[bool(pace) and not there for pace, there in zip(paces, whole, strict=True)]] = np.nan
-    pairs = zip(*(column.tolist() for column in matched_pair(times, t_soft, *values.T)), strict=True)
+    pairs = zip(
+        *(column.tolist() for column in matched_pair(times, t_soft, *values.T)), strict=True
+    )
     made: list[Reading | None] = []
     block: list[Reading] = []  # of the mean that is not complete
     size = 1
@@ -103,7 +112,9 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
         if not (pace and there):
             made.append(one._replace(size=size))
             continue
-        complete = block if block and not 0 <= one.time - block[0].time < AVERAGED_NS - pace // 2 else []
+        complete = (
+            block if block and not 0 <= one.time - block[0].time < AVERAGED_NS - pace // 2 else []
+        )
         block = [*([] if complete else block), one]
         size = len(complete) or size
         made.append(_mean(complete) if complete else None)
@@ -115,7 +126,11 @@ def _paces(times: NDArray[Any], whole: NDArray[np.bool_]) -> list[int]:
     paces, last, pace, fast = [], None, 0, False
     for time, there in zip(times.tolist(), whole, strict=True):
         if there:
-            step = time - last if last is not None and 0 < time - last <= 2 * AVERAGED_NS else 2 * AVERAGED_NS
+            step = (
+                time - last
+                if last is not None and 0 < time - last <= 2 * AVERAGED_NS
+                else 2 * AVERAGED_NS
+            )
             pace = AVERAGED_NS // 5 * 2 if last is None else pace + step // STEPS - pace // STEPS
             fast, last = pace < AVERAGED_NS // 3 * (2 if fast else 1), time
         paces.append(pace if fast else 0)
@@ -125,10 +140,14 @@ def _paces(times: NDArray[Any], whole: NDArray[np.bool_]) -> list[int]:
 def _mean(block: list[Reading]) -> Reading:
     """Return the mean of readings and of their pairs."""
     begin, valid = block[0].time, [one.pair for one in block if one.pair[2]]
-    later, hard, soft = np.mean([(one.time - begin, one.hard, one.soft) for one in block], axis=0).tolist()
+    later, hard, soft = np.mean(
+        [(one.time - begin, one.hard, one.soft) for one in block], axis=0
+    ).tolist()
     pair = np.mean([pair[:2] for pair in valid], axis=0).tolist() if valid else (np.nan, np.nan)
     matched = all(matched for *_, matched in valid)
-    return Reading(begin + int(later), hard, soft, (*pair, bool(valid), matched and bool(valid)), len(block))
+    return Reading(
+        begin + int(later), hard, soft, (*pair, bool(valid), matched and bool(valid)), len(block)
+    )
 
 
 def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> Pairs:
@@ -163,7 +182,12 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
     softs: list[_Reading] = []
     rows: list[tuple[float, float, bool, bool]] = []
     uneven = 0  # windows since the last one on a grid, at most PATIENCE
-    columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
+    columns = (
+        np.asarray(t_hard),
+        np.asarray(t_soft),
+        np.asarray(hard, float),
+        np.asarray(soft, float),
+    )
     for time, soft_time, value, soft_value in zip(*columns, strict=True):
         row = (np.nan, np.nan, False, False)
         if np.isfinite(soft_value):
@@ -216,7 +240,9 @@ def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, floa
         return None
     period = (softs[3][0] - softs[0][0]) // 3
     places = {-2: -period, 2: period, -3: -period - period // 2, -1: -(period // 2), 1: period // 2}
-    places[3] = period + period // 2  # in half periods from the middle: even ones hard, odd ones soft
+    places[3] = (
+        period + period // 2
+    )  # in half periods from the middle: even ones hard, odd ones soft
     readings = dict(zip((-2, 0, 2, -3, -1, 1, 3), [*hards, *softs], strict=True))
     late = {place: readings[place][0] - readings[0][0] - step for place, step in places.items()}
     if period > SLOWEST_NS or any(abs(ticks) >= period // 4 for ticks in late.values()):

@@ -91,7 +91,9 @@ class Estimate:
     _squares: list[float] = field(default_factory=list)  # of the regressors since the last one
     _down: bool = False  # their mean is not much less than before
     _state: _Handover = field(default_factory=estimator)
-    _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of the readings, and their weights
+    _numbers: NDArray[np.float64] = field(
+        default_factory=lambda: np.zeros(0)
+    )  # of the readings, and their weights
     _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -112,7 +114,11 @@ class Estimate:
     @property
     def mean_regressor(self) -> float:
         """Root of the mean square regressor, by the information, with the sign of the instrument, pF."""
-        return float(np.copysign(np.sqrt(self._state.information / self._state.weight), self._state.instrument))
+        return float(
+            np.copysign(
+                np.sqrt(self._state.information / self._state.weight), self._state.instrument
+            )
+        )
 
     @property
     def middle(self) -> float:
@@ -131,7 +137,9 @@ class Estimate:
             The estimator before a change that is confirmed by this sample.
         """
         state = self._state
-        before = {name: getattr(state, name) for name in ("base", "information", "squares", "weight")}
+        before = {
+            name: getattr(state, name) for name in ("base", "information", "squares", "weight")
+        }
         drifted = state.drifting
         state.update(hard, soft)
         self.samples += 1
@@ -147,8 +155,12 @@ class Estimate:
         if state.drifting and not (drifted and self._unconfirmed):
             self._keep(before, time_s, alarm=False)
         before_change = self._confirm(soft, time_s)
-        if not alarm and state.squares != before["squares"]:  # an outlier changes no sum, unless the ratio drifts
-            self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or much
+        if (
+            not alarm and state.squares != before["squares"]
+        ):  # an outlier changes no sum, unless the ratio drifts
+            self._weights *= (state.weight - 1) / max(
+                self._weights.sum(), 1
+            )  # forgotten, a little or much
             self._weights = np.append(self._weights, 1.0)
             self._numbers = np.append(self._numbers, float(number))
             if matched and not state.outlier:

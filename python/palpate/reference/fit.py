@@ -15,14 +15,20 @@ def solved(columns: dict[str, Array], y: Array) -> tuple[dict[str, float], dict[
     """Return coefficients of y = sum of coefficient times column by least squares, their variances, and the squared residuals."""
     # The variances are for noise of variance 1: the diagonal of (X' X)^-1.
     matrix = np.column_stack(list(columns.values()))
-    scale = np.sqrt((matrix**2).sum(axis=0))  # columns of size 1: so that no singular value is lost beside another's
+    scale = np.sqrt(
+        (matrix**2).sum(axis=0)
+    )  # columns of size 1: so that no singular value is lost beside another's
     scale[scale == 0] = 1
     inverse = np.linalg.pinv(matrix / scale, rcond=1e-15) / scale[:, None]
     found = inverse @ y
     residuals = y - matrix @ found
     variances = (inverse**2).sum(axis=1)
     squares = float(residuals @ residuals)
-    return dict(zip(columns, found.tolist(), strict=True)), dict(zip(columns, variances.tolist(), strict=True)), squares
+    return (
+        dict(zip(columns, found.tolist(), strict=True)),
+        dict(zip(columns, variances.tolist(), strict=True)),
+        squares,
+    )
 
 
 def rest(name: str, columns: dict[str, Array]) -> float:
@@ -34,7 +40,9 @@ def rest(name: str, columns: dict[str, Array]) -> float:
 SIGNIFICANT = 8.0  # standard errors: from here on a term has a flag, and leaves all of it open
 SUSPECT = 4.0  # standard errors: up to here it leaves nothing open
 LEAST = 0.002  # share of the signal: smaller terms have no flag
-LEAST_BENT = 0.005  # the same for an offset, a curve, a tilt and a change: gauges are bent, by .5 %/pF
+LEAST_BENT = (
+    0.005  # the same for an offset, a curve, a tilt and a change: gauges are bent, by .5 %/pF
+)
 LEAST_LAG = 0.08  # pairs
 NOISE_GAIN = 0.42  # variance of an aligned pair for a reading's of 1
 SLOPE_GAIN = 0.45  # the same of x' for a pair's
@@ -89,7 +97,11 @@ def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, A
         return {name: columns[name] for name in ("x", "time")}
     # The variance of the noise of x^2, given x, is 4 (x - m)^2 noise + 2 noise^2. That of x is tested beside x^2, not
     # beside (x / m - 1)^2, so the depth has to vary by some per cent.
-    least = {"x": floor, "slope": SLOPE_GAIN * floor, "square": (4 * spread / n + 2 * noise) * floor}
+    least = {
+        "x": floor,
+        "slope": SLOPE_GAIN * floor,
+        "square": (4 * spread / n + 2 * noise) * floor,
+    }
     whole = all(rest(name, columns) > least[name] for name in least)
     return columns | {"square": (x / m - 1) ** 2} if whole else line
 
@@ -117,9 +129,14 @@ def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Mis
     }
     term = {"lag": "slope", "drift": "time", "offset": "one", "curve": "square"}
     errors = {
-        name: abs(values[of]) / np.sqrt(variances[of] * variance) if of in columns else 0.0 for name, of in term.items()
+        name: abs(values[of]) / np.sqrt(variances[of] * variance) if of in columns else 0.0
+        for name, of in term.items()
     }
-    flags = {name for name, (size, least) in sizes.items() if errors[name] > SIGNIFICANT and abs(size) > least}
+    flags = {
+        name
+        for name, (size, least) in sizes.items()
+        if errors[name] > SIGNIFICANT and abs(size) > least
+    }
 
     def left_open(name: str) -> float:
         """Return the variance of the ratio: none up to 4 standard errors, all of the term from 8 on, at most the ratio."""

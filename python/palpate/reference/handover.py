@@ -18,7 +18,10 @@ TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
 FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
 MEMORY = 0.995  # forgetting factor of the noise model
 ALLOWED_OFFSET = 2  # of the innovations, in units of their roughness; above it the ratio drifts
-DRIFT_FROM, MATURE = 16, 48  # innovations: until a drift is seen; until what the press itself disturbs is past
+DRIFT_FROM, MATURE = (
+    16,
+    48,
+)  # innovations: until a drift is seen; until what the press itself disturbs is past
 EXPECTED = 64  # innovations after a drift until the whole offset is allowed again, from half of it
 MOST = 0.9  # share of a new sample in the ratio, while the ratio drifts
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
@@ -48,7 +51,11 @@ class Noise:
         It is larger for the first samples, and never less than the rounding error.
         """
         rounding = (abs(output) + self.number(1e-18)) * self.number(1e-15)
-        doubt = 1 + self.number(3) / (seen - TRANSIENT + 1) if WARM_UP <= seen < DOUBTED else self.number(1)
+        doubt = (
+            1 + self.number(3) / (seen - TRANSIENT + 1)
+            if WARM_UP <= seen < DOUBTED
+            else self.number(1)
+        )
         return max(self.number(1.2533141) * self.magnitude * doubt, rounding)
 
     def add(self, e: Any, sign: int) -> None:
@@ -75,11 +82,16 @@ class Noise:
 
     def allowed(self) -> Any:
         """Return the offset, in units of the roughness, above which the ratio drifts."""
-        return min(self.number(ALLOWED_OFFSET) / 2 + self.number(self.since) / EXPECTED, self.number(ALLOWED_OFFSET))
+        return min(
+            self.number(ALLOWED_OFFSET) / 2 + self.number(self.since) / EXPECTED,
+            self.number(ALLOWED_OFFSET),
+        )
 
     def drifts(self) -> bool:
         """Return whether the innovations have an offset that their noise does not explain."""
-        return bool(abs(self.offset) > self.allowed() * self.roughness and self.weight >= DRIFT_FROM)
+        return bool(
+            abs(self.offset) > self.allowed() * self.roughness and self.weight >= DRIFT_FROM
+        )
 
     def least_share(self) -> Any:
         """Return the least share of a new sample in the ratio, while the ratio drifts."""
@@ -91,7 +103,11 @@ class Noise:
 
     def correlations(self) -> tuple[Any, Any]:
         """Return the autocorrelations at lag 1 and 2."""
-        return (self.lag1 / self.lag0, self.lag2 / self.lag0) if self.lag0 > 0 else (0 * self.lag0, 0 * self.lag0)
+        return (
+            (self.lag1 / self.lag0, self.lag2 / self.lag0)
+            if self.lag0 > 0
+            else (0 * self.lag0, 0 * self.lag0)
+        )
 
     def corrected(self, correlation: Any) -> Any:
         """Return a correlation corrected for Kendall's bias, -(1 + 3 r1) / n, within +-(FEWEST - 1) / (FEWEST + 1)."""
@@ -170,8 +186,17 @@ class _Handover:
 
     def __init__(self, number: Callable[[Any], Any], guard: int, **settings: Any) -> None:
         given = {name: number(value) for name, value in settings.items()}
-        self.steady, self.drift, self.threshold = given["steady"], given["drift"], given["threshold"]
-        self.clip, self.smoothing, self.guard, self.number = given["clip"], given["smoothing"], guard, number
+        self.steady, self.drift, self.threshold = (
+            given["steady"],
+            given["drift"],
+            given["threshold"],
+        )
+        self.clip, self.smoothing, self.guard, self.number = (
+            given["clip"],
+            given["smoothing"],
+            guard,
+            number,
+        )
         self.base, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
         self.least = 1 / given["max_covariance"]  # information
         # The sums of (lambda^k w)^2 and of lambda^k; the mean regressor.
@@ -180,7 +205,9 @@ class _Handover:
         self.up, self.down, self.seen = _Side(), _Side(), 0
         self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
         self.row: list[Any] = []  # innovations of the last outliers in a row
-        self.lag = self.lead = number(0)  # while the ratio drifts: the mean innovation, and what it adds to the ratio
+        self.lag = self.lead = number(
+            0
+        )  # while the ratio drifts: the mean innovation, and what it adds to the ratio
 
     @property
     def ratio(self) -> Any:
@@ -198,10 +225,15 @@ class _Handover:
         size, x = abs(self.instrument), abs(regressor)
         leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
         w = self.instrument if leads else regressor
-        whitened, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output, self.seen)
+        whitened, scale = (
+            e - self.noise.rho * self.noise.before,
+            self.noise.scale(output, self.seen),
+        )
         watching = self.seen >= WARM_UP
         outlier = watching and abs(whitened) > self.clip * scale
-        clipped = min(max(whitened, -self.clip * scale), self.clip * scale) if watching else whitened
+        clipped = (
+            min(max(whitened, -self.clip * scale), self.clip * scale) if watching else whitened
+        )
         if self.alarm():
             self.up, self.down = _Side(), _Side()
         if watching:
@@ -220,9 +252,18 @@ class _Handover:
             gain = self._follow(w, regressor, limited)
         self._learn(limited, clipped, outlier, -1 if regressor < 0 else 1)
         # The instrument: the mean of the first 1 / smoothing regressors, then an exponential mean.
-        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
+        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (
+            regressor - self.instrument
+        )
         self._follow_lag(limited, gain)
-        return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
+        return (
+            self.ratio,
+            1 / self.information,
+            e,
+            self.statistic(),
+            self.standard_error(),
+            self.alarm(),
+        )
 
     def _follow(self, w: Any, regressor: Any, e: Any) -> Any:
         """Update the information and the ratio, R' = lambda R + w x, r' = r + (w / R') e; return w / R'.
@@ -231,7 +272,10 @@ class _Handover:
         """
         forgetting = self.steady
         if self.noise.drifts():
-            forgetting = min(forgetting, self._recent_square() * (1 / self.noise.least_share() - 1) / self.information)
+            forgetting = min(
+                forgetting,
+                self._recent_square() * (1 / self.noise.least_share() - 1) / self.information,
+            )
         left = forgetting * self.information
         bounded = max(left, min(self.least, self.information))
         self.information = left + w * regressor if w * regressor > 0 else bounded
@@ -278,7 +322,9 @@ class _Handover:
         if (count := self.seen - TRANSIENT) <= 0:
             return
         noise = self.noise
-        noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (abs(clipped) - noise.magnitude)
+        noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (
+            abs(clipped) - noise.magnitude
+        )
         if outlier:
             noise.add_outlier(e, sign)
         else:

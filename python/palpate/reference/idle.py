@@ -54,7 +54,10 @@ class Level:
     @property
     def drifts(self) -> bool:
         """Whether fast - slow is more than 4 of its standard deviations, which are sqrt(1 / 32) / 2 of the noise."""
-        return self.count >= PROVEN and abs(self.fast - self.slow) > 2 * np.sqrt(1 / FIRST) * self.noise
+        return (
+            self.count >= PROVEN
+            and abs(self.fast - self.slow) > 2 * np.sqrt(1 / FIRST) * self.noise
+        )
 
     @property
     def level(self) -> float:
@@ -98,7 +101,9 @@ def first_level(values: ArrayLike) -> Level:
     lag = float((FIRST - 1) * slope)
     size = len(near)
     ages = np.full(size, (FIRST - 1) / 2)
-    return Level(near, np.full(size, 1 / size), ages, last - lag, last - 2 * lag, float(noise), size)
+    return Level(
+        near, np.full(size, 1 / size), ages, last - lag, last - 2 * lag, float(noise), size
+    )
 
 
 def noise_floor(values: Array) -> float:
@@ -362,7 +367,9 @@ class Idle:
             rest = SECOND_NS if fall > SECOND_NS else max(fall + fall // 2, SECOND_NS // 10)
             self._since_ns, self._settles = time_ns + rest, True
             return "idle"
-        if self.gate.fell or (now == "idle" and max(self.hard.now.quiet, self.soft.now.quiet) >= FIRST):
+        if self.gate.fell or (
+            now == "idle" and max(self.hard.now.quiet, self.soft.now.quiet) >= FIRST
+        ):
             self.retaken += 1
             self.gate.reset()
             self._measure_again()
@@ -382,7 +389,9 @@ class Idle:
                     baseline.add(value)
         return "measured" if self.ready and not before else ""
 
-    def _measure(self, time_ns: int, values: tuple[float, float], change: float, noise: float) -> str:
+    def _measure(
+        self, time_ns: int, values: tuple[float, float], change: float, noise: float
+    ) -> str:
         """Take a reading while the baselines are measured; a touch that begins meanwhile has the old ones."""
         self.gate.update_between(change, noise)
         if self.gate.state == "contact":

@@ -15,10 +15,14 @@ BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall 
 LARGEST = 0.1  # relative error of a level ratio
 MOST_NOISE = 0.3  # share of the variation of the soft channel
 LEAST_SWEEP = 5e-4  # variation of the soft channel, share of its sum of squares
-OF_HOLD = 0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
+OF_HOLD = (
+    0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
+)
 
 
-def fitted_line(x: Array, y: Array, held: NDArray[np.bool_], noise: float) -> tuple[float, float, float]:
+def fitted_line(
+    x: Array, y: Array, held: NDArray[np.bool_], noise: float
+) -> tuple[float, float, float]:
     """Return the slope of y = b x + c by least squares, its variance from the residuals, and the share of noise in x.
 
     `noise` is its variance in x: it is taken out of the sum of squares. The slope is 0 if x does not vary by more.
@@ -26,7 +30,10 @@ def fitted_line(x: Array, y: Array, held: NDArray[np.bool_], noise: float) -> tu
     middle, of_hold = x - x.mean(), x[held].mean() - x.mean()
     swept = np.where(held, of_hold + OF_HOLD * (middle - of_hold), middle)
     square, counted = float(swept @ middle), float(np.where(held, OF_HOLD, 1.0).sum())
-    if square <= LEAST_SWEEP * (x @ x) or not (share := float(counted * noise / square)) < MOST_NOISE:
+    if (
+        square <= LEAST_SWEEP * (x @ x)
+        or not (share := float(counted * noise / square)) < MOST_NOISE
+    ):
         return 0.0, np.nan, np.nan
     slope = float(swept @ y / square)
     rest = y - y.mean() - slope * middle
@@ -101,12 +108,21 @@ class Sweep:
         if hold.sum() < FEWEST or (rise.sum() < FEWEST and not falls):
             return none
         x, y = (values ** (1 / self.exponent) for values in (soft, hard))
-        lines = {"up": rise | hold, "all": rise | hold | fall if falls else rise | hold, "down": hold | fall}
+        lines = {
+            "up": rise | hold,
+            "all": rise | hold | fall if falls else rise | hold,
+            "down": hold | fall,
+        }
 
         def line(name: str) -> tuple[float, float, float]:
             p, part = self.exponent, x[lines[name]]
             # The noise in the coordinate of the contact, at the mean depth.
-            return fitted_line(part, y[lines[name]], hold[lines[name]], (noise / p) ** 2 * part.mean() ** (2 - 2 * p))
+            return fitted_line(
+                part,
+                y[lines[name]],
+                hold[lines[name]],
+                (noise / p) ** 2 * part.mean() ** (2 - 2 * p),
+            )
 
         slope, variance, share = line("all")
         if not slope > 0:

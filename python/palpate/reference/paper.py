@@ -107,7 +107,8 @@ def adaptive_rls(
 
         # P(k) = [P(k-1) - P(k-1) C2(k)^2 P(k-1) / (lambda + C2(k)^2 P(k-1))] / lambda
         covariance = (
-            covariance - covariance * regressor_k**2 * covariance / (forgetting + regressor_k**2 * covariance)
+            covariance
+            - covariance * regressor_k**2 * covariance / (forgetting + regressor_k**2 * covariance)
         ) / forgetting
 
         # Step 4: r_C(k) = r_C(k-1) + K(k) e(k)
@@ -118,14 +119,26 @@ def adaptive_rls(
     return Trace(ratios, covariances, innovations, statistics, alarms.astype(bool))
 
 
-def finite(output: ArrayLike, regressor: ArrayLike, number: Callable[[Any], Any]) -> list[tuple[Any, Any]]:
+def finite(
+    output: ArrayLike, regressor: ArrayLike, number: Callable[[Any], Any]
+) -> list[tuple[Any, Any]]:
     """Return pairs of numbers of this type; ValueError: one is not finite, or there are more of one channel."""
-    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
-        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
-    return [(number(y), number(x)) for y, x in zip(np.asarray(output), np.asarray(regressor), strict=True)]
+    if not (
+        np.isfinite(np.asarray(output, float)).all()
+        and np.isfinite(np.asarray(regressor, float)).all()
+    ):
+        raise ValueError(
+            "output, regressor: got a value that is not finite, allowed: finite numbers"
+        )
+    return [
+        (number(y), number(x))
+        for y, x in zip(np.asarray(output), np.asarray(regressor), strict=True)
+    ]
 
 
-def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any) -> Trace:
+def rls(
+    output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any
+) -> Trace:
     """Recursive least squares with one forgetting factor.
 
     Parameters

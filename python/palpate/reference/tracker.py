@@ -13,7 +13,10 @@ from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
 from palpate.reference.level import Sweep
 
-SURE, SIGNIFICANT = 3.0, 8.0  # standard deviations: the baselines drifted; the ratio is known to be wrong
+SURE, SIGNIFICANT = (
+    3.0,
+    8.0,
+)  # standard deviations: the baselines drifted; the ratio is known to be wrong
 FALLEN = 0.05  # share of the touch
 RECOVERY_VALUES = 16  # over which a recovery is seen, between two medians of as many values
 RECOVERED = 4.0  # standard errors of the change
@@ -137,8 +140,12 @@ def revised(
     # walk, a quarter for an exponential that is large enough for a flag.
     excess = max(change**2 - error**2, 0.0)
     uneven = changed or not significant
-    left_open = (shift / (2 if uneven else 4)) ** 2 if drifted else part * (1 - part) * excess / mean**2
-    return Revised("drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant)
+    left_open = (
+        (shift / (2 if uneven else 4)) ** 2 if drifted else part * (1 - part) * excess / mean**2
+    )
+    return Revised(
+        "drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant
+    )
 
 
 def _recovers(before: Known, after: Known) -> bool:
@@ -234,7 +241,11 @@ class CodeStep:
 
     def coarse(self, noise: float) -> float:
         """Return the step, pF; 0 if the noise moves the readings from code to code."""
-        return self._step if self._times == 3 and not self._fine and noise <= 0.51 * self._step else 0.0
+        return (
+            self._step
+            if self._times == 3 and not self._fine and noise <= 0.51 * self._step
+            else 0.0
+        )
 
 
 class Rows(NamedTuple):
@@ -336,8 +347,13 @@ class _Tracker:
         alarm = False
         if event == "begun":
             age, noise = self._idle.gate.age, self._idle.soft.now.noise
-            begin, self._first = max(self._readings + 1 - age * self._size, 0), max(number + 1 - age, 0)
-            self._touch = Estimate(begin, sweep=Sweep(self._exponent, self._age), _state=estimator(noise))
+            begin, self._first = (
+                max(self._readings + 1 - age * self._size, 0),
+                max(number + 1 - age, 0),
+            )
+            self._touch = Estimate(
+                begin, sweep=Sweep(self._exponent, self._age), _state=estimator(noise)
+            )
             self._begin_ns = time_ns
             self._running, self._known = True, None
         elif event in ("released", "idle"):
@@ -377,7 +393,9 @@ class _Tracker:
         since_s, alarm = (time_ns - self._begin_ns) / 1e9, False
         hard, soft, valid, matched = pair
         if valid:
-            alarm, before = self._touch.add(*self._changes(hard, soft), number, since_s, matched=bool(matched))
+            alarm, before = self._touch.add(
+                *self._changes(hard, soft), number, since_s, matched=bool(matched)
+            )
             self._note(before)
         else:
             self._touch.refused += 1
@@ -390,8 +408,16 @@ class _Tracker:
     def _falling(self, time_ns: int, pair: list[float]) -> None:
         """Take a pair between the end of a touch and the end of its release: it belongs to the level ratio."""
         hard, soft, valid, matched = pair
-        if self._touch and self._touch.samples and self._idle.gate.state != "idle" and valid and matched:
-            self._touch.sweep.add(*self._changes(hard, soft), (time_ns - self._begin_ns) / 1e9, held=False)
+        if (
+            self._touch
+            and self._touch.samples
+            and self._idle.gate.state != "idle"
+            and valid
+            and matched
+        ):
+            self._touch.sweep.add(
+                *self._changes(hard, soft), (time_ns - self._begin_ns) / 1e9, held=False
+            )
 
     def finish(self, *, full: bool = False) -> None:
         """End the running touch."""
@@ -413,7 +439,16 @@ class _Tracker:
         ratio, covariance = (touch.ratio, touch.covariance) if touch.samples else (np.nan, np.nan)
         counts = (touch.start, touch.samples, touch.alarms, touch.refused)
         found = Touch(
-            *counts, full, ratio, error, covariance, ratio, error, misfit, before=touch.before, after=touch.after
+            *counts,
+            full,
+            ratio,
+            error,
+            covariance,
+            ratio,
+            error,
+            misfit,
+            before=touch.before,
+            after=touch.after,
         )
         self.touches.append(self._levelled(found, revised=False))
 
@@ -430,7 +465,9 @@ class _Tracker:
         tilt = touch.ratio / level - 1
         tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_BENT
         tilt = tilt if np.isfinite(tilt) else 0.0
-        return replace(result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted))
+        return replace(
+            result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted)
+        )
 
     def _baselines(self) -> tuple[Known, Known]:
         hard, soft = (
@@ -472,7 +509,9 @@ class _Tracker:
         last = self.touches[-1]
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
-        error = touch.standard_error(self._errors(touch.ratio)._replace(shared=found.variance), left_open)
+        error = touch.standard_error(
+            self._errors(touch.ratio)._replace(shared=found.variance), left_open
+        )
         corrected = found.shift if found.kind == "drift" else 0.0
         flags = misfit.flags | ({"drift"} if found.significant and abs(relative) > LEAST else set())
         if flags == {"offset"}:

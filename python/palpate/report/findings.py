@@ -42,7 +42,11 @@ class Run:
 
 
 def run_of(
-    path: Path, name: str, how: dict[str, Any] | None = None, tell: Callable[[str], None] = lambda _: None, **asked: Any
+    path: Path,
+    name: str,
+    how: dict[str, Any] | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+    **asked: Any,
 ) -> Run:
     """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own.
 
@@ -63,13 +67,17 @@ def run_of(
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
-    return Run(name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times)
+    return Run(
+        name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times
+    )
 
 
 def run_again(run: Run, tracking: dict[str, Any]) -> Run:
     """Send a recording through the estimator again, if scene or settings are other ones."""
     same = tracking == run.tracking
-    return run if same else replace(run, tracking=tracking, found=tracked(run.recording, **tracking))
+    return (
+        run if same else replace(run, tracking=tracking, found=tracked(run.recording, **tracking))
+    )
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,9 @@ class Found:
 
     def uncertainty(self, scatter: Scatter) -> Uncertainty:
         """Return the uncertainty of its ratio with this scatter."""
-        return Uncertainty.of(self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF), self.ratio_of)
+        return Uncertainty.of(
+            self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF), self.ratio_of
+        )
 
 
 @dataclass(frozen=True)
@@ -136,13 +146,21 @@ class Result:
 
 
 def _result(
-    name: str, known: float | None, touches: list[Found], calibration: Calibration | None, scatter: Scatter
+    name: str,
+    known: float | None,
+    touches: list[Found],
+    calibration: Calibration | None,
+    scatter: Scatter,
 ) -> Result:
     kept = [one for one in touches if not one.left_out]
     ratios = [one.touch for one in kept]
     found = mean = modulus = None
     if kept:
-        found = calibration.agreement(ratios) if calibration else agreement(ratios, ratio_of=kept[0].ratio_of)
+        found = (
+            calibration.agreement(ratios)
+            if calibration
+            else agreement(ratios, ratio_of=kept[0].ratio_of)
+        )
         mean = with_scatter(found, scatter) if found.agree else None
     if mean and calibration:
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
@@ -151,7 +169,9 @@ def _result(
     budget = list[Part]()
     if calibration and mean and modulus and 0 < modulus.value < inf:
         linearity = fmean(one.uncertainty(scatter).linearity for one in kept)  # no mean reduces it
-        budget = calibration.budget(mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity)
+        budget = calibration.budget(
+            mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
+        )
     return Result(name, known, touches, kept, found, mean, modulus, variation, budget)
 
 
@@ -167,11 +187,15 @@ class Findings:
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
         """Return the repeatability of the kept touches, or of all with a ratio above 0; None: no touch."""
-        groups = [_logarithms(result.touches if all_touches else result.kept) for result in self.results]
+        groups = [
+            _logarithms(result.touches if all_touches else result.kept) for result in self.results
+        ]
         return repeatability(groups) if any(groups) else None
 
 
-def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:
+def findings(
+    runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]
+) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
     by_level = all(run.plan.ratio == "level" for run in runs)
@@ -182,11 +206,17 @@ def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[s
         groups.setdefault(one.specimen, []).append(one)
     kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
     scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
-    results = [_result(name, known.get(name), group, calibration, scatter) for name, group in groups.items() if name]
+    results = [
+        _result(name, known.get(name), group, calibration, scatter)
+        for name, group in groups.items()
+        if name
+    ]
     return Findings(runs, touches, results, calibration, scatter)
 
 
-def known_moduli(runs: Iterable[Run], table: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
+def known_moduli(
+    runs: Iterable[Run], table: Mapping[str, float]
+) -> tuple[dict[str, float], list[str]]:
     """Return the modulus of each specimen, MPa: of a table, else of the sessions; and where a session differs from the table."""
     moduli, names, differences = dict(table), {bare(name): name for name in table}, list[str]()
     for run in runs:
@@ -195,7 +225,9 @@ def known_moduli(runs: Iterable[Run], table: Mapping[str, float]) -> tuple[dict[
             known = moduli.setdefault(name, modulus)
             said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
             if known != modulus and name not in table:
-                raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
+                raise CalibrationError(
+                    f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table"
+                )
             differences += [f"{said}used: {known:g} MPa"] if known != modulus else []
     return moduli, differences
 
@@ -215,14 +247,23 @@ def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str
 
 
 def _touches(
-    runs: Iterable[Run], calibration: Calibration | None, moduli: Mapping[str, float], ratio_of: RatioOf
+    runs: Iterable[Run],
+    calibration: Calibration | None,
+    moduli: Mapping[str, float],
+    ratio_of: RatioOf,
 ) -> Iterator[Found]:
     number = 0
     for run in runs:
         told = advice_at_end(run.found.touches, cut=run.found.cut)
-        for said, (touch, specimen, by_hand) in zip(map(tuple, told), assigned(run, moduli), strict=True):
+        for said, (touch, specimen, by_hand) in zip(
+            map(tuple, told), assigned(run, moduli), strict=True
+        ):
             number += 1
-            against = calibration.objections(touch) if calibration else objections(touch, ratio_of=ratio_of)
+            against = (
+                calibration.objections(touch)
+                if calibration
+                else objections(touch, ratio_of=ratio_of)
+            )
             left_out = (*filter(None, [by_hand]), *reasons(said, against))
             yield Found(number, run, touch, specimen, left_out, said, ratio_of)
 

@@ -54,7 +54,9 @@ class Repeatability:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values as plain numbers; None for what is unknown."""
-        return number_format.plain({**asdict(self), "error": self.error, "detectable": self.detectable()})
+        return number_format.plain(
+            {**asdict(self), "error": self.error, "detectable": self.detectable()}
+        )
 
 
 def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
@@ -70,16 +72,28 @@ def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
     apart = float(sizes @ (means - values.mean()) ** 2)
     within = spread / freedom[1] if freedom[1] else nan
     between = apart / freedom[0] if freedom[0] else nan
-    per = float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0]) if freedom[0] else float(sizes[0])
-    correlation = (1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom))
+    per = (
+        float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0])
+        if freedom[0]
+        else float(sizes[0])
+    )
+    correlation = (
+        1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom)
+    )
     return Repeatability(len(sizes), len(values), freedom[1], per, within, between, *correlation)
 
 
-def _quotients(within: float, between: float, freedom: tuple[int, int]) -> tuple[float, float, float]:
+def _quotients(
+    within: float, between: float, freedom: tuple[int, int]
+) -> tuple[float, float, float]:
     """Return F = MSB / MSW, and both ends of its interval."""
     if not (isfinite(within) and isfinite(between)) or within == between == 0:
         return nan, nan, nan
     if within == 0:
         return inf, inf, inf
     quantile, found = need("scipy.special", "science").fdtri, between / within
-    return found, found / float(quantile(*freedom, 0.975)), found * float(quantile(*freedom[::-1], 0.975))
+    return (
+        found,
+        found / float(quantile(*freedom, 0.975)),
+        found * float(quantile(*freedom[::-1], 0.975)),
+    )

@@ -127,37 +127,71 @@ def write(
     runs = [run_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
     found = findings(runs, fitted, known)
     files = [("calibration", curve), ("moduli", table)]
-    head = {"title": title, "operator": operator, "probe": probe, "site": site, "unit": "" if unit == "MPa" else unit}
-    options: list[tuple[str, Any]] = [*((name, file and file.name) for name, file in files), *head.items()]
+    head = {
+        "title": title,
+        "operator": operator,
+        "probe": probe,
+        "site": site,
+        "unit": "" if unit == "MPa" else unit,
+    }
+    options: list[tuple[str, Any]] = [
+        *((name, file and file.name) for name, file in files),
+        *head.items(),
+    ]
     options += [("shore", shore), *(("note", note) for note in notes)]
-    shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file], tell)
-    write_file(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
+    shown = _shown(
+        found,
+        [(name, text) for name, text in options if text],
+        [file for _, file in files if file],
+        tell,
+    )
+    write_file(
+        Path(path), _render(shown).encode(errors="replace")
+    )  # a name of a file may be no text
     results: dict[str, Any] = {"touches": len(found.touches), "kept": shown["kept"]}
     results["specimens"] = [result.as_dict() for result in found.results]
     results["repeatability"] = shown["repeatability"] and shown["repeatability"].as_dict()
-    return Written(Path(path), " ".join([*shown["named"], shown["verdict"]]), tuple(shown["doubts"]), results)
+    return Written(
+        Path(path), " ".join([*shown["named"], shown["verdict"]]), tuple(shown["doubts"]), results
+    )
 
 
 def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
     records = [dict(zip(head, row, strict=True)) for row in rows]
-    return _render({"title": "Calibration of a probe", "found": None, "specimens": records, **_fitted(calibration)})
+    return _render(
+        {
+            "title": "Calibration of a probe",
+            "found": None,
+            "specimens": records,
+            **_fitted(calibration),
+        }
+    )
 
 
 def _render(context: Mapping[str, Any]) -> str:
     """Return a page: everything in the context is escaped but markup, and a name that it lacks is an error."""
     jinja2 = need("jinja2", "report")
-    how = {"undefined": jinja2.StrictUndefined, "autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
+    how = {
+        "undefined": jinja2.StrictUndefined,
+        "autoescape": True,
+        "trim_blocks": True,
+        "lstrip_blocks": True,
+    }
     pages = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), **how)
-    pages.globals.update(exp=exp, digits=number_format, columns=_columns, counted=counted, NONE=NONE)
+    pages.globals.update(
+        exp=exp, digits=number_format, columns=_columns, counted=counted, NONE=NONE
+    )
     pages.filters["percent"] = _percent
     return str(pages.get_template("report.html.j2").render(context)).lstrip()
 
 
 def _recordings(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
     """Return the recordings by the names that the report has for them, without the table of moduli."""
-    paths = [Path(each) for each in recordings if not (table and Path(each).resolve() == table.resolve())]
+    paths = [
+        Path(each) for each in recordings if not (table and Path(each).resolve() == table.resolve())
+    ]
     if not paths:
         raise ValueError("recordings: got none, allowed: one or more")
     alone = len({path.name for path in paths}) == len(paths)
@@ -178,7 +212,11 @@ _WORDS = {
 def _columns(rows: list[_Row]) -> list[tuple[str, str]]:
     """Return the columns that have a value in any row, and the class of each."""
     cells = [row for row in rows if isinstance(row, dict)]
-    return [(name, "w" if name in _WORDS else "") for name in cells[0] if any(row[name] != "" for row in cells)]
+    return [
+        (name, "w" if name in _WORDS else "")
+        for name in cells[0]
+        if any(row[name] != "" for row in cells)
+    ]
 
 
 def _in(unit: str, text: str) -> str:
@@ -186,7 +224,9 @@ def _in(unit: str, text: str) -> str:
     if unit == "MPa":
         return text
     number = re.compile(r"\d+(?:\.(\d+))?(?:e-?\d+)?")
-    in_kPa = number.sub(lambda one: f"{1000 * float(one[0]):.{max(0, len(one[1] or '') - 3)}f}", text)
+    in_kPa = number.sub(
+        lambda one: f"{1000 * float(one[0]):.{max(0, len(one[1] or '') - 3)}f}", text
+    )
     return in_kPa.replace("MPa", unit)
 
 
@@ -195,16 +235,30 @@ def _shown(
 ) -> dict[str, Any]:
     """Return all that the template shows, from findings, the options of the command, and the files that these name."""
     asked, runs = dict(options), found.runs
-    given = [f" --{name}" + ("" if text is True else f" {shlex.quote(text)}") for name, text in options]
-    unit, shore, names = asked.get("unit", "MPa"), "shore" in asked, shlex.join(run.name for run in runs)
+    given = [
+        f" --{name}" + ("" if text is True else f" {shlex.quote(text)}") for name, text in options
+    ]
+    unit, shore, names = (
+        asked.get("unit", "MPa"),
+        "shore" in asked,
+        shlex.join(run.name for run in runs),
+    )
     each = counted(len(runs), "recording") if len(runs) > 1 else runs[0].name
-    counts = [sum(getattr(run.recording.survey, name) for run in runs) for name in ("rows", "lost", "refused")]
+    counts = [
+        sum(getattr(run.recording.survey, name) for run in runs)
+        for name in ("rows", "lost", "refused")
+    ]
     begins = sorted(filter(None, map(_begin, runs)))
-    sources = [*(source for run in runs for source in _files(run)), *((file.name, file) for file in files)]
+    sources = [
+        *(source for run in runs for source in _files(run)),
+        *((file.name, file) for file in files),
+    ]
     kept = [one for one in found.touches if not one.left_out]
     happened = {run.name: _happened(run) for run in runs}
     return {
-        "title": asked.get("title") or _listed(run.plan.title for run in runs) or f"Report of {each}",
+        "title": asked.get("title")
+        or _listed(run.plan.title for run in runs)
+        or f"Report of {each}",
         "simulated": _simulated(runs),
         "doubts": _doubts(found),
         "named": _named(found.results, unit),
@@ -259,7 +313,9 @@ def _shown(
 
 def _fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
     """Return what the template shows of a calibration, and of the moduli that it gave."""
-    new = [one for one in results if one.known is None and one.modulus and isfinite(one.modulus.value)]
+    new = [
+        one for one in results if one.known is None and one.modulus and isfinite(one.modulus.value)
+    ]
     seen = [(one.name, one.mean.ratio, one.modulus) for one in new if one.mean and one.modulus]
     names = ("Parameter", "Value", "95 % interval")
     return {
@@ -282,7 +338,9 @@ def _distance(calibration: Calibration, one: verdict.Residual) -> dict[str, obje
         "Curve": number_format.number(one.fitted, one.standard_error),
         "Distance, %": verdict.percent(one).replace("-", MINUS),
         "In std. errors": f"{one.standardised:+.1f}".replace("-", MINUS),
-        "Values": ", ".join(number_format.number(value, calibration.touch_spread * value) for value in values),
+        "Values": ", ".join(
+            number_format.number(value, calibration.touch_spread * value) for value in values
+        ),
     }
 
 
@@ -308,7 +366,9 @@ def _cells(modulus: Modulus | None, unit: str, *, shore: bool, none: str) -> dic
     return {unit: value, **beside, "95 % interval": interval}
 
 
-def _result(one: Result, calibration: Calibration | None, unit: str, *, shore: bool) -> dict[str, object]:
+def _result(
+    one: Result, calibration: Calibration | None, unit: str, *, shore: bool
+) -> dict[str, object]:
     """Return the row of a specimen."""
     mean = one.mean
     return {
@@ -325,7 +385,12 @@ def _result(one: Result, calibration: Calibration | None, unit: str, *, shore: b
 
 
 def _touches(
-    found: Findings, happened: Mapping[str, list[_Event]], tell: Callable[[str], None], unit: str, *, shore: bool
+    found: Findings,
+    happened: Mapping[str, list[_Event]],
+    tell: Callable[[str], None],
+    unit: str,
+    *,
+    shore: bool,
 ) -> Iterator[_Row]:
     """Yield a row for each touch, and the sentences about it; of several recordings their names, too."""
     means = {one.name: one.mean.ratio for one in found.results if one.mean}
@@ -337,10 +402,16 @@ def _touches(
             yield element("b", name)
         touch = one.touch
         known = one.uncertainty(found.scatter)
-        modulus = found.calibration.modulus_of(touch) if found.calibration and not one.left_out else None
+        modulus = (
+            found.calibration.modulus_of(touch) if found.calibration and not one.left_out else None
+        )
         from_mean = known.ratio / means.get(one.specimen, nan) - 1
         end_s = touch.start_s + touch.samples * one.run.period_s
-        marks = [text for t_s, kind, text in happened[name] if kind == "mark" and touch.start_s <= t_s <= end_s]
+        marks = [
+            text
+            for t_s, kind, text in happened[name]
+            if kind == "mark" and touch.start_s <= t_s <= end_s
+        ]
         yield {
             "Touch": one.number,
             "Specimen": one.specimen or NONE,
@@ -350,7 +421,9 @@ def _touches(
             "Ratio": number_format.number(known.ratio, known.uncertainty),
             "±": number_format.error(known.uncertainty) if isfinite(known.uncertainty) else NONE,
             "Noise, %": _percent(known.noise / abs(known.ratio) if known.ratio else nan),
-            "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS) if isfinite(from_mean) else NONE,
+            "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS)
+            if isfinite(from_mean)
+            else NONE,
             "Alarm, %": f"{100 * touch.alarm_share:.0f}",
             "Mark": "; ".join(marks),
         }
@@ -361,8 +434,16 @@ def _touches(
 def _recording(run: Run) -> dict[str, object]:
     """Return the row of a recording: begin, length, rows and lost samples; and what `check` and `replay` say of it."""
     checked, survey = run.checked, run.recording.survey
-    share = number_format.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
-    told = [checked.verdict, checked.understood, *checked.faults, *checked.findings, *run.found.touches.notes]
+    share = (
+        number_format.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
+    )
+    told = [
+        checked.verdict,
+        checked.understood,
+        *checked.faults,
+        *checked.findings,
+        *run.found.touches.notes,
+    ]
     return {
         "Recording": run.name,
         "Begin": _begin(run) or "unknown",
@@ -398,7 +479,10 @@ def _doubts(found: Findings) -> list[str]:
 def _named(results: list[Result], unit: str) -> list[str]:
     """Return the moduli that were not known before, a sentence each."""
     unknown = [result for result in results if result.known is None and result.modulus]
-    named = [f"{one.name}: {_in(unit, str(one.modulus)).replace('(', '(95 %: ')}." for one in unknown[:_MOST_NAMED]]
+    named = [
+        f"{one.name}: {_in(unit, str(one.modulus)).replace('(', '(95 %: ')}."
+        for one in unknown[:_MOST_NAMED]
+    ]
     more = len(unknown) - _MOST_NAMED
     return [*named, f"{counted(more, 'more specimen')} below."] if more > 0 else named
 
@@ -418,7 +502,9 @@ def _sentences(found: Findings, kept: int, rows: int, lost: int, refused: int) -
         yield f"{sum(inside)} of {len(inside)} known moduli {_is(sum(inside))} in the 95 % interval."
     if found.calibration is None:
         yield "No calibration was given, so there are ratios, and no moduli."
-    elif of_fit := sum(one.ratio in found.calibration.ratios for one in found.touches):  # with the same bits
+    elif of_fit := sum(
+        one.ratio in found.calibration.ratios for one in found.touches
+    ):  # with the same bits
         yield f"{of_fit} of these touches are data of the calibration itself: for them that is no independent test."
 
 
@@ -453,9 +539,15 @@ def _happened(run: Run) -> list[_Event]:
     """Return notes, marks, tares and gaps in order of time; first those without one."""
     document = run.recording.document
     raw = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
-    kinds = ["gap" if mark.get("gap") is True else "tare" if mark.get("tare") is True else "mark" for mark in raw]
+    kinds = [
+        "gap" if mark.get("gap") is True else "tare" if mark.get("tare") is True else "mark"
+        for mark in raw
+    ]
     found = [(nan, "note", shortened(str(note), _LONGEST)) for note in document.get("notes", [])]
-    found += [(t_s, kind, text) for kind, (t_s, text) in zip(kinds, sidecar.marks_of(document), strict=True)]
+    found += [
+        (t_s, kind, text)
+        for kind, (t_s, text) in zip(kinds, sidecar.marks_of(document), strict=True)
+    ]
     found += [(note.t_s, "note", note.text) for note in run.plan.notes]
     return sorted(found, key=lambda one: -inf if isnan(one[0]) else one[0])
 
@@ -489,7 +581,11 @@ def _conditions(known: list[Any]) -> dict[str, str]:
     """Return the range of temperature and supply of the chip, as the recording has them."""
     ranges = dict[str, str]()
     for name in ("temperature_C", "supply_V"):
-        values = [one[name] for one in known if isinstance(one, dict) and isinstance(one.get(name), int | float)]
+        values = [
+            one[name]
+            for one in known
+            if isinstance(one, dict) and isinstance(one.get(name), int | float)
+        ]
         ranges |= {name: f"{min(values):.2f} to {max(values):.2f}"} if values else {}
     return ranges
 

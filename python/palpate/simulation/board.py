@@ -35,7 +35,8 @@ def foreign(scenario: Scenario) -> str:
     found = {
         "another converter": own != Converter(),
         "wrong time stamps": scenario.stamps != Stamps(),
-        "runs of lost conversions": scenario.faults.lost_run > 0,  # the driver opens the board again, then ends
+        "runs of lost conversions": scenario.faults.lost_run
+        > 0,  # the driver opens the board again, then ends
     }
     return " and ".join(what for what, has in found.items() if has)
 
@@ -61,18 +62,26 @@ def kit_of(
 ) -> KitTwin:
     """Return a board whose bumps follow a scenario from now on."""
     if foreign(scenario):
-        raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
+        raise ValueError(
+            f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run"
+        )
     random = np.random.default_rng(seed)
     start_s = clock.now_ns() / 1e9 + idle_s
     chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
-        chip.disturb = _disturbance(scenario, chip, random, lambda: max(clock.now_ns() / 1e9 - start_s, 0.0), seed)
+        chip.disturb = _disturbance(
+            scenario, chip, random, lambda: max(clock.now_ns() / 1e9 - start_s, 0.0), seed
+        )
     return KitTwin(chip, clock, bus_kHz=bus_kHz)
 
 
 def _disturbance(
-    scenario: Scenario, chip: ChipTwin, random: np.random.Generator, since_s: Callable[[], float], seed: int
+    scenario: Scenario,
+    chip: ChipTwin,
+    random: np.random.Generator,
+    since_s: Callable[[], float],
+    seed: int,
 ) -> Callable[[], float]:
     faults, step_s = scenario.faults, scenario.converter.step_s
     noise_factor = faults.burst_noise(scenario.duration_s, stream(seed, "bursts"))

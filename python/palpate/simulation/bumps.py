@@ -114,7 +114,9 @@ class Substrate:
         -------
         numpy.ndarray, pF
         """
-        stiffness = self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, _SOFTEST) / (1 - 1 / self.rigid_ratio)
+        stiffness = (
+            self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, _SOFTEST) / (1 - 1 / self.rigid_ratio)
+        )
         slope = self.spacing_mm * np.tan(np.radians(angle_deg))
         if self.exponent == 1 and self.layout == "hard-soft":
             shift = stiffness * slope / (1 + ratio)
@@ -123,14 +125,21 @@ class Substrate:
             return np.clip(level - ratio * shift, 0, level * (1 + ratio))
         first, *rest = self._places()
         depth = self._depth_mm(level / stiffness, ratio, slope)
-        shares = (w * np.maximum(depth + x * slope, 0) ** self.exponent for x, w in ([first] if hard else rest))
+        shares = (
+            w * np.maximum(depth + x * slope, 0) ** self.exponent
+            for x, w in ([first] if hard else rest)
+        )
         return np.asarray(stiffness * sum(shares))
 
     def _places(self) -> list[tuple[float, float]]:
         """Return the place of each bump, in spacings, and its share of the stiffness of its channel; the hard bump first."""
         if self.layout == "hard-soft":
             return [(0.5, 1.0), (-0.5, 1.0)]
-        return [(self.misplaced, 1.0), (-1.0, (1 - self.unequal) / 2), (1.0, (1 + self.unequal) / 2)]
+        return [
+            (self.misplaced, 1.0),
+            (-1.0, (1 - self.unequal) / 2),
+            (1.0, (1 + self.unequal) / 2),
+        ]
 
     def _depth_mm(self, reduced: Array, ratio: _Values, slope: _Values) -> Array:
         """Solve r (d + x_1 slope)_+^s + sum w_i (d + x_i slope)_+^s = (1 + r) reduced for d by Newton's method, mm."""
@@ -254,11 +263,17 @@ class Gauge:
         positive(self, "exponent", "creep_s")
         within(self, 0, inf, "reference_pF", "lag_s")
         if self.exponent != 1 and not self.reference_pF:
-            raise ValueError(f"reference_pF: got 0 with exponent {self.exponent}, allowed: above 0, or exponent 1")
+            raise ValueError(
+                f"reference_pF: got 0 with exponent {self.exponent}, allowed: above 0, or exponent 1"
+            )
 
     def curve(self, force: Array) -> Array:
         """Return the capacitance change, pF, at constant forces, pF."""
-        change = force * (1 + self.quadratic_per_pF * force) / (1 + self.quadratic_per_pF * self.reference_pF)
+        change = (
+            force
+            * (1 + self.quadratic_per_pF * force)
+            / (1 + self.quadratic_per_pF * self.reference_pF)
+        )
         if self.exponent != 1:
             # 0^(p - 1) is infinite for p below 1; the smallest normal number keeps 0 * x^(p - 1) at 0.
             share = np.maximum(force / self.reference_pF, np.finfo(float).tiny)
@@ -266,7 +281,9 @@ class Gauge:
         return np.asarray(change)
 
 
-def gauged(gauge: Gauge, force: Callable[[Array], Array], duration_s: float) -> Callable[[Array], Array]:
+def gauged(
+    gauge: Gauge, force: Callable[[Array], Array], duration_s: float
+) -> Callable[[Array], Array]:
     """Return the capacitance change of one bump, pF, as a function of time, s."""
     if not (gauge.creep or gauge.lag_s):
         return lambda t: gauge.curve(force(t))

@@ -86,7 +86,9 @@ class Baseline:
             if self.jump_pF:
                 mean += self.jump_pF * np.clip((middles - self.jump_s) / span_s + 0.5, 0, 1)
             if self.thermal_pF:
-                mean -= self.thermal_pF * np.expm1(-np.maximum(middles - contact_s, 0) / self.thermal_s)
+                mean -= self.thermal_pF * np.expm1(
+                    -np.maximum(middles - contact_s, 0) / self.thermal_s
+                )
             return np.asarray(mean)
 
         return mean_pF
@@ -176,7 +178,9 @@ class Converter:
         """Return the 24-bit codes of capacitances, pF, with the ends of the range as limits."""
         if self.code_pF:
             capacitance = self.code_pF * np.rint(capacitance / self.code_pF)
-        return np.asarray(np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1))
+        return np.asarray(
+            np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1)
+        )
 
 
 @dataclass(frozen=True)
@@ -210,7 +214,9 @@ class Stamps:
         """Check the ranges."""
         within(self, 0, inf, "host_s")
 
-    def reported(self, hard: Array, soft: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    def reported(
+        self, hard: Array, soft: Array, random: np.random.Generator
+    ) -> tuple[Array, Array]:
         """Return the reported times of both channels, s, from the real ones, shape (n,); equal arrays share a stamp."""
         if self.host_s:
             together = hard is soft
@@ -260,13 +266,25 @@ class Faults:
     def __post_init__(self) -> None:
         """Check the ranges."""
         within(self, 0, 1, "lost")
-        within(self, 0, inf, "spikes_per_s", "spike_pF", "bursts_per_s", "burst_s", "burst_factor", "pickup_pF")
+        within(
+            self,
+            0,
+            inf,
+            "spikes_per_s",
+            "spike_pF",
+            "bursts_per_s",
+            "burst_s",
+            "burst_factor",
+            "pickup_pF",
+        )
         positive(self, "pickup_Hz")
         if not (self.lost_run == 0 or 1 <= self.lost_run < inf):
             raise ValueError(f"lost_run: got {self.lost_run}, allowed: 0, or 1 or more")
         if self.lost_run and not self.lost <= self.lost_run / (1 + self.lost_run):
             limit = self.lost_run / (1 + self.lost_run)
-            raise ValueError(f"lost: got {self.lost}, allowed: at most {limit:.3g} with lost_run {self.lost_run}")
+            raise ValueError(
+                f"lost: got {self.lost}, allowed: at most {limit:.3g} with lost_run {self.lost_run}"
+            )
 
     @property
     def begin_run(self) -> float:
@@ -278,12 +296,17 @@ class Faults:
         if not self.lost:
             return np.zeros(count, bool)
         runs = count // 2 + 1  # every good and every lost run has one conversion or more
-        lengths = np.stack((random.geometric(self.begin_run, runs), random.geometric(1 / self.lost_run, runs)), axis=1)
+        lengths = np.stack(
+            (random.geometric(self.begin_run, runs), random.geometric(1 / self.lost_run, runs)),
+            axis=1,
+        )
         good, lost = np.array([False, True]), random.random() < self.lost
         states, lengths = (good[::-1], lengths[:, ::-1]) if lost else (good, lengths)
         return np.repeat(np.tile(states, runs), np.minimum(lengths.ravel(), count))[:count]
 
-    def burst_noise(self, duration_s: float, random: np.random.Generator) -> Callable[[Array], Array]:
+    def burst_noise(
+        self, duration_s: float, random: np.random.Generator
+    ) -> Callable[[Array], Array]:
         """Return the factor on the noise as a function of time, s: `burst_factor` in a burst, otherwise 1."""
         starts = random.uniform(0, duration_s, random.poisson(self.bursts_per_s * duration_s))
 

@@ -12,7 +12,11 @@ from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import DEMO, PROBE
 
-FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
+FIRST_S, EVERY_S, LAST_S = (
+    1.5,
+    8.9,
+    0.6,
+)  # start of the first touch; from start to start; idle after the last
 SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
 
 
@@ -73,10 +77,16 @@ class Hand:
             )
             for i in range(count)
         ]
-        duration = FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
+        duration = (
+            FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
+        )
         gauge = Gauge(quadratic_per_pF=self.nonlinearity)
         return Scenario(
-            presses=presses, duration_s=duration, tremor=self.tremor, substrate=self.substrate, gauges=(gauge, gauge)
+            presses=presses,
+            duration_s=duration,
+            tremor=self.tremor,
+            substrate=self.substrate,
+            gauges=(gauge, gauge),
         )
 
 
@@ -143,7 +153,9 @@ def ten_specimens() -> Scenario:
     """Return four touches on each specimen of Table I of the paper, in its order, 6.1 minutes in all."""
     random = np.random.default_rng(0)
     hand = Hand()
-    parts = [hand.touches(PROBE.ratio(modulus), TOUCHES, random) for modulus in SORBOTHANE_MPA.values()]
+    parts = [
+        hand.touches(PROBE.ratio(modulus), TOUCHES, random) for modulus in SORBOTHANE_MPA.values()
+    ]
     presses = [
         replace(press, start_s=press.start_s + FREE_S + TOUCHES * EVERY_S * number)
         for number, part in enumerate(parts)

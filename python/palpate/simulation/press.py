@@ -15,7 +15,9 @@ def within(settings: object, low: float, high: float, *names: str) -> None:
     allowed = f"{low:g} or more" if math.isinf(high) else f"{low:g} to {high:g}"
     for name in names:
         value = getattr(settings, name)
-        if not all(low <= part <= high for part in (value if isinstance(value, tuple) else (value,))):
+        if not all(
+            low <= part <= high for part in (value if isinstance(value, tuple) else (value,))
+        ):
             raise ValueError(f"{name}: got {value}, allowed: {allowed}")
 
 
@@ -128,7 +130,9 @@ class Press:
         values = np.array([value for _, value in self.ratios])
         ratio = values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)]
         if self.relaxes:
-            ratio = ratio * (1 + self.relaxes * np.expm1(-np.maximum(t - self.start_s, 0) / self.relaxation_s))
+            ratio = ratio * (
+                1 + self.relaxes * np.expm1(-np.maximum(t - self.start_s, 0) / self.relaxation_s)
+            )
         return np.asarray(ratio)
 
 
@@ -173,7 +177,9 @@ class Tilt:
         positive(self, "rock_Hz")
 
 
-def tilting(tilt: Tilt, duration_s: float, random: np.random.Generator) -> Callable[[float, Array], Array]:
+def tilting(
+    tilt: Tilt, duration_s: float, random: np.random.Generator
+) -> Callable[[float, Array], Array]:
     """Return the factor on the ratio, as a function of the begin of a press, s, and of times, s."""
     steps = random.standard_normal(int(duration_s / _STEP_S) + 1) if tilt.walk else np.zeros(1)
     times = _STEP_S * np.arange(len(steps) + 1)
@@ -199,7 +205,9 @@ def _sines(frequencies: Array, random: np.random.Generator, sizes: Array | float
     """Return a sum of sines with random phases and amplitudes, with an rms of 1 over a long time."""
     phases = random.uniform(0, 2 * np.pi, frequencies.size)
     amplitudes = random.rayleigh(1.0, frequencies.size) * sizes
-    sines = list(zip(amplitudes / np.sqrt((amplitudes**2).sum() / 2), frequencies, phases, strict=True))
+    sines = list(
+        zip(amplitudes / np.sqrt((amplitudes**2).sum() / 2), frequencies, phases, strict=True)
+    )
 
     def course(t: Array) -> Array:
         total = np.zeros_like(t)

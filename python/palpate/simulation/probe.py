@@ -133,7 +133,9 @@ def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
     return np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF)
 
 
-def _status(raws: tuple[NDArray[np.int64], ...], lost: tuple[NDArray[np.bool_], ...]) -> NDArray[np.int64]:
+def _status(
+    raws: tuple[NDArray[np.int64], ...], lost: tuple[NDArray[np.bool_], ...]
+) -> NDArray[np.int64]:
     status = np.zeros(len(raws[0]), int)
     for raw, flag in zip(raws, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
         status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] |= int(flag)

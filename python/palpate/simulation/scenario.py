@@ -64,7 +64,9 @@ class Scenario:
     substrate: Substrate = field(default_factory=Substrate)
     bumps: Bumps = field(default_factory=Bumps)
     gauges: tuple[Gauge, Gauge] = field(default_factory=lambda: (Gauge(), Gauge()))
-    baselines: tuple[Baseline, Baseline] = field(default_factory=lambda: (Baseline(0.62), Baseline(-0.41)))
+    baselines: tuple[Baseline, Baseline] = field(
+        default_factory=lambda: (Baseline(0.62), Baseline(-0.41))
+    )
     converter: Converter = field(default_factory=Converter)
     stamps: Stamps = field(default_factory=Stamps)
     faults: Faults = field(default_factory=Faults)
@@ -92,7 +94,8 @@ class Truth:
 
     def __init__(self, scenario: Scenario, random: np.random.Generator, seed: int = 0) -> None:
         self.presses: tuple[Press, ...] = tuple(
-            _oblique(press, 1 + scenario.tilt.oblique * random.standard_normal()) for press in scenario.presses
+            _oblique(press, 1 + scenario.tilt.oblique * random.standard_normal())
+            for press in scenario.presses
         )
         self._scenario = scenario
         peaks = Peaks().course(random)  # always: the numbers after them stay the same
@@ -101,7 +104,9 @@ class Truth:
         self._nod = scenario.spectrum.course(stream(seed, "angle"))
         self._tilting = tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
         self._baselines = [
-            baseline.course(scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}"))
+            baseline.course(
+                scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}")
+            )
             for channel, baseline in enumerate(scenario.baselines)
         ]
         self._phase = stream(seed, "pickup").uniform(0, 2 * np.pi)
@@ -144,7 +149,9 @@ class Truth:
                 if substrate.tremor_deg:
                     angle = angle + substrate.tremor_deg * self._nod(t)
                 # The gauges see the part of the force normal to the substrate.
-                pressed = substrate.pressed(pressed * (np.cos(along) * np.cos(across)), ratio, angle, hard=hard)
+                pressed = substrate.pressed(
+                    pressed * (np.cos(along) * np.cos(across)), ratio, angle, hard=hard
+                )
             total += self._scenario.bumps.force(pressed, press.depth_pF, ratio, hard=hard)
         return total
 

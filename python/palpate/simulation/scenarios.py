@@ -40,7 +40,9 @@ _PROBES = {
     "bottoms-out": _with(bumps=Bumps(bottoms_pF=(0.75 * _MIDDLE * _DEPTH_PF, inf))),
     "cross-talk": _with(bumps=Bumps(cross_talk=0.01)),
     "power-gauge": _with(gauges=(Gauge(), Gauge(exponent=0.9, reference_pF=2 * _DEPTH_PF))),
-    "quadratic-gauge": _with(gauges=(Gauge(), Gauge(quadratic_per_pF=0.4, reference_pF=2 * _DEPTH_PF))),
+    "quadratic-gauge": _with(
+        gauges=(Gauge(), Gauge(quadratic_per_pF=0.4, reference_pF=2 * _DEPTH_PF))
+    ),
     "creep": _with(gauges=(Gauge(), Gauge(creep=0.05, creep_s=5.0))),
     "lag": _with(gauges=(Gauge(), Gauge(lag_s=0.1))),
 }
@@ -53,11 +55,17 @@ _HANDS = {
     "small-step": _with(replace(_TOUCH, ratios=[(0.0, _MIDDLE), (_STEP_S, 1.01 * _MIDDLE)])),
     "tremor-lines": _with(tremor=0.08, spectrum=Lines()),
     # Five pairs of 0.1 fF, then nothing.
-    "tap": _with(Press(_START_S, [(0.0, _MIDDLE)], depth_pF=1e-4, rise_s=0.03, hold_s=0.07, fall_s=0.03), 20.2),
+    "tap": _with(
+        Press(_START_S, [(0.0, _MIDDLE)], depth_pF=1e-4, rise_s=0.03, hold_s=0.07, fall_s=0.03),
+        20.2,
+    ),
 }
 _BASELINES = {
     "drift-hard": _with(
-        baselines=(replace(_HARD_BASELINE, drift_pF_per_s=3e-4, drift_from_s=_START_S), _SOFT_BASELINE)
+        baselines=(
+            replace(_HARD_BASELINE, drift_pF_per_s=3e-4, drift_from_s=_START_S),
+            _SOFT_BASELINE,
+        )
     ),
     "drift-soft": _with(baselines=_soft(drift_pF_per_s=3e-4, drift_from_s=_START_S)),
     "drift-both": _with(baselines=_both(drift_pF_per_s=3e-4)),
@@ -72,12 +80,16 @@ _CONVERTERS = {
     "lost-runs": _with(faults=Faults(lost=0.3, lost_run=8.0)),
     "coarse-codes": _with(converter=Converter(code_pF=1e-3)),
     "jitter": _with(tremor=0.03, converter=Converter(jitter_s=0.001)),
-    "host-stamps": _with(tremor=0.08, converter=Converter(jitter_s=0.0), stamps=Stamps(host_s=0.003)),
+    "host-stamps": _with(
+        tremor=0.08, converter=Converter(jitter_s=0.0), stamps=Stamps(host_s=0.003)
+    ),
     "skew": _with(tremor=0.03, stamps=Stamps(skew_s=0.003)),
     "slow-converter": _with(converter=Converter(capf=2, bus_s=1 / 36 - 0.02)),  # 18 pairs a second
     # 1,000 pairs a second; white noise of a conversion grows with 1 / sqrt(its time).
     "fast-converter": _with(
-        converter=Converter(together=True, conversion_s=9e-4, bus_s=1e-4, jitter_s=1e-5, noise_pF=140e-6)
+        converter=Converter(
+            together=True, conversion_s=9e-4, bus_s=1e-4, jitter_s=1e-5, noise_pF=140e-6
+        )
     ),
     "together": _with(tremor=0.03, converter=Converter(together=True, bus_s=0.015)),
 }
@@ -86,17 +98,29 @@ EFFECTS: dict[str, Scenario] = _PROBES | _HANDS | _BASELINES | _CONVERTERS
 
 
 def _drifting(hard_pF_per_s: float, soft_pF_per_s: float) -> tuple[Baseline, Baseline]:
-    return (Baseline(0.62, drift_pF_per_s=hard_pF_per_s), Baseline(-0.41, drift_pF_per_s=soft_pF_per_s))
+    return (
+        Baseline(0.62, drift_pF_per_s=hard_pF_per_s),
+        Baseline(-0.41, drift_pF_per_s=soft_pF_per_s),
+    )
 
 
 def _one(*ratios: tuple[float, float], depth_pF: float = 0.25, creep: float = 0.0) -> Scenario:
-    return Scenario(presses=[Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)], duration_s=10.5)
+    return Scenario(
+        presses=[Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)], duration_s=10.5
+    )
 
 
 def _specimens(times: int, oblique: float) -> Scenario:
     names = times * ("30 OO", "70 OO", "40 A", "70 A")
-    presses = [Press(2.0 + 9.0 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[n]))]) for i, n in enumerate(names)]
-    return Scenario(presses=presses, duration_s=1.5 + 9.0 * len(names), tilt=Tilt(oblique=oblique), gauges=_GAUGES)
+    presses = [
+        Press(2.0 + 9.0 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[n]))]) for i, n in enumerate(names)
+    ]
+    return Scenario(
+        presses=presses,
+        duration_s=1.5 + 9.0 * len(names),
+        tilt=Tilt(oblique=oblique),
+        gauges=_GAUGES,
+    )
 
 
 DEMO = replace(_specimens(2, 0.03), gauges=(Gauge(), Gauge()))
@@ -119,7 +143,10 @@ def _all() -> Scenario:
         [(0.0, _MIDDLE)],
     ]
     depths = (0.25, 0.25, 0.2, 0.2, 0.05)
-    presses = [Press(2.0 + 9.0 * i, r, depth_pF=d) for i, (r, d) in enumerate(zip(ratios, depths, strict=True))]
+    presses = [
+        Press(2.0 + 9.0 * i, r, depth_pF=d)
+        for i, (r, d) in enumerate(zip(ratios, depths, strict=True))
+    ]
     return Scenario(
         presses=presses,
         duration_s=46.5,

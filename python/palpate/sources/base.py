@@ -190,7 +190,9 @@ class Source(Protocol):
 
         If that moves the baseline, the source adds a gap. Raises RuntimeError if the source has no such range.
         """
-        raise RuntimeError("centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:")
+        raise RuntimeError(
+            "centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:"
+        )
 
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""
@@ -201,7 +203,9 @@ class Source(Protocol):
         return
 
 
-def _with_gaps_passed(iterate: Callable[[Any], Iterator[Sample]]) -> Callable[[Any], Iterator[Sample]]:
+def _with_gaps_passed(
+    iterate: Callable[[Any], Iterator[Sample]],
+) -> Callable[[Any], Iterator[Sample]]:
     """Return `__iter__` with an error for a reader that goes on after a gap which it has not passed on."""
 
     @wraps(iterate)
@@ -211,7 +215,9 @@ def _with_gaps_passed(iterate: Callable[[Any], Iterator[Sample]]) -> Callable[[A
             yield sample
             if missed := gaps_until(self, self._gaps_passed, getattr(sample, "seq", -1)):
                 text = f"got {missed[0].text}, then sample {sample.seq} without `gaps_before`"
-                raise RuntimeError(f"gap: {text}, allowed: Tracker.gap() for each of source.gaps_before(sample.seq)")
+                raise RuntimeError(
+                    f"gap: {text}, allowed: Tracker.gap() for each of source.gaps_before(sample.seq)"
+                )
 
     return samples
 
@@ -251,13 +257,21 @@ def described(source: Source) -> dict[str, Any]:
         device: dict[str, Any] = json.loads(json.dumps(dict(source.describe()), default=str))
         codes_of(device)
     except (TypeError, ValueError, RecursionError) as error:
-        raise ProtocolError(f"source: describe() cannot be stored in a recording: {error}") from error
+        raise ProtocolError(
+            f"source: describe() cannot be stored in a recording: {error}"
+        ) from error
     for name in ("full_scale_pF", "period_s"):
         value = device.get(name, 1)
-        if not isinstance(value, int | float) or not 0 < value <= (math.inf if name == "full_scale_pF" else 1e9):
-            raise ProtocolError(f"source: describe(): {name}: got {quoted(value)}, allowed: a number above 0")
+        if not isinstance(value, int | float) or not 0 < value <= (
+            math.inf if name == "full_scale_pF" else 1e9
+        ):
+            raise ProtocolError(
+                f"source: describe(): {name}: got {quoted(value)}, allowed: a number above 0"
+            )
     if device.get("stamps", "converter") not in ("converter", "host"):
-        raise ProtocolError(f"source: describe(): stamps: got {quoted(device['stamps'])}, allowed: converter or host")
+        raise ProtocolError(
+            f"source: describe(): stamps: got {quoted(device['stamps'])}, allowed: converter or host"
+        )
     return device
 
 
@@ -278,16 +292,24 @@ def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None
     if len(block) == 1:  # plain numbers: a twentieth of the time
         fields = dict(zip(_NAMES, block.item(), strict=True))
     else:
-        fields = {name: block[name].astype(np.int64) if name.endswith("_raw") else block[name] for name in _NAMES}
+        fields = {
+            name: block[name].astype(np.int64) if name.endswith("_raw") else block[name]
+            for name in _NAMES
+        }
         before = np.concatenate([[last], block["seq"][:-1]])
     rules = _rules(fields, before, codes)
     wrong = [
-        (int(np.argmin(good)), name, allowed) for name, good, allowed in rules if good is not True and not np.all(good)
+        (int(np.argmin(good)), name, allowed)
+        for name, good, allowed in rules
+        if good is not True and not np.all(good)
     ]
     if not wrong:
         return None
     at, name, allowed = min(wrong, key=lambda found: found[0])
-    return at, f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}"
+    return (
+        at,
+        f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}",
+    )
 
 
 def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
@@ -297,7 +319,11 @@ def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[
     yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
     for name in ("hard", "soft"):
         raw, time_ns = fields[f"{name}_raw"], fields[f"t_{name}_ns"]
-        yield f"t_{name}_ns", (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS), "less than 146 years"
+        yield (
+            f"t_{name}_ns",
+            (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS),
+            "less than 146 years",
+        )
         yield f"{name}_raw", (raw >= -1) & (raw <= codes.largest), f"-1 to {codes.largest}"
         is_same = (raw - codes.zero) / codes.per_pF == fields[name]
         yield name, (raw < 0) | is_same, "the pF of its code, or no code (-1)"

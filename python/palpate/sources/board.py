@@ -28,7 +28,9 @@ def excitation(name: str, value: Any) -> tuple[str, str]:
     """Return the excitation pins of the hard and the soft bump; one word is for both."""
     words = str(value).split(",")
     if len(words) > 2 or not set(words) <= set(_PINS):
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A")
+        raise ValueError(
+            f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A"
+        )
     return words[0], words[-1]
 
 
@@ -47,12 +49,19 @@ CONVERTER: dict[str, Check] = {
 
 def configuration_of(options: Mapping[str, Any]) -> Configuration:
     """Return the configuration of checked options."""
-    chosen = {name: options[name] for name in ("capf", "level", "chop", "differential") if name in options}
+    chosen = {
+        name: options[name] for name in ("capf", "level", "chop", "differential") if name in options
+    }
     hard, soft = options.get("excitation", (Channel.excitation, Channel.excitation))
     hard_input = options.get("hard_input", 3 - options.get("soft_input", 2))
     if options.get("soft_input") == hard_input:
         raise ValueError(f"soft_input: got {hard_input}, as hard_input, allowed: the other one")
-    return Configuration(**chosen, hard_input=hard_input, hard=Channel(excitation=hard), soft=Channel(excitation=soft))
+    return Configuration(
+        **chosen,
+        hard_input=hard_input,
+        hard=Channel(excitation=hard),
+        soft=Channel(excitation=soft),
+    )
 
 
 class BoardSource(Source):
@@ -61,10 +70,15 @@ class BoardSource(Source):
     # Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end.
     conditions: tuple[dict[str, float], ...] = ()
 
-    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
+    def __init__(
+        self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True
+    ) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
-        how = {"replug_s": options.get("replug", REPLUG_S), "limit_ns": options.get("limit_ns", LIMIT_NS)}
+        how = {
+            "replug_s": options.get("replug", REPLUG_S),
+            "limit_ns": options.get("limit_ns", LIMIT_NS),
+        }
         notify = lambda message: self.notify(message)  # which may be set later
         self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
         self._watches = [WiringWatch(number, self.driver.look) for number in (HARD, SOFT)]
@@ -118,7 +132,9 @@ class BoardSource(Source):
         if sample.status & Status.LOST:
             return
         with suppress(SourceError):  # the next pair meets the same error
-            if text := _joined(watch.take(sample, self.driver.configuration) for watch in self._watches):
+            if text := _joined(
+                watch.take(sample, self.driver.configuration) for watch in self._watches
+            ):
                 self.driver.gaps.append((sample.seq + 1, text))
 
     @property
@@ -167,7 +183,9 @@ def _joined(texts: Iterable[str]) -> str:
 class WatchedKit(BoardSource):
     """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged."""
 
-    def __init__(self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None) -> None:
+    def __init__(
+        self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None
+    ) -> None:
         super().__init__(kit, options, clock)
         self._evalkit, self._look, self._hotplug = kit, look, ExitStack()
 
@@ -187,7 +205,9 @@ class WatchedKit(BoardSource):
 
     def _tell(self, before: "set[Board]", now: "set[Board]") -> None:
         for board in sorted(before ^ now):
-            if board in now or board[::2] != self._evalkit.board[::2]:  # the driver reports that its own is gone
+            if (
+                board in now or board[::2] != self._evalkit.board[::2]
+            ):  # the driver reports that its own is gone
                 self.notify(f"usb:{board} was {'plugged in' if board in now else 'unplugged'}.")
 
 
@@ -195,9 +215,13 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
 
-    given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
+    given = checked(
+        "usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything}
+    )
     if not re.fullmatch(r"(\d{1,3}/\d{1,3})?", address):
-        raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
+        raise ValueError(
+            f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing"
+        )
     clock, backend = given.get("clock") or RealClock(), given.get("backend")
     place = map(int, filter(None, address.split("/")))
     try:
@@ -205,7 +229,9 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     except DeviceRefused:  # it says what to do
         raise
     except DeviceNotFound as error:
-        raise DeviceNotFound(f"{error}; `palpate doctor` looks at the rest, and sim: needs no board") from error
+        raise DeviceNotFound(
+            f"{error}; `palpate doctor` looks at the rest, and sim: needs no board"
+        ) from error
     return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 

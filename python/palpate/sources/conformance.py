@@ -57,24 +57,38 @@ def check_source(
     made: Any = open_source(source) if isinstance(source, str) else source
     if not isinstance(made, Source):
         got = type(made).__name__
-        raise AssertionError(f"got an object of type {got}, allowed: one that derives from palpate.Source")  # noqa: TRY004
+        message = f"got an object of type {got}, allowed: one that derives from palpate.Source"
+        raise AssertionError(message)  # noqa: TRY004
     read, enough, findings = list[Sample](), threading.Event(), list[str]()
-    thread = threading.Thread(target=_read, args=(made, samples, read, enough, findings), daemon=True)
+    thread = threading.Thread(
+        target=_read, args=(made, samples, read, enough, findings), daemon=True
+    )
     thread.start()
     enough.wait(seconds * patience)
     findings += _called("interrupt", made.interrupt)
     thread.join(INTERRUPT_S * patience)
     if thread.is_alive():
-        findings.append(f"interrupt: the iteration still runs after {INTERRUPT_S * patience:g} s, allowed: it ends")
+        findings.append(
+            f"interrupt: the iteration still runs after {INTERRUPT_S * patience:g} s, allowed: it ends"
+        )
     device: dict[str, Any] = {}
     findings += _called("describe", lambda: device.update(described(made)))
-    findings += _wrong_samples(read, codes_of(device)) + _wrong_period(read, device.get("period_s"), patience)
-    for name, close in (("__exit__", lambda: made.__exit__(None, None, None)), ("close", made.close)):
+    findings += _wrong_samples(read, codes_of(device)) + _wrong_period(
+        read, device.get("period_s"), patience
+    )
+    for name, close in (
+        ("__exit__", lambda: made.__exit__(None, None, None)),
+        ("close", made.close),
+    ):
         findings += _called(name, close)
     if not read and not findings:
-        findings.append("no sample came, or the iteration ended; if the device needs longer, give more seconds")
+        findings.append(
+            "no sample came, or the iteration ended; if the device needs longer, give more seconds"
+        )
     if findings:
-        raise AssertionError("\n- ".join([f"{source!s:.100} is not a palpate.Source:", *dict.fromkeys(findings)]))
+        raise AssertionError(
+            "\n- ".join([f"{source!s:.100} is not a palpate.Source:", *dict.fromkeys(findings)])
+        )
     return read
 
 
@@ -87,7 +101,9 @@ def _called(name: str, call: Callable[[], object]) -> list[str]:
     return []
 
 
-def _read(source: Source, count: int, read: list[Sample], enough: threading.Event, findings: list[str]) -> None:
+def _read(
+    source: Source, count: int, read: list[Sample], enough: threading.Event, findings: list[str]
+) -> None:
     """Begin and iterate until the source ends; keep the first samples, and say what is wrong with the reading."""
     try:
         source.__enter__()
@@ -117,7 +133,9 @@ def _wrong_period(samples: list[Sample], period_s: float | None, patience: float
     median_s = statistics.median(steps) / 1e9
     if (1 - _AWRY) / patience * period_s <= median_s <= (1 + _AWRY * patience) * period_s:
         return []
-    return [f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %"]
+    return [
+        f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %"
+    ]
 
 
 def _wrong_samples(samples: list[Sample], codes: Codes) -> list[str]:
@@ -127,12 +145,16 @@ def _wrong_samples(samples: list[Sample], codes: Codes) -> list[str]:
     for before, sample in pairwise(samples):
         for name in ("t_hard_ns", "t_soft_ns"):
             if getattr(sample, name) < getattr(before, name):
-                found.append(f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall")
+                found.append(
+                    f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall"
+                )
     for sample in samples:
         lost, has_both = bool(sample.status & Status.LOST), math.isfinite(sample.hard + sample.soft)
         if lost == has_both or (lost and sample.status != Status.LOST):
             allowed = "LOST (8) alone if a channel has no value, and only then"
-            found.append(f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, allowed: {allowed}")
+            found.append(
+                f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, allowed: {allowed}"
+            )
     return found[:20]
 
 

@@ -72,8 +72,14 @@ def _i2c() -> list[Found]:
 
 
 def _ports() -> list[Found]:
-    ports = [port for port in need("serial.tools.list_ports", "serial").comports() if port.vid is not None]
-    return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
+    ports = [
+        port
+        for port in need("serial.tools.list_ports", "serial").comports()
+        if port.vid is not None
+    ]
+    return [
+        Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)
+    ]
 
 
 def streams() -> list[Found]:
@@ -81,7 +87,10 @@ def streams() -> list[Found]:
     from palpate.sources.lsl import NUMBERS, search, told
 
     found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
-    return [Found(f"lsl:{shortened(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
+    return [
+        Found(f"lsl:{shortened(info.name())}", f"{told(info)}, {info.channel_count()} channels")
+        for info in found
+    ]
 
 
 def of_packages() -> list[Callable[[], list[Found]]]:
@@ -95,4 +104,6 @@ def _of_package(point: "EntryPoint") -> list[Found]:
         return [Found(*device) for device in search()]
     except Exception as error:
         text = f"{type(error).__name__}: {error!s:.200}"
-        raise SourceError(f"{point.name}: the search of {package_of(point)} failed: {text}") from error
+        raise SourceError(
+            f"{point.name}: the search of {package_of(point)} failed: {text}"
+        ) from error

@@ -32,7 +32,11 @@ class FileSource(Stoppable):
             raise ValueError(f"rate: got none, allowed: {RATE}")
         # For `palpate.touches`, as of a recording.
         self.blocks, self.timed, self.tares = recording.blocks, recording.timed, recording.tares
-        self.full_scale_pF, self.host_stamps, self.unit = recording.full_scale_pF, recording.host_stamps, recording.unit
+        self.full_scale_pF, self.host_stamps, self.unit = (
+            recording.full_scale_pF,
+            recording.host_stamps,
+            recording.unit,
+        )
         self.gap_marks, self.period_s = recording.gap_marks, recording.period_s
         self.live: bool = speed is not None
         self.real_time: bool = False
@@ -124,5 +128,7 @@ def _marked(block: Block) -> Block:
     return block
 
 
-_ALLOWED: dict[str, Check] = dict.fromkeys((each.name for each in fields(Asked)), anything)  # which checks its values
+_ALLOWED: dict[str, Check] = dict.fromkeys(
+    (each.name for each in fields(Asked)), anything
+)  # which checks its values
 _ALLOWED |= {"unit": checked_unit, **dict.fromkeys(("rate", "speed"), number(0, above=True))}

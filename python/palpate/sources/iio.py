@@ -26,14 +26,19 @@ DEVICES = Path("/sys/bus/iio/devices")
 NAME: Final = "ad7746"
 # `in_capacitanceN_offset` of one step of the CAPDAC: 21 pF / 127, in codes, rounded as the driver has it.
 CODES_PER_STEP: Final = 338646
-LAST_STEP: Final = 126  # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
+LAST_STEP: Final = (
+    126  # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
+)
 FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
 # In_capacitance_sampling_frequency -> least sleep of the driver in a conversion, ms; in the order of `datasheet.CONVERSION_S`.
 SLEEPS_MS: Final = {91: 12, 84: 13, 50: 21, 26: 39, 16: 63, 13: 78, 11: 93, 9: 111}
-_MISSING = (DeviceNotFound, "not found: check that the kernel's driver ad7746 is loaded and bound to the chip")
+_MISSING = (
+    DeviceNotFound,
+    "not found: check that the kernel's driver ad7746 is loaded and bound to the chip",
+)
 _FORBIDDEN = (DeviceRefused, "no permission: run palpate as root")
 _ERRORS: Meanings = {
     **dict.fromkeys((errno.ENOENT, errno.ENODEV, errno.ENXIO), _MISSING),
@@ -50,11 +55,18 @@ class KernelDevice:
             raise DeviceNotFound(f"{path} is {quoted(name)}, not an {NAME}")
         known = 1 / datasheet.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
         self._number("in_capacitance_scale", known * 0.999, known * 1.001)
-        frequency = self._number("in_capacitance_sampling_frequency", min(SLEEPS_MS), max(SLEEPS_MS))
+        frequency = self._number(
+            "in_capacitance_sampling_frequency", min(SLEEPS_MS), max(SLEEPS_MS)
+        )
         if frequency not in SLEEPS_MS:
-            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*SLEEPS_MS]}")
+            raise ProtocolError(
+                f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*SLEEPS_MS]}"
+            )
         conversion_s = datasheet.CONVERSION_S[[*SLEEPS_MS].index(int(frequency))]
-        self.conversion_ns, self.sleep_ns = round(conversion_s * 1e9), SLEEPS_MS[int(frequency)] * 1_000_000
+        self.conversion_ns, self.sleep_ns = (
+            round(conversion_s * 1e9),
+            SLEEPS_MS[int(frequency)] * 1_000_000,
+        )
 
     def code(self, channel: int) -> int:
         """Convert channel 0 or 1; return the 24-bit code."""
@@ -64,7 +76,10 @@ class KernelDevice:
     def steps(self) -> list[int]:
         """Return the CAPDACs of both channels, in steps."""
         most = CODES_PER_STEP * datasheet.DAC_STEPS
-        return [round(self._number(f"in_capacitance{n}_offset", 0, most) / CODES_PER_STEP) for n in (0, 1)]
+        return [
+            round(self._number(f"in_capacitance{n}_offset", 0, most) / CODES_PER_STEP)
+            for n in (0, 1)
+        ]
 
     def move(self, channel: int, steps: int) -> None:
         """Set the CAPDAC of a channel; raises DeviceRefused without permission: usually only root may."""
@@ -104,7 +119,11 @@ class IioSource(Stoppable):
     zero_ns: int | None = None  # begin of the iteration on the clock of the computer
 
     def __init__(
-        self, path: Path, hard_input: int = 1, centre: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
+        self,
+        path: Path,
+        hard_input: int = 1,
+        centre: bool = False,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self._device = KernelDevice(path)
         self._channels = {"hard": hard_input - 1, "soft": 2 - hard_input}
@@ -165,16 +184,22 @@ class IioSource(Stoppable):
             self._centre_if_asked()
         except DeviceRefused as error:  # the measurement goes on
             self.notify(str(error))
-        (t_hard_ns, hard, hard_us), (t_soft_ns, soft, soft_us) = map(self._convert, ("hard", "soft"))
+        (t_hard_ns, hard, hard_us), (t_soft_ns, soft, soft_us) = map(
+            self._convert, ("hard", "soft")
+        )
         if (steps := self._device.steps()) != self._steps:
-            text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
+            text = (
+                f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
+            )
             self.gaps += (Gap(seq, text),)
             self._steps, self._is_unjudged = steps, True
             return None
         self._judge("hard", hard)
         self._judge("soft", soft)
         self._is_unjudged = False
-        status = Status.HARD_SATURATED * datasheet.saturated(hard) | Status.SOFT_SATURATED * datasheet.saturated(soft)
+        status = Status.HARD_SATURATED * datasheet.saturated(
+            hard
+        ) | Status.SOFT_SATURATED * datasheet.saturated(soft)
         values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
         times = t_hard_ns - start_ns, t_soft_ns - start_ns
         return Sample(seq, *times, hard, soft, *values, int(status), max(hard_us, soft_us))
@@ -214,7 +239,9 @@ class IioSource(Stoppable):
             if self._is_unjudged:
                 out = f"{'above' if value > 0 else 'below'} the range of {2 * datasheet.FULL_SCALE_PF:g} pF"
                 now = f"its CAPDAC is at {self._steps[self._channels[name]]} steps"
-                self.notify(f"{pin} is {out}, {now}: as root, iio:{self._device.path}?centre=yes moves it")
+                self.notify(
+                    f"{pin} is {out}, {now}: as root, iio:{self._device.path}?centre=yes moves it"
+                )
         elif count == SAME:
             needs = "adi,exca-output-en; or adi,excb-output-en;, for the pin that the sensor is wired to"
             said = f"{pin} gives exactly {value:g} pF, {SAME} times in a row: its sensor has no excitation"
@@ -230,7 +257,12 @@ class IioSource(Stoppable):
 
 def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
     """Return the source of `iio:`, the only AD7746, or of `iio:PATH`."""
-    allowed = {"hard_input": number(1, 2, whole=True), "centre": yes_no, "root": anything, "clock_ns": anything}
+    allowed = {
+        "hard_input": number(1, 2, whole=True),
+        "centre": yes_no,
+        "root": anything,
+        "clock_ns": anything,
+    }
     given = checked("iio", options, allowed)
     root = Path(given.pop("root", DEVICES))
     found = [Path(address)] if address else devices(root)

@@ -33,13 +33,21 @@ WHOLE = {
 # Words in place of a number, in any case and with any sign: the instrument has no value.
 MARKS = frozenset(["OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVF", "NAN", "INF"])
 OVERLOAD = 1e30  # Numbers from this size on say that there is no value, too: SCPI instruments send 9.9E+37.
-SMALLEST_PF, LARGEST_PF = 0.01, 100.0  # Range of the first capacitance of a channel whose unit is not given.
+SMALLEST_PF, LARGEST_PF = (
+    0.01,
+    100.0,
+)  # Range of the first capacitance of a channel whose unit is not given.
 LONGEST = 1000  # Bytes of a line, at most: anything longer is not text.
 _LONGEST_NS = 2**62
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _DECIMALS = re.compile(r"[-+]?[0-9]*(\.[0-9]*)?")
-_CHANGED = 8  # Values in a row with another number of decimals: the instrument has changed its range.
-_VARYING, _USUAL = 3, 0.05  # Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
+_CHANGED = (
+    8  # Values in a row with another number of decimals: the instrument has changed its range.
+)
+_VARYING, _USUAL = (
+    3,
+    0.05,
+)  # Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
 _ENDS = 5  # where values have ended with as many digits, and none with 0, which a varying number leaves out.
 _CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
@@ -86,7 +94,9 @@ class Decimals:
         self._varying += 1
         if self.padded or padded or self._varying <= _VARYING or len(self._ends) < _ENDS:
             before = max(usual - 1, 0)
-            raise Refused(f"{role} has {max(count - 1, 0)} decimals, before it had {before}: has it lost a character?")
+            raise Refused(
+                f"{role} has {max(count - 1, 0)} decimals, before it had {before}: has it lost a character?"
+            )
         self._varying = math.inf
 
 
@@ -97,11 +107,18 @@ class Grammar:
     # capacitances whose name has none, pF.
 
     def __init__(
-        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit: float | str = 0.0
+        self,
+        columns: Sequence[LineColumn] = (),
+        pattern: re.Pattern[str] | None = None,
+        unit: float | str = 0.0,
     ) -> None:
         if columns and pattern:
-            raise ValueError("columns: got a pattern, too, allowed: one of them; a pattern's groups are its columns")
-        self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
+            raise ValueError(
+                "columns: got a pattern, too, allowed: one of them; a pattern's groups are its columns"
+            )
+        self.columns: Sequence[LineColumn] = (
+            [column(name) for name in pattern.groupindex] if pattern else columns
+        )
         self.by_order = False
         self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
         self._given, self._pattern = columns, pattern
@@ -121,10 +138,14 @@ class Grammar:
             raise Refused("its names or its checksum are not as in the first line")
         columns = self._columns_of(cells)
         named = zip(columns, cells, strict=True)
-        values = {each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED}
+        values = {
+            each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED
+        }
         self._check_sizes(columns, values)
         padded = any(each.padded for each in self._decimals.values())
-        for each, (_, cell) in zip(columns, cells, strict=True):  # of both channels as many decimals as before
+        for each, (_, cell) in zip(
+            columns, cells, strict=True
+        ):  # of both channels as many decimals as before
             if not summed and each.role in CHANNELS and not math.isnan(values[each.role]):
                 self._decimals[each.role].require_usual(each.role, cell, padded=padded)
         if self.form is None:
@@ -136,7 +157,9 @@ class Grammar:
         match = self._pattern.fullmatch(text) if self._pattern else None
         if not match:
             raise Refused("it does not match the pattern as a whole")
-        return [(name, found.strip()) for name, found in match.groupdict().items() if found is not None]
+        return [
+            (name, found.strip()) for name, found in match.groupdict().items() if found is not None
+        ]
 
     def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
         """Return what the cells are: by the option, by their names, or two numbers as hard and soft."""
@@ -145,7 +168,9 @@ class Grammar:
         labels = [label for label, _ in cells]
         if self._given:
             if len(cells) != len(self._given):
-                raise Refused(f"it has {len(cells)} cells, but columns= has {len(self._given)} names")
+                raise Refused(
+                    f"it has {len(cells)} cells, but columns= has {len(self._given)} names"
+                )
             return self._given
         if all(labels):
             columns = [column(label) for label in labels]
@@ -183,7 +208,9 @@ class Grammar:
         bare = [abs(values[one.role]) for one in columns if one.role in CHANNELS and not one.unit]
         if any(size < SMALLEST_PF or size > LARGEST_PF for size in bare):
             allowed = f"pF from {SMALLEST_PF:g} to {LARGEST_PF:g}"
-            raise Refused(f"it has no unit, and its first values are not {allowed}: which unit? unit=fF")
+            raise Refused(
+                f"it has no unit, and its first values are not {allowed}: which unit? unit=fF"
+            )
         self._sized = not math.isnan(sum(bare))
 
 
@@ -191,10 +218,14 @@ def _named_columns() -> dict[str, LineColumn]:
     """Return all names of columns in lower case, with each unit behind those that have one."""
     found = {name: LineColumn(name) for name in (*WHOLE, UNUSED)}
     found |= {"millis": LineColumn("t", "ms"), "micros": LineColumn("t", "us")}
-    aliases = {"hard": "hard", "c1": "hard", "soft": "soft", "c2": "soft", "time": "t"} | {name: name for name in TIMES}
+    aliases = {"hard": "hard", "c1": "hard", "soft": "soft", "c2": "soft", "time": "t"} | {
+        name: name for name in TIMES
+    }
     for name, role in aliases.items():
         units = PICOFARADS if role in CHANNELS else NANOSECONDS
-        found |= {name: LineColumn(role)} | {f"{name}_{unit}".casefold(): LineColumn(role, unit) for unit in units}
+        found |= {name: LineColumn(role)} | {
+            f"{name}_{unit}".casefold(): LineColumn(role, unit) for unit in units
+        }
     return found
 
 
@@ -214,7 +245,10 @@ def require_pair(columns: Sequence[LineColumn]) -> None:
     roles = [one.role for one in columns if one.role != UNUSED]
     if twice := sorted({role for role in roles if roles.count(role) > 1}):
         raise Refused(f"{twice[0]} is there twice")
-    if set(roles) & {"hard", "soft", "hard_raw", "soft_raw"} not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}):
+    if set(roles) & {"hard", "soft", "hard_raw", "soft_raw"} not in (
+        {"hard", "soft"},
+        {"hard_raw", "soft_raw"},
+    ):
         raise Refused("it has not both channels: hard and soft, or hard_raw and soft_raw")
     if ("t_hard" in roles) != ("t_soft" in roles) or ("t" in roles and "t_hard" in roles):
         raise Refused("it has not one time t, or both times t_hard and t_soft")
@@ -232,7 +266,9 @@ def split(text: str) -> Cells:
     """Return the cells between ";", "|", "," or blanks, or the members of a JSON object; raises Refused."""
     if text.startswith("{"):
         try:
-            members = json.loads(text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str)
+            members = json.loads(
+                text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str
+            )
         except (ValueError, RecursionError) as error:
             raise Refused("it begins as a JSON object, but is none") from error
         return [(label, "nan" if value is None else str(value)) for label, value in members]
@@ -270,20 +306,33 @@ def sample_of(values: Values) -> Sample:
         raise Refused(f"its status is {status}, but {'a value' if lost else 'no value'} is missing")
     if not lost:
         flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
-        status |= sum(flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code))
-    return Sample(0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1))
+        status |= sum(
+            flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code)
+        )
+    return Sample(
+        0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1)
+    )
 
 
 def _columns(name: str, value: Any) -> tuple[LineColumn, ...]:
-    return _complete(name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft")
+    return _complete(
+        name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft"
+    )
 
 
 def _pattern(name: str, value: Any) -> re.Pattern[str]:
     try:
         found = re.compile(str(value))
     except (re.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
-    _complete(name, str(value), list(found.groupindex), "groups (?P<hard>...) and (?P<soft>...), named as columns")
+        raise ValueError(
+            f"{name}: got {quoted(value)}, allowed: a regular expression ({error})"
+        ) from error
+    _complete(
+        name,
+        str(value),
+        list(found.groupindex),
+        "groups (?P<hard>...) and (?P<soft>...), named as columns",
+    )
     return found
 
 
@@ -301,7 +350,11 @@ def _unit(name: str, value: Any) -> float | str:
     """Return a unit, or the size of one count of a converter, pF."""
     if isinstance(value, str) and not _NUMBER.fullmatch(value):
         return checked_unit(name, value)
-    return float(options.number(0, above=True)(f"{name} ({', '.join(PICOFARADS)}, or pF of one count)", value))
+    return float(
+        options.number(0, above=True)(
+            f"{name} ({', '.join(PICOFARADS)}, or pF of one count)", value
+        )
+    )
 
 
 OF_LINES: dict[str, options.Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}

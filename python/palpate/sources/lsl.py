@@ -22,7 +22,9 @@ from palpate.sources.options import Check, checked, choice, number, text
 SAMPLES = ("hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps")
 MANUFACTURER = "palpate"  # in the description of palpate's own streams
 NUMBERS = (1, 2, 4, 5, 6, 7)  # the formats of LSL but 3, text
-_SILENT = "[log]\nlevel = -3\n"  # fatal errors only: palpate reports itself what happens to a stream
+_SILENT = (
+    "[log]\nlevel = -3\n"  # fatal errors only: palpate reports itself what happens to a stream
+)
 
 WAIT_S = 5.0
 _POLL_S = 0.05
@@ -35,7 +37,9 @@ _STREAK = 100  # stamps in a row that go back are an error
 # LSL's estimate is better than 0.2 ms. Clocks of two machines count from their starts: they agree to 1 ms by chance alone.
 _AGREE_S = 1e-3
 _FOREIGN_S = 600.0  # liblsl keeps 360 s of samples
-_STEP_NS = 1_000_000  # A new estimate of the clocks' difference may be this much below the last one.
+_STEP_NS = (
+    1_000_000  # A new estimate of the clocks' difference may be this much below the last one.
+)
 _MOST = 2.0**53  # of a whole number in a stream
 
 
@@ -48,8 +52,14 @@ def library() -> Any:
         said = str(error).strip().split("\n")[0]
         do = "type: pip install --force-reinstall 'palpate[lsl]', or set PYLSL_LIB to the library"
         raise errors.MissingExtra(f"pylsl finds no liblsl ({said:.100}); {do}") from error
-    with suppress(RuntimeError):  # liblsl before 1.17.7 has no such call; or there is no home folder
-        files = [Path("lsl_api.cfg"), Path("~/lsl_api/lsl_api.cfg").expanduser(), Path("/etc/lsl_api/lsl_api.cfg")]
+    with suppress(
+        RuntimeError
+    ):  # liblsl before 1.17.7 has no such call; or there is no home folder
+        files = [
+            Path("lsl_api.cfg"),
+            Path("~/lsl_api/lsl_api.cfg").expanduser(),
+            Path("/etc/lsl_api/lsl_api.cfg"),
+        ]
         if "LSLAPICFG" not in os.environ and not any(file.exists() for file in files):
             found.set_config_content(_SILENT)
     return found
@@ -94,22 +104,33 @@ class Channels:
     """Which channels of a stream are the two of the probe, with their unit."""
 
     def __init__(
-        self, labels: Sequence[str], units: Sequence[str], asked: Mapping[str, str], own: bool = False
+        self,
+        labels: Sequence[str],
+        units: Sequence[str],
+        asked: Mapping[str, str],
+        own: bool = False,
     ) -> None:
         there = [f"{i} ({label})" if label else f"{i}" for i, label in enumerate(labels, 1)]
-        self.names, self._found = dict[str, str](), list[tuple[int, float]]()  # position, and pF of its unit
+        self.names, self._found = (
+            dict[str, str](),
+            list[tuple[int, float]](),
+        )  # position, and pF of its unit
         for name in ("hard", "soft"):
             place = _place(name, labels, asked.get(name), there)
             unit = asked.get("unit") or units[place] or _column(labels[place]).unit
             if unit not in PICOFARADS and not asked.get("unit"):
                 said = f"the stream says {quoted(units[place])} for {name}, channel {there[place]}"
-                raise ValueError(f"unit: {said}; allowed: unit=, one of {', '.join(PICOFARADS)}, or another, as N")
+                raise ValueError(
+                    f"unit: {said}; allowed: unit=, one of {', '.join(PICOFARADS)}, or another, as N"
+                )
             self.names[name] = f"{labels[place] or place + 1}, {unit}"
             self._found.append((place, PICOFARADS.get(unit, 1.0)))
         self.unit = unit_read(unit)
         if self._found[0][0] == place:
             raise ValueError(f"hard, soft: got {there[place]} for both, allowed: two channels")
-        self._extra = {label: labels.index(label) for label in SAMPLES[2:] if own and label in labels}
+        self._extra = {
+            label: labels.index(label) for label in SAMPLES[2:] if own and label in labels
+        }
         self.numbered = "seq" in self._extra  # each sample has the number of its sender
 
     def values(self, row: Sequence[float]) -> tuple[float, float]:
@@ -127,11 +148,16 @@ class Channels:
 
 def _place(name: str, labels: Sequence[str], wanted: str | None, there: Sequence[str]) -> int:
     """Return the channel with the wanted label or position; if nothing is wanted, the one whose label says the name."""
-    fits = [wanted in (label, str(i)) if wanted else _column(label).role == name for i, label in enumerate(labels, 1)]
+    fits = [
+        wanted in (label, str(i)) if wanted else _column(label).role == name
+        for i, label in enumerate(labels, 1)
+    ]
     found = [i for i, is_so in enumerate(fits) if is_so]
     if len(found) != 1:
         got = quoted(wanted) if wanted else "nothing"
-        raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {listed(there)}")
+        raise ValueError(
+            f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {listed(there)}"
+        )
     return found[0]
 
 
@@ -142,9 +168,13 @@ def _column(label: str) -> LineColumn:
 def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
     """Return the channels of a stream with its description; errors as `Channels`, and for a stream of text."""
     if info.channel_format() not in NUMBERS:
-        raise ValueError(f"lsl: the stream {quoted(info.name())} has no numbers, allowed: a stream of numbers")
+        raise ValueError(
+            f"lsl: the stream {quoted(info.name())} has no numbers, allowed: a stream of numbers"
+        )
     channel, labels, units = info.desc().child("channels").child("channel"), [], []
-    for _ in range(info.channel_count()):  # a description with fewer of them has empty texts for the rest
+    for _ in range(
+        info.channel_count()
+    ):  # a description with fewer of them has empty texts for the rest
         labels.append(channel.child_value("label"))
         units.append(channel.child_value("unit"))
         channel = channel.next_sibling("channel")
@@ -156,7 +186,9 @@ class LslSource(Stoppable):
 
     zero_ns: int | None = None  # opening of the stream on the clock of the computer
 
-    def __init__(self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0) -> None:
+    def __init__(
+        self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0
+    ) -> None:
         self._pylsl = library()
         self._asked, self._stamps, self._replug_s = asked, stamps, replug
         super().__init__()
@@ -165,7 +197,9 @@ class LslSource(Stoppable):
         self._streak = 0  # of samples whose stamps go back: they are refused
         self._away = ""  # why the next sample comes after a gap
         self._seq, self._t_ns = -1, -(2**62)  # of the last sample
-        self._base = self._sender_gaps = 0  # the sender's number of sample 0; the sender's gaps so far
+        self._base = self._sender_gaps = (
+            0  # the sender's number of sample 0; the sender's gaps so far
+        )
         self._inlet: Any = self._connected(info)
 
     def __enter__(self) -> Self:
@@ -192,11 +226,18 @@ class LslSource(Stoppable):
     def describe(self) -> dict[str, Any]:
         """Return the stream, its channels, and what its description says of the instrument."""
         info, acquisition = self._info, self._info.desc().child("acquisition")
-        said = acquisition.child_value if self._channels.numbered else (lambda _: "")  # of palpate's own streams
+        said = (
+            acquisition.child_value if self._channels.numbered else (lambda _: "")
+        )  # of palpate's own streams
         rate = info.nominal_srate()
         period_s = _positive(said("period_s")) or (1 / rate if rate > 0 else None)
         numbers = {"period_s": period_s, "full_scale_pF": _positive(said("full_scale_pF"))}
-        own = {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()}
+        own = {
+            "name": info.name(),
+            "type": info.type(),
+            "source_id": info.source_id(),
+            "host": info.hostname(),
+        }
         return {
             "name": "LSL stream",
             "stream": own,
@@ -222,7 +263,9 @@ class LslSource(Stoppable):
             self._clock = "this computer"  # the correction is noise
             return inlet
         self._clock = "the sender, with LSL's time correction"
-        return self._pylsl.StreamInlet(info, recover=False, processing_flags=self._pylsl.proc_clocksync)
+        return self._pylsl.StreamInlet(
+            info, recover=False, processing_flags=self._pylsl.proc_clocksync
+        )
 
     def _patiently(self, call: Callable[[float], Any]) -> Any:
         """Call a function of an inlet in turns, until it answers or this is stopped."""
@@ -233,17 +276,25 @@ class LslSource(Stoppable):
             except self._pylsl.util.TimeoutError:
                 continue
             except self._pylsl.util.LostError as error:
-                raise DeviceNotFound("lsl: the stream ended while it was opened: start it again") from error
-        raise errors.SourceTimeout(f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?")
+                raise DeviceNotFound(
+                    "lsl: the stream ended while it was opened: start it again"
+                ) from error
+        raise errors.SourceTimeout(
+            f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?"
+        )
 
     def _reconnect(self) -> None:
         """Look for a stream that was lost, or is silent."""
         info, self._inlet = self._info, None
         name = told(info)
         if not self._away:
-            self.notify(f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s.")
+            self.notify(
+                f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s."
+            )
         wanted = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
-        resolver = _resolver({key: value for key, value in wanted.items() if value and '"' not in value})
+        resolver = _resolver(
+            {key: value for key, value in wanted.items() if value and '"' not in value}
+        )
 
         def connect() -> bool:
             if not (found := resolver.results()):
@@ -259,18 +310,31 @@ class LslSource(Stoppable):
     def _sample(self, row: Sequence[float], stamp_s: float) -> Sample | None:
         """Return a sample; None: its stamp goes back."""
         if not abs(stamp_s - self._pylsl.local_clock()) < _FOREIGN_S:
-            raise ProtocolError(f"lsl: got the time stamp {stamp_s:g}, allowed: within {_FOREIGN_S:g} s of LSL's clock")
+            raise ProtocolError(
+                f"lsl: got the time stamp {stamp_s:g}, allowed: within {_FOREIGN_S:g} s of LSL's clock"
+            )
         t_ns = round(stamp_s * 1e9) + self._to_t_ns
         if t_ns < self._t_ns - _STEP_NS:
             self._errors, self._streak = self._errors + 1, self._streak + 1
             if self._streak == _STREAK:
-                raise ProtocolError(f"lsl: the time stamps of {_STREAK} samples in a row go back, allowed: rising ones")
+                raise ProtocolError(
+                    f"lsl: the time stamps of {_STREAK} samples in a row go back, allowed: rising ones"
+                )
             return None
         self._streak, self._t_ns = 0, max(t_ns, self._t_ns)
-        values, offset_s = self._channels.values(row), self._channels.own(row, "soft_offset_s", -1, 1)
-        status = int(Status.LOST) if math.isnan(sum(values)) else int(self._channels.own(row, "status", 0, 7))
+        values, offset_s = (
+            self._channels.values(row),
+            self._channels.own(row, "soft_offset_s", -1, 1),
+        )
+        status = (
+            int(Status.LOST)
+            if math.isnan(sum(values))
+            else int(self._channels.own(row, "status", 0, 7))
+        )
         self._count(int(self._channels.own(row, "seq")), int(self._channels.own(row, "gaps")))
-        return Sample(self._seq, self._t_ns, self._t_ns + round(offset_s * 1e9), -1, -1, *values, status)
+        return Sample(
+            self._seq, self._t_ns, self._t_ns + round(offset_s * 1e9), -1, -1, *values, status
+        )
 
     def _count(self, number: int, gaps: int) -> None:
         """Take the number of the sender, which leaves out lost samples, else the next one; add a gap if there is one."""
@@ -307,9 +371,14 @@ def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
     wanted = {"name": address} if address else {}
     wanted |= {_WHICH[name]: given[name] for name in _WHICH if name in given}
     if not wanted:
-        raise ValueError("lsl: got no stream, allowed: lsl:NAME or lsl:?type=TYPE; see `palpate devices --lsl`")
+        raise ValueError(
+            "lsl: got no stream, allowed: lsl:NAME or lsl:?type=TYPE; see `palpate devices --lsl`"
+        )
     limit_s: float = given.get("wait", WAIT_S)
-    found, said = search(wanted, limit_s), ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
+    found, said = (
+        search(wanted, limit_s),
+        ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items()),
+    )
     if not found:
         ask = "is it running, in the same network? `palpate devices --lsl` lists those that answer"
         raise DeviceNotFound(f"lsl: no stream with {said} answered within {limit_s:g} s: {ask}")

@@ -55,7 +55,9 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     for part in filter(None, query.split("&")):
         name, equals, value = part.partition("=")
         if not equals or name in options:
-            raise ValueError(f"source: got {quoted(part)}, allowed: NAME=VALUE, each name once, & between them")
+            raise ValueError(
+                f"source: got {quoted(part)}, allowed: NAME=VALUE, each name once, & between them"
+            )
         options[unquote(name)] = unquote(value)
     return scheme, address, options
 
@@ -96,7 +98,9 @@ def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check])
     return {name: allowed[name](name, value) for name, value in given.items()}
 
 
-def number(low: float, high: float = math.inf, *, whole: bool = False, above: bool = False) -> Check:
+def number(
+    low: float, high: float = math.inf, *, whole: bool = False, above: bool = False
+) -> Check:
     """Return a check for numbers.
 
     Parameters
@@ -121,7 +125,9 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
     ValueError: channel: got '4', allowed: a whole number from 0 to 3
     """
     kind = "a whole number" if whole else "a number"
-    bounds = f"{'above' if above else 'from'} {low:.12g}" + ("" if math.isinf(high) else f" to {high:.12g}")
+    bounds = f"{'above' if above else 'from'} {low:.12g}" + (
+        "" if math.isinf(high) else f" to {high:.12g}"
+    )
 
     def check(name: str, value: Any) -> Any:
         found: float = math.nan

@@ -89,7 +89,9 @@ def open(uri: str, **options: Any) -> Source:
     """
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
-        raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
+        raise ValueError(
+            f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword"
+        )
     return _find(scheme)(address, {**in_uri, **options})
 
 
@@ -120,7 +122,9 @@ def loaded(point: "EntryPoint") -> Callable[..., Any]:
         raise
     except Exception as error:
         why = f"{type(error).__name__}: {error!s:.200}; reinstall or remove this package"
-        raise SourceError(f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {why}") from error
+        raise SourceError(
+            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {why}"
+        ) from error
 
 
 def package_of(point: "EntryPoint") -> str:

@@ -10,13 +10,32 @@ from itertools import chain
 from typing import Any
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need, shortened
+from palpate.errors import (
+    DeviceNotFound,
+    DeviceRefused,
+    ProtocolError,
+    SourceError,
+    need,
+    shortened,
+)
 from palpate.samples import Sample, Status, fine_ns
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.line_protocol import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
+from palpate.sources.line_protocol import (
+    LONGEST,
+    OF_LINES,
+    TIMES,
+    Grammar,
+    Refused,
+    Values,
+    sample_of,
+    shown,
+)
 from palpate.sources.options import Check, checked, number, yes_no
 
-WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter of 32 bits begins again.
+WRAPS = {
+    "ms": 10**6 * 2**32,
+    "us": 10**3 * 2**32,
+}  # ns after which a counter of 32 bits begins again.
 AHEAD_NS = 2 * 10**9  # A device's clock that gets ahead of the computer's by more was set.
 APART_NS = 10**10  # Longest time between the channels of a pair.
 RESTARTS = 20  # Pairs in a row that look like a restart of the board are an error.
@@ -32,11 +51,17 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
     """Return the error of palpate for one of pyserial."""
     said = str(error)
     denied = "Permission" in said
-    if "exclusively lock" in said or "busy" in said or (denied and system == "win32"):  # there a port has one user
-        text = "another program reads it, and each would get a part of the lines: close that program"
+    if (
+        "exclusively lock" in said or "busy" in said or (denied and system == "win32")
+    ):  # there a port has one user
+        text = (
+            "another program reads it, and each would get a part of the lines: close that program"
+        )
         return DeviceRefused(f"{port}: {text}")
     if denied:
-        text = "no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
+        text = (
+            "no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
+        )
         return DeviceRefused(f"{port}: {text}")
     return DeviceNotFound(f"{port} cannot be opened ({said}); `palpate devices` lists the ports")
 
@@ -44,7 +69,9 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
 class Numbering:
     """Numbers and times of the samples; after a restart of the board both go on from the last sample."""
 
-    def __init__(self, unit: str = "") -> None:  # "": no times in the lines; a time is the arrival of a line
+    def __init__(
+        self, unit: str = ""
+    ) -> None:  # "": no times in the lines; a time is the arrival of a line
         self.next = self.lost = 0
         self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
         self._before: Values = {}  # of the last pair
@@ -64,7 +91,10 @@ class Numbering:
             why = f"the board restarts with each line, or does not count up{unit}"
             raise ProtocolError(f"{why}: {restart}; check columns=")
         away = f"the port was unplugged for {away_s:.1f} s" if away_s else ""
-        old, new = (tuple(each.get(f"capdac_{name}") for name in ("hard", "soft")) for each in (before, values))
+        old, new = (
+            tuple(each.get(f"capdac_{name}") for name in ("hard", "soft"))
+            for each in (before, values)
+        )
         moved = f"CAPDAC {old[0]}, {old[1]} -> {new[0]}, {new[1]}" if before and old != new else ""
         self._arrived_ns, self._last_ns, self.next = arrived_ns, t_hard_ns, self.next + 1
         sample = sample._replace(seq=self.next - 1, t_hard_ns=t_hard_ns, t_soft_ns=t_soft_ns)
@@ -95,7 +125,9 @@ class Numbering:
             jump = f"the board restarted, or its clock was set: {clock_ns / 1e9:.6g} s after {before / 1e9:.6g} s"
             step = waited
         now = self._last_ns + step
-        self._check_unit((now - self._begun_ns) / 1e9, (arrived_ns - self._begun_ns) / 1e9, waited / 1e9)
+        self._check_unit(
+            (now - self._begun_ns) / 1e9, (arrived_ns - self._begun_ns) / 1e9, waited / 1e9
+        )
         return now, now + apart, jump
 
     def _clock(self, values: Values) -> tuple[int, int]:
@@ -109,7 +141,9 @@ class Numbering:
         if self._wrap_ns:  # the counter may begin again between the channels
             apart = (apart + self._wrap_ns // 2) % self._wrap_ns - self._wrap_ns // 2
         if abs(apart) > APART_NS:
-            raise Refused(f"its channels are {abs(apart) / 1e9:.3g} s apart; allowed: {APART_NS / 1e9:g} s")
+            raise Refused(
+                f"its channels are {abs(apart) / 1e9:.3g} s apart; allowed: {APART_NS / 1e9:g} s"
+            )
         self._clock_ns = hard
         return hard, apart
 
@@ -128,9 +162,20 @@ class SerialSource(Stoppable):
     """Pairs from lines of text on a serial port. Gaps: the port was opened again, the board restarted, its CAPDAC changed."""
 
     def __init__(
-        self, name: str, grammar: Grammar, baud: int = 115200, replug: float = 30.0, reset: bool = True
+        self,
+        name: str,
+        grammar: Grammar,
+        baud: int = 115200,
+        replug: float = 30.0,
+        reset: bool = True,
     ) -> None:
-        self._name, self._grammar, self._baud, self._replug_s, self._reset = name, grammar, baud, replug, reset
+        self._name, self._grammar, self._baud, self._replug_s, self._reset = (
+            name,
+            grammar,
+            baud,
+            replug,
+            reset,
+        )
         super().__init__()
         self._begun_ns = fine_ns()
         self._port = self._open()
@@ -139,11 +184,20 @@ class SerialSource(Stoppable):
         self._described: dict[str, Any] = {}
         self._numbering = Numbering()
         self._comments: set[bytes] = set()
-        self._gone_s = self._away_s = 0.0  # when the port was lost; how long it was away since the last pair
+        self._gone_s = self._away_s = (
+            0.0  # when the port was lost; how long it was away since the last pair
+        )
         self._is_read = False  # since a line was read, and shown
-        self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
-        self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
-        self._unshown, self._last = 0, ""  # lines not read since the last message about them, and the last one
+        self._unread_ns: int | None = (
+            None  # arrival of the first line since the last one that was read
+        )
+        self._value_ns: float = (
+            0.0  # arrival of the last pair with both values; infinity: silence was reported
+        )
+        self._unshown, self._last = (
+            0,
+            "",
+        )  # lines not read since the last message about them, and the last one
         self._came = False  # any line
 
     def __iter__(self) -> Iterator[Sample]:
@@ -157,9 +211,13 @@ class SerialSource(Stoppable):
                     yield pair
         finally:
             if self._unshown:
-                self.notify(f"{self._name}: lines not read: {self._unshown:,}. The last: {self._last}")
+                self.notify(
+                    f"{self._name}: lines not read: {self._unshown:,}. The last: {self._last}"
+                )
             elif not self._came:
-                self.notify(f"{self._name}: no line came: check the board, and the baud rate, {self._baud}")
+                self.notify(
+                    f"{self._name}: no line came: check the board, and the baud rate, {self._baud}"
+                )
 
     @property
     def counters(self) -> dict[str, int]:
@@ -171,7 +229,11 @@ class SerialSource(Stoppable):
         if self._described:
             return self._described
         until = time.monotonic() + SETTLE_S
-        while not self._grammar.columns and time.monotonic() < until and (early := next(self._lines, None)):
+        while (
+            not self._grammar.columns
+            and time.monotonic() < until
+            and (early := next(self._lines, None))
+        ):
             self._early.append(early)
             with suppress(Refused):
                 self._grammar.read(early[0])
@@ -215,9 +277,13 @@ class SerialSource(Stoppable):
             try:
                 data = self._port.read(max(self._port.in_waiting, 1))
             except OSError:  # also of pyserial
-                self.notify(f"{self._name} was unplugged. Waiting for it, up to {self._replug_s:g} s.")
+                self.notify(
+                    f"{self._name} was unplugged. Waiting for it, up to {self._replug_s:g} s."
+                )
                 self._gone_s = time.monotonic()
-                self._wait_for_replug(self._reopen, self._replug_s, f"{self._name} was unplugged: plug it in again")
+                self._wait_for_replug(
+                    self._reopen, self._replug_s, f"{self._name} was unplugged: plug it in again"
+                )
                 rest, is_cut = b"", True
                 continue
             arrived_ns = fine_ns() - self._begun_ns
@@ -254,9 +320,17 @@ class SerialSource(Stoppable):
         if not self._is_read:
             self._is_read = True
             self._unshown = 0  # what a board sends when it starts is no error
-            guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
+            guess = (
+                "; hard is the first: columns=soft,hard if it is not"
+                if self._grammar.by_order
+                else ""
+            )
             is_summed = self._grammar.form and self._grammar.form[0]
-            sure = "" if is_summed else "; no checksum *XX: a digit that is lost before the point is not seen"
+            sure = (
+                ""
+                if is_summed
+                else "; no checksum *XX: a digit that is lost before the point is not seen"
+            )
             self.notify(f"{_quoted(line)} -> {shown(values)}{guess}{sure}")
         if gap:
             self.gaps += (Gap(sample.seq, gap),)
@@ -264,12 +338,16 @@ class SerialSource(Stoppable):
 
     def _refuse(self, line: bytes, arrived_ns: int, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
-        hint = "" if line.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
+        hint = (
+            "" if line.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
+        )
         self._last, self._unshown = f"{_quoted(line)}. Reason: {refused}{hint}", self._unshown + 1
         if self._is_read and not self._away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
-                self.notify(f"{self._name}: {self._errors:,} lines were not read. The last: {self._last}")
+                self.notify(
+                    f"{self._name}: {self._errors:,} lines were not read. The last: {self._last}"
+                )
                 self._unshown = 0
         if self._unread_ns is None:
             self._unread_ns = arrived_ns
@@ -293,13 +371,21 @@ def _quoted(line: bytes) -> str:
     return shortened(repr(line.decode(errors="replace")), 100)
 
 
-_OF_PORT: dict[str, Check] = {"baud": number(50, 4_000_000, whole=True), "reset": yes_no, "replug": number(0, 86400)}
+_OF_PORT: dict[str, Check] = {
+    "baud": number(50, 4_000_000, whole=True),
+    "reset": yes_no,
+    "replug": number(0, 86400),
+}
 
 
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
     given = checked("serial", options, {**OF_LINES, **_OF_PORT})
     if not address:
-        raise ValueError("serial: got no port, allowed: serial:PORT; `palpate devices` lists the ports")
-    of_lines, of_port = ({name: given[name] for name in kind if name in given} for kind in (OF_LINES, _OF_PORT))
+        raise ValueError(
+            "serial: got no port, allowed: serial:PORT; `palpate devices` lists the ports"
+        )
+    of_lines, of_port = (
+        {name: given[name] for name in kind if name in given} for kind in (OF_LINES, _OF_PORT)
+    )
     return SerialSource(address, Grammar(**of_lines), **of_port)

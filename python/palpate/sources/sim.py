@@ -46,7 +46,11 @@ class SimSource(BoardSource):
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = (SCENARIOS | SESSIONS)[name]
-        speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
+        speed, seed, wiring = (
+            options.get("speed"),
+            options.get("seed", 0),
+            options.get("wiring", "guide"),
+        )
         self.live: bool = speed is not None
         self.real_time: bool = speed == 1
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
@@ -58,7 +62,9 @@ class SimSource(BoardSource):
             if len({ratio for _, ratio in press.ratios}) == 1
         ]
         bus_kHz = options.get("bus_kHz", BUS_KHZ)
-        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s)
+        self.kit: KitTwin = kit_of(
+            scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s
+        )
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
         self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
@@ -100,7 +106,9 @@ def faults(name: str, value: Any) -> list[Incident]:
         try:
             amount = float(match["amount"] or 1.0)
         except ValueError:
-            raise ValueError(f"{name}: got amount {quoted(match['amount'])}, allowed: a number, or inf") from None
+            raise ValueError(
+                f"{name}: got amount {quoted(match['amount'])}, allowed: a number, or inf"
+            ) from None
         time_s = number(0)(f"{name}'s time", match["time"])
         found.append(Incident(time_s, Fault(kinds[match["kind"]], amount)))
     return found

@@ -15,7 +15,9 @@ _FEWEST, _MOST, _MOST_MARKS = 1024, 2**24, 10_000
 _BYTES = np.dtype((np.void, DTYPE.itemsize))
 NO_BASELINE = "a replay has no baseline from them"
 BEGIN = "begin of the recording"  # text of the tare mark of a recording that was started later than the measurement
-MAY_DIFFER = "the baseline is measured there: the touches of a replay may differ until it is measured again"
+MAY_DIFFER = (
+    "the baseline is measured there: the touches of a replay may differ until it is measured again"
+)
 WITHIN = "; later ones agree within their uncertainty, as the times are those of the computer"
 
 
@@ -33,7 +35,9 @@ class Memory:
     def __init__(self, most: int) -> None:
         if not _FEWEST <= most <= _MOST:
             raise ValueError(f"keep: got {most}, allowed: {_FEWEST} to {_MOST} samples")
-        self.marks: deque[dict[str, Any]] = deque(maxlen=_MOST_MARKS)  # tares and gaps, as in the sidecar
+        self.marks: deque[dict[str, Any]] = deque(
+            maxlen=_MOST_MARKS
+        )  # tares and gaps, as in the sidecar
         self._rows = np.zeros(most, DTYPE)
         self._count = 0  # of all samples so far
 
@@ -94,7 +98,9 @@ class SampleQueue:
     def push_many(self, block: Block) -> None:
         """Add samples, drop those that have no room, and wake the consumer."""
         self.ring.push_many(block)
-        if not self._arrived.is_set():  # for each sample again, the two threads would wait for the lock of the event
+        if (
+            not self._arrived.is_set()
+        ):  # for each sample again, the two threads would wait for the lock of the event
             self._arrived.set()
 
     def take(self, most: int) -> Block:

@@ -82,10 +82,19 @@ class Batch(NamedTuple):
         last = {number: i for i, number in enumerate(numbers)}
         ended = {last.get(self.first + k, 0): touch for k, touch in enumerate(self.touches)}
         touches = (touch for _, touch in self.revised)
-        for i, (sample, row) in enumerate(zip(samples_of(self.samples), self.rows.tolist(), strict=True)):
+        for i, (sample, row) in enumerate(
+            zip(samples_of(self.samples), self.rows.tolist(), strict=True)
+        ):
             ratio, error, alarm, contact, number = row[:5]
             yield Estimate(
-                sample, ratio, error, alarm, contact, number, ended.get(i), next(touches) if row[-1] else None
+                sample,
+                ratio,
+                error,
+                alarm,
+                contact,
+                number,
+                ended.get(i),
+                next(touches) if row[-1] else None,
             )
 
 
@@ -158,4 +167,8 @@ class StreamCounters:
         earlier = before.as_dict()
         earlier["delivered"] += earlier["waiting"]
         passed = {name: value - earlier[name] for name, value in self.as_dict().items()}
-        return passed | {"waiting": self.waiting, "recorded": self.recorded, "unrecorded": self.unrecorded}
+        return passed | {
+            "waiting": self.waiting,
+            "recorded": self.recorded,
+            "unrecorded": self.unrecorded,
+        }

@@ -65,7 +65,9 @@ allowed: one in real time
             device = described(stream.source)
             streams = [(name, "Capacitance", SAMPLES), (f"{name}-estimates", "Estimate", ESTIMATES)]
             streams += [(f"{name}-marks", "Markers", ("mark",))]
-            self._outlets = [self._pylsl.StreamOutlet(_info(self._pylsl, *each, device)) for each in streams]
+            self._outlets = [
+                self._pylsl.StreamOutlet(_info(self._pylsl, *each, device)) for each in streams
+            ]
             on_failure.pop_all()
 
     def __enter__(self) -> Self:
@@ -136,7 +138,14 @@ allowed: one in real time
             gaps[at:] += 1
             self._push(f"gap {gap.text}", float(stamps[at]))
         offset_s = (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9
-        values = [samples["hard"], samples["soft"], offset_s, samples["seq"], samples["status"], gaps]
+        values = [
+            samples["hard"],
+            samples["soft"],
+            offset_s,
+            samples["seq"],
+            samples["status"],
+            gaps,
+        ]
         self._outlets[0].push_chunk(np.column_stack(values).astype(float), stamps)
         rows = batch.rows
         measured = [np.where(rows["touch"] > 0, rows[name], np.nan) for name in ESTIMATES[:2]]
@@ -151,17 +160,27 @@ allowed: one in real time
         for number, touch in enumerate(batch.touches, batch.first):
             own = np.flatnonzero(rows["touch"] == number)
             first = (touch.first_ratio, touch.first_standard_error)  # also if it was revised
-            yield int(own[-1]) if len(own) else 0, _touch_text("touch", number, touch, *first, zero_s)
+            yield (
+                int(own[-1]) if len(own) else 0,
+                _touch_text("touch", number, touch, *first, zero_s),
+            )
         places = np.flatnonzero(rows["revised"]).tolist()
-        places += [len(rows) - 1] * (len(batch.revised) - len(places))  # at the end of the stream there may be no row
+        places += [len(rows) - 1] * (
+            len(batch.revised) - len(places)
+        )  # at the end of the stream there may be no row
         for at, (number, touch) in zip(places, batch.revised, strict=True):
-            yield at, _touch_text("revised", number, touch, touch.ratio, touch.standard_error, zero_s)
+            yield (
+                at,
+                _touch_text("revised", number, touch, touch.ratio, touch.standard_error, zero_s),
+            )
 
     def _push(self, text: str, stamp_s: float) -> None:
         self._outlets[2].push_sample([text], stamp_s)
 
 
-def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mapping[str, Any]) -> Any:
+def _info(
+    pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mapping[str, Any]
+) -> Any:
     """Return a stream without a rate: each sample has its own stamp, and a lost one is not smoothed over."""
     form = pylsl.cf_string if kind == "Markers" else pylsl.cf_double64
     # The same when palpate is started again, so that receivers continue.
@@ -174,14 +193,22 @@ def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mappi
     info.set_channel_types([_TYPES.get(label, "Misc") for label in labels])
     acquisition = about.append_child("acquisition")
     instrument = device.get("name") or device.get("converter") or ""
-    told = {"version": __version__, "instrument": instrument, "stamps": device.get("stamps", "converter")}
+    told = {
+        "version": __version__,
+        "instrument": instrument,
+        "stamps": device.get("stamps", "converter"),
+    }
     told |= {key: device[key] for key in ("period_s", "full_scale_pF") if key in device}
     for key, value in told.items():
         acquisition.append_child_value(key, str(value))
     return info
 
 
-def _touch_text(kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float) -> str:
+def _touch_text(
+    kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float
+) -> str:
     """Return the mark of a touch: its kind, and a JSON object with all digits."""
-    known = number_format.plain({"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s})
+    known = number_format.plain(
+        {"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s}
+    )
     return f"{kind} {json.dumps({'number': number, **known, 'samples': touch.samples, 'flags': list(touch.flags)})}"

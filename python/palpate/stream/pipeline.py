@@ -8,7 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.samples import DTYPE, RETAKEN, Block, Sample, Status, columns_for, feed, refused, samples_of, saturated
+from palpate.samples import (
+    DTYPE,
+    RETAKEN,
+    Block,
+    Sample,
+    Status,
+    columns_for,
+    feed,
+    refused,
+    samples_of,
+    saturated,
+)
 from palpate.sources.base import Gap
 from palpate.stream.buffers import SampleQueue
 from palpate.stream.estimate import Batch
@@ -31,7 +42,10 @@ class Feeding:
         self.delivered = self.refused = self.saturated = 0  # as in `StreamCounters`
         self.last: Sample | None = None
         self._queue, self._tracker, self._listeners = queue, tracker, listeners
-        self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
+        self._touches, self._revisions = (
+            tracker.touch_count,
+            tracker.revision_count,
+        )  # in batches so far
         self._retaken = self._reported = tracker.retaken
         self._ended: list[Touch] = []
         self._revised: list[tuple[int, Touch]] = []
@@ -109,11 +123,16 @@ class Feeding:
         t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
         for begin in range(0, len(block), _PART):
             end = begin + _PART
-            yield self._tracker.process(t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end])
+            yield self._tracker.process(
+                t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end]
+            )
             self._note_touches()
 
     def _note_touches(self) -> None:
-        touches, numbers = self._tracker.touches_since(self._touches), self._tracker.revisions_since(self._revisions)
+        touches, numbers = (
+            self._tracker.touches_since(self._touches),
+            self._tracker.revisions_since(self._revisions),
+        )
         self._touches += len(touches)
         self._revisions += len(numbers)
         self._ended += touches
@@ -131,7 +150,9 @@ class RangeWatch:
     """Follows which channels are outside the range of the converter, and for how long."""
 
     def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
-        self.channels: tuple[str, ...] = ()  # of "hard" and "soft": outside the range, and not because of a touch
+        self.channels: tuple[
+            str, ...
+        ] = ()  # of "hard" and "soft": outside the range, and not because of a touch
         self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
         self._since_ns: dict[str, int] = {}
 
@@ -153,7 +174,9 @@ class RangeWatch:
                 elif np.isfinite(block[name][row]):  # a lost reading changes nothing
                     self._since_ns.pop(name, None)
             longest_s = PRESSED_S if pressed[row] else IDLE_S
-            now = tuple(name for name in outside if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9)
+            now = tuple(
+                name for name in outside if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9
+            )
             if set(now) - set(self.channels):
                 messages.append(_out_of_range(now, longest_s))
             self.channels = now

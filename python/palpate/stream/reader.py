@@ -25,7 +25,13 @@ class Reader:
     """Reads a source in a thread of its own, independent of the disk and of the consumer."""
 
     def __init__(
-        self, source: Source, device: dict[str, Any], queue: SampleQueue, memory: Memory | None, *, outlives: bool
+        self,
+        source: Source,
+        device: dict[str, Any],
+        queue: SampleQueue,
+        memory: Memory | None,
+        *,
+        outlives: bool,
     ) -> None:
         self.read = self.lost = self.late = 0  # as in `StreamCounters`
         self.last: Sample | None = None
@@ -35,7 +41,10 @@ class Reader:
         self.lock: RLock = RLock()
         self.error: BaseException | None = None  # that ended the thread
         self._source, self._queue, self._memory = source, queue, memory
-        self._late_ns, self._codes = _LATE * float(device.get("period_s", math.nan)) * 1e9, codes_of(device)
+        self._late_ns, self._codes = (
+            _LATE * float(device.get("period_s", math.nan)) * 1e9,
+            codes_of(device),
+        )
         self._outlives_recording = outlives
         self._stopping = Event()
         self._conditions = 0
@@ -173,7 +182,11 @@ class Reader:
         if not getattr(self._source, "real_time", True):
             return None
         zero_ns = self._source.zero_ns
-        return time.monotonic_ns() - max(newest.t_hard_ns, newest.t_soft_ns) if zero_ns is None else zero_ns
+        return (
+            time.monotonic_ns() - max(newest.t_hard_ns, newest.t_soft_ns)
+            if zero_ns is None
+            else zero_ns
+        )
 
     def _room(self) -> int:
         """Wait until consumer and recorder have room; return for how many samples, 0 if the end was requested before."""

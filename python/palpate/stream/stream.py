@@ -14,7 +14,17 @@ from palpate._core import Touch, Tracker
 from palpate.errors import display
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
-from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, require_scale, saturated, settings_for
+from palpate.samples import (
+    DTYPE,
+    Block,
+    Epoch,
+    Sample,
+    epoch_at,
+    refused,
+    require_scale,
+    saturated,
+    settings_for,
+)
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described
@@ -109,10 +119,14 @@ class Stream:
         with ExitStack() as on_failure:
             if not isinstance(source, str):
                 if not isinstance(source, Source):
-                    raise TypeError(f"source: got {source!r:.60}, allowed: a name, or a palpate.Source")
+                    raise TypeError(
+                        f"source: got {source!r:.60}, allowed: a name, or a palpate.Source"
+                    )
                 on_failure.callback(source.close)
             if tracker is not None and settings:
-                raise ValueError(f"settings: got {', '.join(settings)} and a tracker, allowed: only one of them")
+                raise ValueError(
+                    f"settings: got {', '.join(settings)} and a tracker, allowed: only one of them"
+                )
             given: dict[str, Any] = dict(settings)
             self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
@@ -120,7 +134,9 @@ class Stream:
             queue = None if capacity is None else SampleQueue(capacity)
             self._memory = None if keep is None else Memory(keep)
             if unit is not None and not isinstance(source, str):
-                raise ValueError(f"unit: got {unit!r} and a source, allowed: with a name; palpate.open takes it, too")
+                raise ValueError(
+                    f"unit: got {unit!r} and a source, allowed: with a name; palpate.open takes it, too"
+                )
             if isinstance(source, str):
                 source = open_source(source, **({} if unit is None else {"unit": unit}))
                 on_failure.callback(source.close)
@@ -140,7 +156,9 @@ class Stream:
         self._before = StreamCounters()  # when the recording began
         self._recorded: int | None = None  # number of the last sample of the recording before
         self._switching = RLock()  # held while a recording begins or ends, which waits for the disk
-        self._remarking = RLock()  # held while something is written beside the samples; before the lock of the reader
+        self._remarking = (
+            RLock()
+        )  # held while something is written beside the samples; before the lock of the reader
         self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
         self._begun = self._stop_asked = self._closed = self._raised = False
 
@@ -154,7 +172,9 @@ class Stream:
     def __enter__(self) -> Self:
         """Begin the measurement."""
         if self._closed or self._reader:
-            raise ValueError("stream: got a second `with`, or one after close(), allowed: one `with` for each stream")
+            raise ValueError(
+                "stream: got a second `with`, or one after close(), allowed: one `with` for each stream"
+            )
         try:
             self.source.__enter__()
             self._begun = True  # from here on there may be a recording to close
@@ -162,7 +182,9 @@ class Stream:
             path, notes = self._first_recording
             self._recorder = None if path is None else self._new_recorder(path, notes)
             self._listeners.tell("begun", self)
-            self._reader = Reader(self.source, device, self._queue, self._memory, outlives=self._outlives_recording)
+            self._reader = Reader(
+                self.source, device, self._queue, self._memory, outlives=self._outlives_recording
+            )
             self._reader.record(self._recorder)
             self._reader.start()
             if self._stop_asked:
@@ -263,7 +285,9 @@ class Stream:
             The probe is in contact, and `force` is False; or the source cannot set its range.
         """
         if not force and not self.out_of_range and self.tracker.state in ("contact", "done"):
-            raise RuntimeError("centre: got it in contact, allowed: without contact. Lift the probe, or force=True")
+            raise RuntimeError(
+                "centre: got it in contact, allowed: without contact. Lift the probe, or force=True"
+            )
         self.source.centre()
 
     def tare(self, *, force: bool = False) -> None:
@@ -297,7 +321,11 @@ class Stream:
         return self._recorder
 
     def start_recording(
-        self, record: str | os.PathLike[str], notes: list[str] | None = None, *, earlier: bool = False
+        self,
+        record: str | os.PathLike[str],
+        notes: list[str] | None = None,
+        *,
+        earlier: bool = False,
     ) -> Recorder:
         """Record to NAME.csv; from any thread.
 
@@ -321,10 +349,14 @@ class Stream:
         """
         reader = self._started()
         if earlier and not self._memory:
-            raise ValueError("earlier: got True, allowed: with Stream(..., keep=65536), which keeps so many samples")
+            raise ValueError(
+                "earlier: got True, allowed: with Stream(..., keep=65536), which keeps so many samples"
+            )
         with self._switching:
             if self._closed or self._recorder:
-                raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
+                raise ValueError(
+                    "record: already recording, or the stream has ended; allowed: one recording at a time"
+                )
             recorder = self._new_recorder(record, notes or [])
             with reader.lock:
                 beginning = self._beginning(reader.read, earlier=earlier)
@@ -338,7 +370,9 @@ class Stream:
         if earlier and self._memory:
             host_stamps = bool(self.tracker.settings.get("host_stamps", False))
             return self._memory.beginning(self._recorded, host_stamps=host_stamps)
-        return Beginning(np.empty(0, DTYPE), [], f"{BEGUN}{read} pairs; {NO_BASELINE}" if read else "")
+        return Beginning(
+            np.empty(0, DTYPE), [], f"{BEGUN}{read} pairs; {NO_BASELINE}" if read else ""
+        )
 
     def stop_recording(self) -> Recorder | None:
         """Close the recording and continue the measurement; from any thread. None: there was no recording.
@@ -407,7 +441,9 @@ class Stream:
         """
         with self._remarking:
             if not self._recorder:
-                raise ValueError(f"mark: got number {number}, allowed: those of a running recording; there is none")
+                raise ValueError(
+                    f"mark: got number {number}, allowed: those of a running recording; there is none"
+                )
             self._recorder.rename_mark(number, text)
 
     def _new_recorder(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
@@ -416,7 +452,10 @@ class Stream:
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
         """Return the counters of the samples since the recording began."""
-        return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
+        return counters.since(self._before) | {
+            "recorded": recorder.rows,
+            "unrecorded": recorder.dropped,
+        }
 
     def stop(self) -> bool:
         """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""
@@ -448,11 +487,19 @@ class Stream:
         if self._closed:
             return
         self._closed = True
-        with ExitStack() as steps:  # they run from the last one to the first, each also after an error
-            steps.push(lambda _, error, __: self._listeners.tell("ended", failure or error or self._source_error))
+        with (
+            ExitStack() as steps
+        ):  # they run from the last one to the first, each also after an error
+            steps.push(
+                lambda _, error, __: self._listeners.tell(
+                    "ended", failure or error or self._source_error
+                )
+            )
             steps.callback(self._raise_unrecorded)
             steps.callback(self._close_source)
-            steps.push(lambda _, error, __: self._close_recording(failure or error or self._source_error))
+            steps.push(
+                lambda _, error, __: self._close_recording(failure or error or self._source_error)
+            )
             if reader:
                 steps.callback(self._feeding.drain)
                 reader.end(STOP_S)
@@ -465,7 +512,11 @@ class Stream:
         with self._switching:
             if recorder := self._recorder:
                 own = error is recorder.error  # the recorder knows it
-                told = None if error is None or own else f"{str(error) or type(error).__name__:.{_LONGEST_ERROR}}"
+                told = (
+                    None
+                    if error is None or own
+                    else f"{str(error) or type(error).__name__:.{_LONGEST_ERROR}}"
+                )
                 recorder.close(lambda: self._counted(self.counters, recorder), told)
 
     def _close_source(self) -> None:

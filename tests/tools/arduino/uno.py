@@ -26,21 +26,37 @@ CORE, WIRE = AVR / "cores" / "arduino", AVR / "libraries" / "Wire" / "src"
 SIMAVR = Path("/usr/include/simavr")
 NEEDED = ("avr-g++", "avr-gcc", "avr-size", "c++", str(CORE), str(SIMAVR))
 
-_PROCESSOR = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
-_INCLUDES = [f"-I{folder}" for folder in (CORE, AVR / "variants" / "standard", WIRE, WIRE / "utility")]
+_PROCESSOR = [
+    "-mmcu=atmega328p",
+    "-DF_CPU=16000000L",
+    "-DARDUINO=10819",
+    "-DARDUINO_AVR_UNO",
+    "-DARDUINO_ARCH_AVR",
+]
+_INCLUDES = [
+    f"-I{folder}" for folder in (CORE, AVR / "variants" / "standard", WIRE, WIRE / "utility")
+]
 _COMMON = ["-c", "-Os", "-flto", "-ffunction-sections", "-fdata-sections", *_PROCESSOR]
 _CPP = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics", "-Wno-error=narrowing"]
 _STRICT = ["-Wall", "-Wextra", "-Werror", "-x", "c++", "-include", "Arduino.h"]
 _COMPILERS = {
     ".c": ["avr-gcc", "-std=gnu11", "-fno-fat-lto-objects", "-w"],
-    ".cpp": ["avr-g++", *_CPP, "-fpermissive", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-w"],  # <float.h> of gcc 5
+    ".cpp": [
+        "avr-g++",
+        *_CPP,
+        "-fpermissive",
+        "-DDECIMAL_DIG=__DECIMAL_DIG__",
+        "-w",
+    ],  # <float.h> of gcc 5
     ".S": ["avr-gcc", "-x", "assembler-with-cpp"],
 }
 
 
 def _compiled(source: Path, folder: Path) -> Path:
     made = folder / f"{source.name}.o"
-    if source == SKETCH:  # its warnings are errors; those of Arduino's own files are not of this project
+    if (
+        source == SKETCH
+    ):  # its warnings are errors; those of Arduino's own files are not of this project
         command = ["avr-g++", *_CPP, *_COMMON, *_INCLUDES, *_STRICT]
     else:
         command = [*_COMPILERS[source.suffix], *_COMMON, *_INCLUDES]
@@ -50,11 +66,29 @@ def _compiled(source: Path, folder: Path) -> Path:
 
 def build(folder: Path) -> None:
     """Compile the sketch with Arduino's core and its library Wire, and the simulated board for this machine."""
-    library = chain(*(sorted(f.glob(f"*{end}")) for f in (CORE, WIRE, WIRE / "utility") for end in _COMPILERS))
+    library = chain(
+        *(sorted(f.glob(f"*{end}")) for f in (CORE, WIRE, WIRE / "utility") for end in _COMPILERS)
+    )
     objects = [_compiled(source, folder) for source in (SKETCH, *library)]
-    link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", "-mmcu=atmega328p"]
+    link = [
+        "avr-gcc",
+        "-Os",
+        "-flto",
+        "-fuse-linker-plugin",
+        "-Wl,--gc-sections",
+        "-mmcu=atmega328p",
+    ]
     run(*link, *objects, "-lm", "-o", folder / "sketch.elf")
-    options: list[str | Path] = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
+    options: list[str | Path] = [
+        "-std=c++17",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-Werror",
+        "-isystem",
+        SIMAVR,
+    ]
     run("c++", *options, Path(__file__).with_name("board.cpp"), "-lsimavr", "-o", folder / "board")
 
 
@@ -71,12 +105,21 @@ def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]
     tty.setraw(port)
     name = Path(os.ttyname(port))
     os.close(port)  # from now on the board can see whether someone has it open
-    command: list[str | Path] = [built / "board", built / "sketch.elf", str(end), folder / "log", str(pairs), *events]
+    command: list[str | Path] = [
+        built / "board",
+        built / "sketch.elf",
+        str(end),
+        folder / "log",
+        str(pairs),
+        *events,
+    ]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, pass_fds=[end]) as process:
         os.close(end)
         try:
             yield name
-            assert process.wait(3600) == 0  # the board itself ends if its sketch is too slow in simulated time
+            assert (
+                process.wait(3600) == 0
+            )  # the board itself ends if its sketch is too slow in simulated time
         finally:
             process.kill()
 
@@ -84,7 +127,10 @@ def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]
 def record(built: Path, folder: Path, pairs: int) -> NDArray[Any]:
     """Record pairs of a board; return the rows, as a structured array with the CSV's names."""
     path = folder / "run.csv"
-    with board(built, folder, pairs) as port, palpate.Stream(f"serial:{port}", record=path) as stream:
+    with (
+        board(built, folder, pairs) as port,
+        palpate.Stream(f"serial:{port}", record=path) as stream,
+    ):
         for batch in stream.batches():
             if len(batch.samples) and batch.samples["seq"][-1] >= pairs - 1:
                 break

@@ -12,7 +12,9 @@ from typing import Any
 import pytest
 
 RECORD, RUN = os.environ.get("MUTATION_RECORD"), os.environ.get("MUTATION_RUN")
-BYTES = os.environ.get("PALPATE_EXECUTED")  # of mutants.hpp; without it the lines of Python are recorded
+BYTES = os.environ.get(
+    "PALPATE_EXECUTED"
+)  # of mutants.hpp; without it the lines of Python are recorded
 tests: dict[str, Any] = {}
 measured: Any = None
 if RECORD and not BYTES:
@@ -57,6 +59,8 @@ def pytest_unconfigure() -> None:
     if measured:
         measured.stop()
         data = measured.get_data()
-        lines = {os.path.relpath(file): data.contexts_by_lineno(file) for file in data.measured_files()}
+        lines = {
+            os.path.relpath(file): data.contexts_by_lineno(file) for file in data.measured_files()
+        }
     if RECORD:
         Path(RECORD).write_text(json.dumps({"tests": tests, "lines": lines}))

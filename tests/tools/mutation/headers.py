@@ -12,16 +12,41 @@ from typing import Any
 from clang import cindex
 
 HERE = Path(__file__).parent
-FLIPPED = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">=", ">": "<=", "<=": ">", ">=": "<", "==": "!=", "!=": "=="}
+FLIPPED = {
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "<": ">=",
+    ">": "<=",
+    "<=": ">",
+    ">=": "<",
+    "==": "!=",
+    "!=": "==",
+}
 FLIPPED |= {"+=": "-=", "-=": "+=", "&&": "||", "||": "&&", "?": "? swapped"}
-NAMES = ["plus", "minus", "times", "over", "less", "greater", "less_equal", "greater_equal", "equal", "unequal"]
+NAMES = [
+    "plus",
+    "minus",
+    "times",
+    "over",
+    "less",
+    "greater",
+    "less_equal",
+    "greater_equal",
+    "equal",
+    "unequal",
+]
 ON = "::mutants::on(%d)"
 # What stands before, between and after the operands. a || b is !(!a && !b): the right one is executed only where it counts.
 WRITTEN: dict[str, tuple[str, ...]] = {
-    operator: (f"::mutants::{name}(%d, ", ", ", ")") for operator, name in zip(FLIPPED, NAMES, strict=False)
+    operator: (f"::mutants::{name}(%d, ", ", ", ")")
+    for operator, name in zip(FLIPPED, NAMES, strict=False)
 }
 WRITTEN |= {"+=": ("::mutants::add(%d, ", ", ", ")"), "-=": ("::mutants::subtract(%d, ", ", ", ")")}
-WRITTEN |= {o: ("(((bool(", f") != {ON}) {o} (bool(", f") != {ON})) != {ON})") for o in ("&&", "||")}
+WRITTEN |= {
+    o: ("(((bool(", f") != {ON}) {o} (bool(", f") != {ON})) != {ON})") for o in ("&&", "||")
+}
 WRITTEN |= {"?": ("((", f") != {ON} ? ", " : ", ")"), "": ("::mutants::nudged(%d, ", ")")}
 OPERATORS = {"BINARY_OPERATOR", "COMPOUND_ASSIGNMENT_OPERATOR", "CONDITIONAL_OPERATOR"}
 LITERALS = {"INTEGER_LITERAL", "FLOATING_LITERAL"}
@@ -41,10 +66,17 @@ class Site:
     def edits(self, number: int) -> Iterator[tuple[tuple[int, int, int], int, bytes]]:
         """Yield what replaces the text around the operands: (place, order of those at one place), end, new text."""
         written = [
-            part.replace("%d", str(number)).encode() for part in WRITTEN[self.text if len(self.operands) > 1 else ""]
+            part.replace("%d", str(number)).encode()
+            for part in WRITTEN[self.text if len(self.operands) > 1 else ""]
         ]
-        yield (self.start, 2, -self.end), self.start, written[0]  # at one place the outer one is before the inner one
-        for (_, left), (right, _), part in zip(self.operands, self.operands[1:], written[1:], strict=False):
+        yield (
+            (self.start, 2, -self.end),
+            self.start,
+            written[0],
+        )  # at one place the outer one is before the inner one
+        for (_, left), (right, _), part in zip(
+            self.operands, self.operands[1:], written[1:], strict=False
+        ):
             yield (left, 1, 0), right, part
         yield (self.operands[-1][1], 0, -self.start), self.end, written[-1]
 
@@ -59,22 +91,34 @@ def rewrite(include: Path) -> list[tuple[Path, int, str]]:
         edits: list[tuple[tuple[int, int, int], int, bytes]] = []
         for site in sites:
             edits += site.edits(len(mutants))
-            mutants.append((header, site.line, f"{site.text} -> {FLIPPED.get(site.text, 'nudged')}"))
+            mutants.append(
+                (header, site.line, f"{site.text} -> {FLIPPED.get(site.text, 'nudged')}")
+            )
         for (start, *_), end, new in sorted(edits):
             made, at = made + text[at:start] + new, end
         made += text[at:]
         mark = b"#pragma once\n"
-        header.write_bytes(made.replace(mark, mark + b"#pragma GCC system_header\n#include <mutants.hpp>\n", 1))
+        header.write_bytes(
+            made.replace(mark, mark + b"#pragma GCC system_header\n#include <mutants.hpp>\n", 1)
+        )
     (include / "mutants.hpp").write_bytes((HERE / "mutants.hpp").read_bytes())
     return mutants
 
 
 def _sites(header: Path, include: Path) -> list[Site]:
     # The package libclang has no stddef.h of its own: the compiler's.
-    own = subprocess.run(["g++", "-print-file-name=include"], check=True, capture_output=True, text=True).stdout.strip()
-    unit = cindex.Index.create().parse(str(header), args=["-x", "c++", "-std=c++17", f"-I{include}", "-isystem", own])
+    own = subprocess.run(
+        ["g++", "-print-file-name=include"], check=True, capture_output=True, text=True
+    ).stdout.strip()
+    unit = cindex.Index.create().parse(
+        str(header), args=["-x", "c++", "-std=c++17", f"-I{include}", "-isystem", own]
+    )
     text = header.read_bytes()
-    top = (c for c in unit.cursor.get_children() if c.location.file and Path(c.location.file.name) == header)
+    top = (
+        c
+        for c in unit.cursor.get_children()
+        if c.location.file and Path(c.location.file.name) == header
+    )
     found = {(site.start, site.end): site for child in top for site in _walk(child, text)}
     return sorted(found.values(), key=lambda s: (s.start, -s.end))
 
@@ -89,8 +133,14 @@ def _walk(node: Any, text: bytes) -> Iterator[Site]:
     if node.kind.name in OPERATORS and len(parts) > 1 and parts[0][0] == start:
         between = text[parts[0][1] : parts[1][0]].decode()
         operator = between.strip(" \n()")
-        written = f" {operator}" in between or f"\n{operator}" in between  # not the brackets of a template
-        if written and operator in FLIPPED and (operator == "?") == (node.kind.name == "CONDITIONAL_OPERATOR"):
+        written = (
+            f" {operator}" in between or f"\n{operator}" in between
+        )  # not the brackets of a template
+        if (
+            written
+            and operator in FLIPPED
+            and (operator == "?") == (node.kind.name == "CONDITIONAL_OPERATOR")
+        ):
             yield Site(operator, node.location.line, start, end, parts)
     for child in node.get_children():
         yield from _walk(child, text)
@@ -102,7 +152,18 @@ def build(copy: Path, compiled: int = -1) -> bool:
     flags = f"-O1 -w -fpermissive -DPALPATE_MUTANT={compiled}"
     defined = {"FLAGS": flags, "FLAGS_RELEASE": ""}
     options = [f"-Ccmake.define.CMAKE_CXX_{name}={value}" for name, value in defined.items()]
-    command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", str(target), *options, str(copy)]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "-q",
+        "--no-deps",
+        "--target",
+        str(target),
+        *options,
+        str(copy),
+    ]
     if not target.exists():
         subprocess.run(command, check=False, env=os.environ | {"CMAKE_BUILD_PARALLEL_LEVEL": "1"})
     made = list(target.glob("palpate/_core*.so"))
@@ -118,7 +179,12 @@ def native_failure(copy: Path, number: int) -> str:
     for name in NATIVE:
         source = copy / "tests" / "cpp" / f"{name}.cpp"
         try:
-            subprocess.run(["c++", *flags, source, "-o", program], check=True, capture_output=True, timeout=1800)
+            subprocess.run(
+                ["c++", *flags, source, "-o", program],
+                check=True,
+                capture_output=True,
+                timeout=1800,
+            )
             subprocess.run([program], check=True, capture_output=True, timeout=600)
         except (subprocess.CalledProcessError, subprocess.TimeoutExpired):
             return f"tests/cpp/{name}.cpp"

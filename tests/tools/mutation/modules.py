@@ -18,7 +18,9 @@ def changes(path: Path) -> list[tuple[int, int, str]]:
     def extent(node: ast.expr) -> tuple[int, int]:
         assert node.end_lineno
         assert node.end_col_offset
-        return starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
+        return starts[node.lineno - 1] + node.col_offset, starts[
+            node.end_lineno - 1
+        ] + node.end_col_offset
 
     found = set()
     for node in _executed(ast.parse(text)):

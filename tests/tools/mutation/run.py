@@ -61,7 +61,9 @@ def of_headers(copy: Path) -> Iterator[Mutant]:
     if not headers.build(copy):
         raise SystemExit("the headers with mutants do not compile")
     for number, (path, line, change) in enumerate(found):
-        yield Mutant(str(path.relative_to(copy)), line, change, sources[path][line - 1].strip(), number)
+        yield Mutant(
+            str(path.relative_to(copy)), line, change, sources[path][line - 1].strip(), number
+        )
 
 
 def of_modules(copy: Path) -> Iterator[Mutant]:
@@ -72,7 +74,13 @@ def of_modules(copy: Path) -> Iterator[Mutant]:
             line, written = text.count(b"\n", 0, start) + 1, text[start:end].decode()
             source = text.splitlines()[line - 1].decode().strip()
             made = text[:start] + mutant.encode() + text[end:]
-            yield Mutant(str(path.relative_to(copy)), line, f"{written} -> {mutant or 'nothing'}", source, text=made)
+            yield Mutant(
+                str(path.relative_to(copy)),
+                line,
+                f"{written} -> {mutant or 'nothing'}",
+                source,
+                text=made,
+            )
 
 
 class Project:
@@ -101,14 +109,24 @@ class Project:
             lines = self.lines.get(mutant.path, {})
             by_line = {name for name in lines.get(str(mutant.line), []) if name}
             # A line that an import executes: all tests of its module.
-            return self._failing(by_line or {name for names in lines.values() for name in names}, mutant)
+            return self._failing(
+                by_line or {name for names in lines.values() for name in names}, mutant
+            )
         import headers
 
-        if by_switch := {name for name, test in self.tests.items() if mutant.number in test["mutants"]}:
-            return self._failing(by_switch, mutant) or headers.native_failure(self.copy, mutant.number)
+        if by_switch := {
+            name for name, test in self.tests.items() if mutant.number in test["mutants"]
+        }:
+            return self._failing(by_switch, mutant) or headers.native_failure(
+                self.copy, mutant.number
+            )
         # In a constant expression, or not executed: compiled for itself.
         if not (failed := headers.native_failure(self.copy, mutant.number)):
-            failed = self._failing(set(self.tests), mutant) if headers.build(self.copy, mutant.number) else "compiler"
+            failed = (
+                self._failing(set(self.tests), mutant)
+                if headers.build(self.copy, mutant.number)
+                else "compiler"
+            )
             headers.build(self.copy)
         return failed
 
@@ -140,7 +158,9 @@ class Project:
         failed = run.with_suffix(".failed")
         return "" if code == 0 else failed.read_text() if failed.exists() else names[0]
 
-    def _pytest(self, arguments: list[str], limit_s: float | None, **environment: Any) -> int | None:
+    def _pytest(
+        self, arguments: list[str], limit_s: float | None, **environment: Any
+    ) -> int | None:
         path = os.pathsep.join(map(str, (self.copy / "python", HERE)))
         environment |= {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
         if self.kind == "cpp":
@@ -148,7 +168,12 @@ class Project:
         full = os.environ | {name: str(value) for name, value in environment.items()}
         with (self.build / "said.txt").open("w") as said:
             done = subprocess.Popen(
-                [*PYTEST, *arguments], cwd=self.copy, env=full, stdout=said, stderr=said, start_new_session=True
+                [*PYTEST, *arguments],
+                cwd=self.copy,
+                env=full,
+                stdout=said,
+                stderr=said,
+                start_new_session=True,
             )
             try:
                 return done.wait(limit_s)
@@ -169,24 +194,37 @@ def drawn(mutants: list[Mutant], count: int, seed: int, like: Path | None) -> li
 
 def main() -> None:
     """Print each mutant with its fate, then the score."""
-    parser = argparse.ArgumentParser(description="Mutation score of the headers or the Python package.")
+    parser = argparse.ArgumentParser(
+        description="Mutation score of the headers or the Python package."
+    )
     parser.add_argument("kind", choices=TESTS)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--like", type=Path, help="a log: run its mutants again")
-    parser.add_argument("--tests", nargs="*", help="folders or options of pytest; default: those of the kind")
+    parser.add_argument(
+        "--tests", nargs="*", help="folders or options of pytest; default: those of the kind"
+    )
     arguments = parser.parse_args()
     tests = arguments.tests or TESTS[arguments.kind]
     with tempfile.TemporaryDirectory() as folder:
         project = Project(Path(folder) / "palpate", arguments.kind, tests)
         chosen = drawn(project.mutants, arguments.count, arguments.seed, arguments.like)
-        print(f"{len(chosen)} of {len(project.mutants)} mutants, {len(project.tests)} tests", flush=True)
+        print(
+            f"{len(chosen)} of {len(project.mutants)} mutants, {len(project.tests)} tests",
+            flush=True,
+        )
         killed = 0
         for m in chosen:
             test = project.detecting(m)
             killed += bool(test)
             print(
-                "killed" if test else "survived", f"{m.path}:{m.line}", m.change, m.source, test, sep="\t", flush=True
+                "killed" if test else "survived",
+                f"{m.path}:{m.line}",
+                m.change,
+                m.source,
+                test,
+                sep="\t",
+                flush=True,
             )
     print(f"{killed} of {len(chosen)} detected")
 

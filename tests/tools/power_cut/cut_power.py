@@ -41,16 +41,29 @@ SECTOR = 512  # of the log
 WHOLE = 4096  # bytes that a disk writes whole, its physical sector
 _MAGIC, _VERSION, _FLUSH = 0x6A736677736872, 1, 1
 LENGTHS_S = (0.3, 2.5, 10.0)
-SOURCE = "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
+SOURCE = (
+    "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
+)
 LOST, NO_SIDECAR = "lost by the cut", "without a sidecar"
-WRONG = (LOST, "lost by the repair", "wrong checkpoints", "faults after it", NO_SIDECAR, "closed, not clean")
+WRONG = (
+    LOST,
+    "lost by the repair",
+    "wrong checkpoints",
+    "faults after it",
+    NO_SIDECAR,
+    "closed, not clean",
+)
 
 
 def shell(command: str, most: int = 0) -> None:
     """Run a command, which may end with exit codes up to `most`."""
     environment = {**os.environ, "PATH": f"{os.environ['PATH']}:/usr/sbin:/sbin"}
-    done = subprocess.run(command, check=False, shell=True, capture_output=True, text=True, env=environment)
-    assert done.returncode <= most, f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+    done = subprocess.run(
+        command, check=False, shell=True, capture_output=True, text=True, env=environment
+    )
+    assert done.returncode <= most, (
+        f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+    )
 
 
 @dataclass(frozen=True)
@@ -89,7 +102,10 @@ def cut(image: bytearray, writes: Sequence[Write], random: Random) -> None:
     for write in writes[flushed:]:
         for at in range(0, len(write.data), WHOLE):
             if random.random() < share:
-                apply(image, [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])])
+                apply(
+                    image,
+                    [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])],
+                )
 
 
 @dataclass
@@ -113,10 +129,18 @@ class Disk:
         Path(f"{image}.log").touch()
         nodes = {part: {"driver": "file", "filename": f"{image}{end}", "cache": {"no-flush": True}}
                  for part, end in (("file", ""), ("log", ".log"))}  # fmt: skip
-        arguments = ["-blockdev", json.dumps({"driver": "blklogwrites", "node-name": name, **nodes})]
-        arguments += ["-device", f"virtio-blk-pci,drive={name},write-cache=on,discard=off,write-zeroes=off"]
+        arguments = [
+            "-blockdev",
+            json.dumps({"driver": "blklogwrites", "node-name": name, **nodes}),
+        ]
+        arguments += [
+            "-device",
+            f"virtio-blk-pci,drive={name},write-cache=on,discard=off,write-zeroes=off",
+        ]
         mount = f"mkdir /run/{name} && mount -t {name} /dev/vd{letter} /run/{name}"
-        run = f"{sys.executable} {__file__} record /run/{name} /dev/vd{letter} {seconds} & {name}=$!"
+        run = (
+            f"{sys.executable} {__file__} record /run/{name} /dev/vd{letter} {seconds} & {name}=$!"
+        )
         return arguments, f"{mount}\n{run}", f"wait ${name} && umount /run/{name} || code=1"
 
     def contents(self, data: bytearray) -> Path:
@@ -131,7 +155,10 @@ class Disk:
 
     def judge(self, cuts: int, random: Random) -> bool:
         """Cut as often as asked for, print the counts; return whether they are right."""
-        before, writes = Path(f"{self.image}.before").read_bytes(), read_log(Path(f"{self.image}.log"))
+        before, writes = (
+            Path(f"{self.image}.before").read_bytes(),
+            read_log(Path(f"{self.image}.log")),
+        )
         apply(ended := bytearray(before), writes)
         self.whole = {path.name: path.read_bytes() for path in self.contents(ended).glob("*.csv")}
         tally, control, last = Counter[str](), Counter[str](), len(writes)
@@ -144,11 +171,15 @@ class Disk:
             moment = random.randint(number * last // cuts, (number + 1) * last // cuts)
             cut(image := bytearray(before), writes[:moment], random)
             tally += self.compare(image, said(moment))
-        for _ in range(max(1, cuts // 10)):  # a disk that ignores flushes has only the writes up to an earlier moment
+        for _ in range(
+            max(1, cuts // 10)
+        ):  # a disk that ignores flushes has only the writes up to an earlier moment
             moment = random.randint(last // 2, last)
             apply(image := bytearray(before), writes[: random.randint(0, moment)])
             control += self.compare(image, said(moment))
-        print(f"{self.image.name}: {last} writes and flushes, {cuts} cuts, {len(self.whole)} recordings")
+        print(
+            f"{self.image.name}: {last} writes and flushes, {cuts} cuts, {len(self.whole)} recordings"
+        )
         for name in ("recordings", "synced rows", "checkpoints", *WRONG):
             print(f"  {tally[name]:9d} {name}")
         print(f"  control: {control[LOST]} of {control['synced rows']} rows lost without flushes")
@@ -160,7 +191,9 @@ class Disk:
         for name, line in said.items():
             tally += look(files / name, self.whole[name][: line["bytes"]], closed=line["closed"])
         for path in files.glob("*.csv"):
-            with suppress(RecordingError):  # nothing may be synced yet: a report, or a documented error
+            with suppress(
+                RecordingError
+            ):  # nothing may be synced yet: a report, or a documented error
                 check(path)
         return tally
 
@@ -176,7 +209,9 @@ def look(path: Path, synced: bytes, *, closed: bool) -> Counter[str]:
     if checkpoint := (document or {}).get("checkpoint"):
         data = path.read_bytes()[: checkpoint["bytes"]]
         tally["checkpoints"] = 1
-        tally["wrong checkpoints"] = zlib.crc32(data) != checkpoint["crc32"] or rows(data) != checkpoint["rows"]
+        tally["wrong checkpoints"] = (
+            zlib.crc32(data) != checkpoint["crc32"] or rows(data) != checkpoint["rows"]
+        )
     found = check(path, repair=document is not None)
     tally[NO_SIDECAR] = document is None
     tally["lost by the repair"] = rows(synced) - min(kept(path, synced), found.survey.rows)
@@ -192,7 +227,9 @@ def rows(data: bytes) -> int:
 def kept(path: Path, synced: bytes) -> int:
     """Return how many of the synced rows a file begins with."""
     data = path.read_bytes() if path.exists() else b""
-    same = takewhile(lambda pair: pair[0] == pair[1], zip(data.splitlines(), synced.splitlines(), strict=False))
+    same = takewhile(
+        lambda pair: pair[0] == pair[1], zip(data.splitlines(), synced.splitlines(), strict=False)
+    )
     return max(0, sum(1 for _ in same) - 1)
 
 
@@ -211,15 +248,22 @@ def record(folder: Path, device: str, seconds: float) -> None:
     of the device's writes has it in its place.
     """
     disk = os.open(device, os.O_WRONLY | os.O_DIRECT)
-    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[:512]  # O_DIRECT takes whole sectors from an aligned address
+    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[
+        :512
+    ]  # O_DIRECT takes whole sectors from an aligned address
 
     def say(path: Path, size: int, *, closed: bool) -> None:
-        sector[:] = json.dumps({"name": path.name, "bytes": size, "closed": closed}).encode().ljust(512)
+        sector[:] = (
+            json.dumps({"name": path.name, "bytes": size, "closed": closed}).encode().ljust(512)
+        )
         os.pwritev(disk, [sector], SIZE)
 
     def saying(sync: Callable[[int], None]) -> Callable[[int], None]:
         def synced(descriptor: int) -> None:
-            size, path = os.fstat(descriptor).st_size, Path(f"/proc/self/fd/{descriptor}").readlink()
+            size, path = (
+                os.fstat(descriptor).st_size,
+                Path(f"/proc/self/fd/{descriptor}").readlink(),
+            )
             sync(descriptor)
             if path.suffix == ".csv":
                 say(path, size, closed=False)
@@ -242,9 +286,19 @@ def main(cuts: int = 100, seed: int = 0) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         # FAT has no journal: between two of its writes, a file that is replaced can be neither the old nor the new one.
-        fat = "mkfs.vfat -F 32 -s 1 {}", "fsck.vfat -a {}", "mcopy -s -n -i {} :: {into}", NO_SIDECAR
+        fat = (
+            "mkfs.vfat -F 32 -s 1 {}",
+            "fsck.vfat -a {}",
+            "mcopy -s -n -i {} :: {into}",
+            NO_SIDECAR,
+        )
         disks = (
-            Disk(folder / "ext4", "mkfs.ext4 -q -F -b 4096 {}", "e2fsck -fy {}", "debugfs -R 'rdump / {into}' {}"),
+            Disk(
+                folder / "ext4",
+                "mkfs.ext4 -q -F -b 4096 {}",
+                "e2fsck -fy {}",
+                "debugfs -R 'rdump / {into}' {}",
+            ),
             Disk(folder / "vfat", *fat),
         )
         seconds = float(os.environ.get("RECORD_S", "60"))
@@ -254,7 +308,9 @@ def main(cuts: int = 100, seed: int = 0) -> None:
         home = "export HOME=/run TMPDIR=/run PYTHONDONTWRITEBYTECODE=1 PATH=/usr/bin:/bin:/usr/sbin:/sbin"
         lines = [f"cd {ROOT}; {home}; code=0", *begins, *ends, "echo $code > /mnt/code"]
         (folder / "command").write_text("\n".join(lines))
-        subprocess.run([HERE.parent / "guest" / "boot", folder, MODULES, *chain(*arguments)], check=True)
+        subprocess.run(
+            [HERE.parent / "guest" / "boot", folder, MODULES, *chain(*arguments)], check=True
+        )
         good = [disk.judge(cuts, Random(seed)) for disk in disks]
     sys.exit(0 if all(good) else "power cuts: not as it has to be")
 

@@ -31,7 +31,9 @@ def read_hex(path: Path) -> dict[int, bytes]:
     except OSError as error:
         raise ProtocolError(f"firmware {path}: {error.strerror}: check the path") from error
     except ValueError as error:
-        raise ProtocolError(f"firmware {path}: {error}; the file is damaged or for another board") from error
+        raise ProtocolError(
+            f"firmware {path}: {error}; the file is damaged or for another board"
+        ) from error
 
 
 def parse_hex(text: str) -> dict[int, bytes]:
@@ -51,16 +53,24 @@ def _data(line: str, number: int) -> tuple[int, bytes]:
     except ValueError:
         raw = b""
     if not line.startswith(":") or len(raw) < 5 or len(raw) != raw[0] + 5 or raw[3] != 0:
-        raise ValueError(f"line {number}: got {line[:20]!r}, allowed: a data record, as long as it says")
+        raise ValueError(
+            f"line {number}: got {line[:20]!r}, allowed: a data record, as long as it says"
+        )
     if sum(raw) & 0xFF:
-        raise ValueError(f"line {number}: checksum: got 0x{raw[-1]:02X}, allowed: 0x{-sum(raw[:-1]) & 0xFF:02X}")
+        raise ValueError(
+            f"line {number}: checksum: got 0x{raw[-1]:02X}, allowed: 0x{-sum(raw[:-1]) & 0xFF:02X}"
+        )
     address = int.from_bytes(raw[1:3], "big")
     if address + raw[0] > RAM_BYTES:
-        raise ValueError(f"line {number}: address: got 0x{address:X}, allowed: all data below 0x{RAM_BYTES:X}")
+        raise ValueError(
+            f"line {number}: address: got 0x{address:X}, allowed: all data below 0x{RAM_BYTES:X}"
+        )
     return address, raw[4:-1]
 
 
-def transfer(image: dict[int, bytes], write: Callable[[int, bytes], None], read: Callable[[int, int], bytes]) -> None:
+def transfer(
+    image: dict[int, bytes], write: Callable[[int, bytes], None], read: Callable[[int, int], bytes]
+) -> None:
     """Write an image into the RAM of the board (`write(address, data)`), verify it (`read(address, count)`), start it."""
     write(CPUCS, b"\1")
     for begin, data in image.items():
@@ -68,7 +78,9 @@ def transfer(image: dict[int, bytes], write: Callable[[int, bytes], None], read:
             chunk = data[address - begin :][:_CHUNK]
             write(address, chunk)
             if read(address, len(chunk)) != chunk:
-                raise ProtocolError(f"firmware: verification failed at 0x{address:04X}: the value read back differs")
+                raise ProtocolError(
+                    f"firmware: verification failed at 0x{address:04X}: the value read back differs"
+                )
     write(CPUCS, b"\0")
 
 
@@ -194,7 +206,12 @@ class EvalKit:
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
         usb_id = f"{find.VENDOR:04x}:{find.PRODUCT:04x}"
-        return {"name": "AD7746 evaluation kit", "usb": usb_id, **self.board._asdict(), "ports": [*self.board.ports]}
+        return {
+            "name": "AD7746 evaluation kit",
+            "usb": usb_id,
+            **self.board._asdict(),
+            "ports": [*self.board.ports],
+        }
 
     def _take(self, device: Any) -> None:
         """Claim a device, and load its firmware."""
@@ -237,13 +254,17 @@ class EvalKit:
                 return
             self._clock.sleep(_AGAIN_S)
         place = f"the board at {self.board}"
-        raise DeviceRefused(f"the firmware was loaded into {place} but does not answer: check the file")
+        raise DeviceRefused(
+            f"the firmware was loaded into {place} but does not answer: check the file"
+        )
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
         with translated(f"usb:{self.board}, request 0x{request:02X}"):
             data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
         if len(data) != count:
-            raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer")
+            raise ProtocolError(
+                f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer"
+            )
         return data
 
     def _out(self, request: int, value: int, index: int, data: bytes) -> None:

@@ -11,7 +11,15 @@ from threading import Event, Thread
 from typing import Any, NamedTuple
 
 from palpate.ad7746 import bus
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout, need
+from palpate.errors import (
+    DeviceNotFound,
+    DeviceRefused,
+    MissingExtra,
+    PalpateError,
+    ProtocolError,
+    SourceTimeout,
+    need,
+)
 
 core, util = (need(f"usb.{part}", "usb") for part in ("core", "util"))
 
@@ -19,7 +27,9 @@ REPLUG = "unplug the board for a moment"
 VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
 POLL_S = 1.0  # from one look for boards that come and go to the next
 _END_S = 1.0
-_LISTED = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}.get(sys.platform, "`lsusb`")
+_LISTED = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}.get(
+    sys.platform, "`lsusb`"
+)
 _DRIVER = "On Windows the board needs the driver WinUSB: install it for 0456:b481 with Zadig (https://zadig.akeo.ie)"
 _PERMISSION = {
     "win32": f"Close other programs that use the board. {_DRIVER}",
@@ -38,10 +48,16 @@ _ERRORS: bus.Meanings = {
     errno.EACCES: _FORBIDDEN,
     errno.EPERM: _FORBIDDEN,
     errno.EBUSY: (DeviceRefused, "another program uses the board; close that program first"),
-    errno.EPIPE: (ProtocolError, "the board refused the request (stall); check that the kit's own firmware is loaded"),
+    errno.EPIPE: (
+        ProtocolError,
+        "the board refused the request (stall); check that the kit's own firmware is loaded",
+    ),
     errno.EIO: (ProtocolError, "error on the USB line; try another cable or port, without a hub"),
     errno.ENOSYS: (DeviceRefused, _NOT_SUPPORTED),
-    errno.EOVERFLOW: (ProtocolError, "the board sent more bytes than requested; try another cable or port"),
+    errno.EOVERFLOW: (
+        ProtocolError,
+        "the board sent more bytes than requested; try another cable or port",
+    ),
 }
 
 
@@ -111,7 +127,9 @@ def system_backend() -> Any:
 
         if found := libusb_package.get_libusb1_backend():
             return found
-    raise MissingExtra("libusb-1.0 is not installed: pip install 'palpate[usb]', or apt install libusb-1.0-0")
+    raise MissingExtra(
+        "libusb-1.0 is not installed: pip install 'palpate[usb]', or apt install libusb-1.0-0"
+    )
 
 
 def fresh(backend: Any) -> Any:
@@ -136,7 +154,9 @@ def look() -> set[Board]:
 class Hotplug:
     """Reports which boards come and go, from its begin to `close`."""
 
-    def __init__(self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None) -> None:
+    def __init__(
+        self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None
+    ) -> None:
         self._changed, self._look = changed, search or look
         self._closing = Event()
         self._known = self._look()

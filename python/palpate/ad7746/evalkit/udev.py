@@ -12,9 +12,7 @@ from pathlib import Path
 from palpate.files import read_bytes, write
 
 # For the user at the screen (uaccess), and for the users in a group (a machine without a screen).
-UDEV_RULE = (
-    'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
-)
+UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
 GROUP = "plugdev"
 JOIN_GROUP = f"sudo groupadd --system --force {GROUP} && sudo usermod -aG {GROUP} $USER"  # Works again and again.
 RULES = tuple(Path(root, "udev/rules.d") for root in ("/etc", "/run", "/usr/lib", "/lib"))
@@ -33,33 +31,44 @@ def rules_matter() -> bool:
 
 def rule_files() -> list[Path]:
     """Return the files of udev rules that name the board."""
-    return [file for folder in RULES for file in sorted(folder.glob("*.rules")) if _of_the_board(file)]
+    return [
+        file for folder in RULES for file in sorted(folder.glob("*.rules")) if _of_the_board(file)
+    ]
 
 
 def install() -> str:
     """Write the rule file; return what was done."""
     file = RULES[0] / RULE_FILE
     if not file.parent.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "this system has no udev; of a container: type it on the host", str(file))
+        raise FileNotFoundError(
+            errno.ENOENT, "this system has no udev; of a container: type it on the host", str(file)
+        )
     if before := _rules(file) if file.exists() else []:
         if before == [UDEV_RULE]:
             return f"{file} is there already"
         text = f"has other rules, stays as it is; move it away, or put in: {UDEV_RULE}"
         raise FileExistsError(errno.EEXIST, text, str(file))
     file.parent.mkdir(exist_ok=True)
-    write(file, f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode())
+    write(
+        file,
+        f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode(),
+    )
     file.chmod(0o644)
     return f"wrote {file}"
 
 
 def reload() -> str:
     """Let udev read its rules again, and apply them to a board that is connected; return an error, or nothing."""
-    udevadm = shutil.which("udevadm") or shutil.which("udevadm", path="/sbin:/usr/sbin:/bin:/usr/bin")
+    udevadm = shutil.which("udevadm") or shutil.which(
+        "udevadm", path="/sbin:/usr/sbin:/bin:/usr/bin"
+    )
     if not udevadm:
         return "udevadm is not installed"
     for arguments in _UDEVADM:
         try:
-            subprocess.run([udevadm, *arguments], check=True, capture_output=True, text=True, timeout=_WAIT_S)
+            subprocess.run(
+                [udevadm, *arguments], check=True, capture_output=True, text=True, timeout=_WAIT_S
+            )
         except (OSError, subprocess.SubprocessError) as error:
             return f"udevadm {arguments[0]}: {(getattr(error, 'stderr', '') or str(error)).strip():.200}"
     return ""

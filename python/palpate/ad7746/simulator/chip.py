@@ -31,14 +31,27 @@ class Wiring:
     constant_pF: Mapping[str, float] = field(default_factory=dict)
     shorted: str = ""
 
-    def mean_pF(self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0) -> float:
+    def mean_pF(
+        self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0
+    ) -> float:
         """Return the mean capacitance that the chip measures between two times."""
         pin, driven = 2 if setup & datasheet.CIN2 else 1, self._driven(excitation)
         signs = {"+": 1.0, "-": -1.0} if setup & datasheet.CAPDIFF else {"+": 1.0}
-        seen = {f"{pin}{end}{name}": sign for end, sign in signs.items() for name in driven if pin != loose}
+        seen = {
+            f"{pin}{end}{name}": sign
+            for end, sign in signs.items()
+            for name in driven
+            if pin != loose
+        }
         wired = ((self.hard, HARD), (self.soft, SOFT))
-        found = [seen[place] * bumps(bump, begin_s, end_s) for place, bump in wired if place in seen]
-        found += [seen[place] * constant_pF for place, constant_pF in self.constant_pF.items() if place in seen]
+        found = [
+            seen[place] * bumps(bump, begin_s, end_s) for place, bump in wired if place in seen
+        ]
+        found += [
+            seen[place] * constant_pF
+            for place, constant_pF in self.constant_pF.items()
+            if place in seen
+        ]
         return sum(found) if found else STRAY_PF * bool(driven)
 
     def fails(self, excitation: int) -> bool:
@@ -47,7 +60,9 @@ class Wiring:
 
     @staticmethod
     def _driven(excitation: int) -> str:
-        return ("A" if excitation & datasheet.EXCA else "") + ("B" if excitation & datasheet.EXCB else "")
+        return ("A" if excitation & datasheet.EXCA else "") + (
+            "B" if excitation & datasheet.EXCB else ""
+        )
 
 
 _DEMO = {"2+A": DEMO_PF}
@@ -117,7 +132,9 @@ class ChipTwin:
         self.factory = FACTORY
         self.temperature_C, self.supply_V = 25.0, 3.3
         self.present = True
-        self.lose = self.garble = self.short = 0  # next conversions that are lost, are of the other input, have EXCERR
+        self.lose = self.garble = self.short = (
+            0  # next conversions that are lost, are of the other input, have EXCERR
+        )
         self.loose = 0  # input whose wires are off, 1 or 2
         self.overload_pF = 0.0
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
@@ -159,7 +176,11 @@ class ChipTwin:
         span = range(self._pointer, self._pointer + count)
         self._pointer = span.stop
         data = bytes(self.registers[number % datasheet.REGISTERS] for number in span)
-        if self._running and self._running.end <= now + lasting and (_CAP_BYTES | _VT_BYTES) & set(span):
+        if (
+            self._running
+            and self._running.end <= now + lasting
+            and (_CAP_BYTES | _VT_BYTES) & set(span)
+        ):
             self._end(self._running, lost=True)
         if set(span) >= _CAP_BYTES:
             self.registers[datasheet.STATUS] |= datasheet.RDY | datasheet.RDYCAP
@@ -182,10 +203,16 @@ class ChipTwin:
         if self.garble:
             self.garble -= 1
             self.registers[datasheet.CAP_SETUP] ^= datasheet.CIN2
-        seconds = datasheet.CONVERSION_S[config >> 3 & 7] * bool(self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN)
-        seconds += datasheet.VT_CONVERSION_S[config >> 6] * bool(self.registers[datasheet.VT_SETUP] & datasheet.VTEN)
+        seconds = datasheet.CONVERSION_S[config >> 3 & 7] * bool(
+            self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN
+        )
+        seconds += datasheet.VT_CONVERSION_S[config >> 6] * bool(
+            self.registers[datasheet.VT_SETUP] & datasheet.VTEN
+        )
         if seconds:
-            self._running = Running(now, now + round(self.pace * seconds * 1e9), bytes(self.registers))
+            self._running = Running(
+                now, now + round(self.pace * seconds * 1e9), bytes(self.registers)
+            )
 
     def _advance(self, now: int) -> None:
         if self._running and self._running.end <= now:
@@ -199,7 +226,9 @@ class ChipTwin:
             code = datasheet.code_of(self._measured_pF(running))
             self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
             if not lost:
-                shorted = self.short > 0 or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
+                shorted = self.short > 0 or self._wiring.fails(
+                    running.registers[datasheet.EXC_SETUP]
+                )
                 self.short = max(self.short - 1, 0)
                 self.registers[datasheet.STATUS] &= ~datasheet.EXCERR
                 self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
@@ -207,7 +236,9 @@ class ChipTwin:
         if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
             code = round((self.temperature_C + 4096) * 2048)
             if running.registers[datasheet.VT_SETUP] & datasheet.VT_SUPPLY:
-                code = round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+                code = (
+                    round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+                )
             self._give(datasheet.VT_DATA, code, datasheet.RDYVT)
         self._running = None
         self.registers[datasheet.CONFIG] &= ~7
@@ -219,7 +250,9 @@ class ChipTwin:
     def _measured_pF(self, running: Running) -> float:
         registers = running.registers
         setup, excitation = registers[datasheet.CAP_SETUP], registers[datasheet.EXC_SETUP]
-        total = self._wiring.mean_pF(self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose)
+        total = self._wiring.mean_pF(
+            self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose
+        )
         total += self.disturb() + self.overload_pF
         minus, plus = self._dac_step_pF
         for register, step in ((datasheet.CAPDAC_A, -minus), (datasheet.CAPDAC_B, plus)):
@@ -228,7 +261,11 @@ class ChipTwin:
         offset = int.from_bytes(registers[datasheet.CAP_OFFSET : datasheet.CAP_GAIN], "big")
         total += (offset - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF
         noise = datasheet.NOISE_PF[registers[datasheet.CONFIG] >> 3 & 7] if self._noisy else 0.0
-        return (total + self._random.gauss(0.0, noise)) * _gain(registers[datasheet.CAP_GAIN :]) / _gain(self.factory)
+        return (
+            (total + self._random.gauss(0.0, noise))
+            * _gain(registers[datasheet.CAP_GAIN :])
+            / _gain(self.factory)
+        )
 
 
 def _gain(registers: bytes) -> float:

@@ -13,7 +13,18 @@ from dataclasses import dataclass, replace
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.evalkit.board import CPUCS, ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RAM, RAM_BYTES, RDY_PIN
+from palpate.ad7746.evalkit.board import (
+    CPUCS,
+    ERROR_COUNT,
+    I2C,
+    I2C_PLAIN,
+    IN,
+    OUT,
+    PORTS,
+    RAM,
+    RAM_BYTES,
+    RDY_PIN,
+)
 from palpate.ad7746.simulator.chip import ChipTwin
 
 TRANSFER_NS = 250_000  # Duration of a control transfer without its I2C: two microframes [?].
@@ -48,13 +59,19 @@ class Fault:
 class KitTwin:
     """A simulated board."""
 
-    def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True, bus_kHz: float = BUS_KHZ) -> None:
+    def __init__(
+        self, chip: ChipTwin, clock: Clock, *, loaded: bool = True, bus_kHz: float = BUS_KHZ
+    ) -> None:
         self.chip = chip
         self.loaded = loaded
-        self.keeps_firmware = True  # after unplugging; a real board, supplied by the cable, does not
+        self.keeps_firmware = (
+            True  # after unplugging; a real board, supplied by the cable, does not
+        )
         self.stuck: bool | None = None  # level of a stuck RDY# pin; None: it follows the chip
         self.locked = False
-        self.nak_after: int | None = None  # bytes of the next transfer that are acknowledged; None: all
+        self.nak_after: int | None = (
+            None  # bytes of the next transfer that are acknowledged; None: all
+        )
         self.faults: deque[Fault] = deque()
         self.on_unplug: Callable[[float], None] = lambda _: None
         self._clock = clock
@@ -73,7 +90,9 @@ class KitTwin:
         """Reset the chip, as its supply fails for a moment."""
         self.chip.power_on(self._clock.now_ns())
 
-    def control(self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
+    def control(
+        self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b""
+    ) -> Reply:
         """Answer one vendor request on endpoint 0."""
         fault = self._due(request)
         if fault and fault.kind in _BEFORE:
@@ -92,7 +111,9 @@ class KitTwin:
         self.faults[0].times -= 1
         return self.faults[0] if self.faults[0].times > 0 else self.faults.popleft()
 
-    def _answer(self, kind: int, request: int, value: int, index: int, length: int, data: bytes) -> Reply:
+    def _answer(
+        self, kind: int, request: int, value: int, index: int, length: int, data: bytes
+    ) -> Reply:
         if kind not in (IN, OUT):
             return _SILENCE
         if request == RAM:
@@ -101,7 +122,9 @@ class KitTwin:
             return Reply(error=errno.EPIPE)
         if not self.locked:
             if request in (I2C, I2C_PLAIN):
-                pointer = bytes([index & 0xFF]) if request == I2C else b""  # which only writes leave out
+                pointer = (
+                    bytes([index & 0xFF]) if request == I2C else b""
+                )  # which only writes leave out
                 return self._access_i2c(kind, value >> 1 & 0x7F, pointer, length, data)
             if request == ERROR_COUNT and kind == IN:
                 count, self._errors = min(self._errors, 0xFF), 0
@@ -110,12 +133,20 @@ class KitTwin:
                 return self._read_ports(length)
         return _SILENCE
 
-    def _access_i2c(self, kind: int, address: int, pointer: bytes, length: int, data: bytes) -> Reply:
+    def _access_i2c(
+        self, kind: int, address: int, pointer: bytes, length: int, data: bytes
+    ) -> Reply:
         now = self._clock.now_ns() + TRANSFER_NS // 2
-        if address != datasheet.I2C_ADDRESS or not self.chip.acknowledges(now) or self.nak_after == 0:
+        if (
+            address != datasheet.I2C_ADDRESS
+            or not self.chip.acknowledges(now)
+            or self.nak_after == 0
+        ):
             self.nak_after = None
             self._errors += 1
-            return Reply(_NOBODY * length, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1))
+            return Reply(
+                _NOBODY * length, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1)
+            )
         if kind == OUT:
             return self._write_i2c(pointer + data, now, len(data))
         lasting = self._lasting(1 + length) + self._lasting(1 + len(pointer))
@@ -135,7 +166,11 @@ class KitTwin:
         return round((9 * count + 2) * self._bit_ns)
 
     def _read_ports(self, length: int) -> Reply:
-        high = self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2) if self.stuck is None else self.stuck
+        high = (
+            self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2)
+            if self.stuck is None
+            else self.stuck
+        )
         return Reply(bytes([0x80 | RDY_PIN * high, 0x80, 0, 0, 0, 0])[:length])
 
     def _access_ram(self, kind: int, address: int, length: int, data: bytes) -> Reply:

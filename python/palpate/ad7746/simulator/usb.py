@@ -79,7 +79,12 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no t
     def get_device_descriptor(self, port: Port) -> Any:
         """Return the descriptor of a device, with its bus, address and port."""
         others = dict.fromkeys(_FIELDS.split(), 0)  # the board has no strings
-        place = {"bus": 1, "address": port.address, "port_number": port.number, "port_numbers": (port.number,)}
+        place = {
+            "bus": 1,
+            "address": port.address,
+            "port_number": port.number,
+            "port_numbers": (port.number,),
+        }
         return SimpleNamespace(idVendor=VENDOR, idProduct=PRODUCT, **others, **place, speed=3)
 
     def get_parent(self, port: Port) -> None:
@@ -110,17 +115,28 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no t
         handle.port.claimed_by = None
 
     def ctrl_transfer(
-        self, handle: Handle, kind: int, request: int, value: int, index: int, data: Any, timeout: int
+        self,
+        handle: Handle,
+        kind: int,
+        request: int,
+        value: int,
+        index: int,
+        data: Any,
+        timeout: int,
     ) -> int:
         """Do one control transfer, and wait for its duration."""
         _require(handle.port.attached, errno.ENODEV)
         begun = self._clock.now_ns()
         sent = b"" if kind & 0x80 else data.tobytes()
-        reply = handle.port.kit.control(kind, request, value, index, len(data) * data.itemsize, sent)
+        reply = handle.port.kit.control(
+            kind, request, value, index, len(data) * data.itemsize, sent
+        )
         if timeout and reply.lasting_ns > timeout * 1_000_000:
             self._clock.sleep(timeout / 1000)
             raise USBTimeoutError("Operation timed out", None, errno.ETIMEDOUT)
-        self._clock.sleep((begun + reply.lasting_ns - self._clock.now_ns()) / 1e9)  # with the time that the twin took
+        self._clock.sleep(
+            (begun + reply.lasting_ns - self._clock.now_ns()) / 1e9
+        )  # with the time that the twin took
         _require(not reply.error, _TRANSLATED.get(reply.error, reply.error))
         if not kind & 0x80:
             return reply.taken
