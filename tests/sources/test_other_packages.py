@@ -6,7 +6,7 @@ from pathlib import Path
 import palpate
 import pytest
 from palpate import SourceError, sources
-from palpate.cli import devices as diagnosis
+from palpate.cli import doctor
 from palpate.sources import Found
 from palpate.sources.devices import devices
 
@@ -55,7 +55,7 @@ def test_a_search_that_fails_is_a_note(package: None) -> None:
     found, notes = devices()
     assert not any(device.uri.startswith("other:") for device in found)
     assert sum(message in note for note in notes) == 1
-    findings = {finding.what: finding for finding in diagnosis.packages()}
+    findings = {finding.what: finding for finding in doctor.packages()}
     assert findings["source other"].state == "ok"
     assert message in findings["search of another package"].text
 

@@ -23,12 +23,12 @@ COMMANDS = {
     "import": ("recordings", "Show how a table of another program is read."),
     "convert": ("recordings", "Convert a recording to Parquet, Arrow, or palpate's own CSV."),
     "plot": ("recordings", "Draw a recording, with the ratio of each touch."),
-    "devices": ("devices", "List the connected devices."),
+    "devices": ("doctor", "List the connected devices."),
     "simulate": ("calibrate", "Write simulated recordings of touches on known objects."),
     "calibrate": ("calibrate", "Fit a calibration to recordings of touches on known objects."),
     "report": ("recordings", "Write a report of recordings as one HTML file, which prints on A4."),
     "kit": ("kit", "Check a board: wiring, noise, registers."),
-    "doctor": ("devices", "Check installation, board and permissions, and print what to type."),
+    "doctor": ("doctor", "Check installation, board and permissions, and print what to type."),
 }
 """Module and help line of each command; the module is imported when the command is used."""
 

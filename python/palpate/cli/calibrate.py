@@ -16,7 +16,7 @@ from palpate.calibration.plot import save as save_plot
 from palpate.calibration.selection import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
-from palpate.cli.options import named_numbers, recording_options
+from palpate.cli.output import aligned, progress, say
 from palpate.cli.paths import (
     OUTPUT,
     OUTPUT_FOLDER,
@@ -25,7 +25,7 @@ from palpate.cli.paths import (
     require_free,
     require_free_in,
 )
-from palpate.cli.terminal import aligned, progress, say
+from palpate.cli.shared_options import named_numbers, recording_options
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, listed, nearest, need, shortened
 from palpate.files import write

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from palpate.cli.terminal import say
+from palpate.cli.output import say
 from palpate.errors import listed, nearest, quoted, unlike
 
 NAME = "palpate.toml"

@@ -15,9 +15,9 @@ from palpate.acceptance.board_under_test import PINS, Bench, open_bench
 from palpate.acceptance.step import WRONG, AcceptanceReport, Step, load, made, now, summary
 from palpate.ad7746.datasheet import CONVERSION_S, NOISE_PF
 from palpate.cli.main import Commands, Exit, as_json, json_option, show, usage_errors
-from palpate.cli.options import complete_source, firmware_option
+from palpate.cli.output import aligned, row_below, say
 from palpate.cli.paths import OUTPUT, InputFile, require_free
-from palpate.cli.terminal import aligned, row_below, say
+from palpate.cli.shared_options import complete_source, firmware_option
 from palpate.errors import quoted
 
 

@@ -14,9 +14,9 @@ import click
 from click.core import ParameterSource
 
 from palpate.cli.main import Exit, json_option, one_line, show, show_notes, usage_errors
-from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.output import say, signals
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
-from palpate.cli.terminal import say, signals
+from palpate.cli.shared_options import board_options, complete_source, lsl_option, recording_options
 from palpate.errors import need
 from palpate.flags import doubts_of_calibration
 from palpate.repeatability import TOUCH_SCATTER

@@ -16,7 +16,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
-from palpate.cli.terminal import echo, signals
+from palpate.cli.output import echo, signals
 from palpate.errors import printable, shortened, unlike
 
 

@@ -12,7 +12,7 @@ from palpate import PalpateError, Touch, Uncertainty
 from palpate.ad7746.datasheet import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.main import failure
-from palpate.cli.terminal import say
+from palpate.cli.output import say
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listener

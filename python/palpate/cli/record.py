@@ -13,9 +13,9 @@ import click
 
 from palpate import PalpateError
 from palpate.cli.main import Exit, as_json, json_option, show, usage_errors
-from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.output import say, signals
 from palpate.cli.paths import OUTPUT, require_free, with_sidecar
-from palpate.cli.terminal import say, signals
+from palpate.cli.shared_options import board_options, complete_source, lsl_option, recording_options
 
 if TYPE_CHECKING:
     from palpate.cli.printer import Printer

@@ -17,9 +17,15 @@ from palpate.cli.main import (
     show_notes,
     usage_errors,
 )
-from palpate.cli.options import INPUT, reading_options, replaying_options, simulated, tracking_of
+from palpate.cli.output import aligned, echo, reading, say
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
-from palpate.cli.terminal import aligned, echo, reading, say
+from palpate.cli.shared_options import (
+    INPUT,
+    reading_options,
+    replaying_options,
+    simulated,
+    tracking_of,
+)
 from palpate.errors import listed, shortened
 from palpate.flags import advice_at_end
 from palpate.importers.formats import read_table

@@ -15,9 +15,9 @@ from palpate.ad7746.datasheet import linearity_pF
 from palpate.batch import in_order
 from palpate.cli import touch_table
 from palpate.cli.main import Exit, failure, json_option, show, show_notes, usage_errors
-from palpate.cli.options import INPUT, replaying_options, simulated, tracking_of
+from palpate.cli.output import reading, say
 from palpate.cli.paths import InputFile, Named, Recordings
-from palpate.cli.terminal import reading, say
+from palpate.cli.shared_options import INPUT, replaying_options, simulated, tracking_of
 from palpate.flags import doubts_of_calibration
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of

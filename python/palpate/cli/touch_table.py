@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate import Touch, number_format
-from palpate.cli.terminal import row_below
+from palpate.cli.output import row_below
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.ad7746.simulator.kit import KitTwin
 from palpate.ad7746.simulator.usb import TwinBackend
-from palpate.cli import devices as cli_devices
+from palpate.cli import doctor
 from palpate.sources import devices
 
 OLDER = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'
@@ -114,7 +114,7 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
         return "1"
 
     monkeypatch.setattr(metadata, "version", version)
-    found = {finding.what: finding for finding in cli_devices.extras()}
+    found = {finding.what: finding for finding in doctor.extras()}
     assert (found["extra lsl"].state, found["extra lsl"].do) == (
         "free",
         "pip install 'palpate[lsl]'",
@@ -124,7 +124,7 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_check_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli_devices, "extras", lambda: 1 / 0)
+    monkeypatch.setattr(doctor, "extras", lambda: 1 / 0)
     result = run("doctor")
     assert (result.exit_code, "libusb" in result.stdout) == (1, True)
     assert "!!  extras: check failed: ZeroDivisionError: " in result.stdout
@@ -196,7 +196,7 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @linux
 def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
-    [finding] = cli_devices.udev_steps()
+    [finding] = doctor.udev_steps()
     assert (finding.code, "WinUSB, by Zadig" in finding.text) == (2, True)
 
 
@@ -231,5 +231,5 @@ def test_permission_is_that_of_the_device_file(
 
 def test_the_rule_is_written_without_pyusb() -> None:
     """The root's Python may have none."""
-    code = "import sys; sys.modules['usb'] = None; import palpate.ad7746.evalkit.udev, palpate.cli.devices"
+    code = "import sys; sys.modules['usb'] = None; import palpate.ad7746.evalkit.udev, palpate.cli.doctor"
     subprocess.run([sys.executable, "-c", code], check=True)

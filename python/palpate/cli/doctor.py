@@ -18,7 +18,7 @@ import click
 from palpate import MissingExtra, PalpateError, __version__
 from palpate.ad7746.evalkit import udev
 from palpate.cli.main import Exit, as_json, code_of, json_option, said_of, show, show_notes
-from palpate.cli.terminal import aligned
+from palpate.cli.output import aligned
 
 INSTALL_UDEV = "palpate doctor --install-udev"
 _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
