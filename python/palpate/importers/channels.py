@@ -106,9 +106,10 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     clocks = " and ".join(dict.fromkeys(each.said for each in stamps if each.said))
     said = [f"time = {clocks}"] if clocks else []
     said += [f"hard = {hard.value.label}, {units[0]}", f"soft = {soft.value.label}, {units[1]}"]
-    said += [pace(rate_of(arrays[0])), f"{len(arrays[0])} rows"]
+    rate = rate_of(arrays[0])
+    said += [pace(rate), f"{len(arrays[0])} rows"]
     notes = [
-        *remarks(*arrays),
+        *remarks(*arrays, rate),
         *([] if soft_table else lost(arrays[0])),
         *found[0][1],
         *found[1][1],
@@ -231,7 +232,8 @@ def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[
     some = [
         np.abs(each[:: max(1, len(each) // _SOME)]) for each in values
     ]  # not the largest: it may be a wrong one
-    sizes = [float(np.nanquantile(each, 0.99)) if np.isfinite(each).any() else 0.0 for each in some]
+    finite = [each[np.isfinite(each)] for each in some]
+    sizes = [float(np.quantile(each, 0.99)) if len(each) else 0.0 for each in finite]
     fitting = [
         unit for unit, (low, high) in _SURE.items() if low <= max(sizes) <= high or max(sizes) == 0
     ]

@@ -84,12 +84,12 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
         text[end:].strip() and end > begin and not _COMMENT.match(text[end:])
     ):  # its last number may be cut
         text, notes = text[:end], ["the last row is incomplete (no line end): left out"]
-    body, first = text[begin:], len(above) + 1
-    names = _names(path, above, dialect, "." in body)
-    columns = _alike(body, dialect)
+    first = len(above) + 1
+    names = _names(path, above, dialect, text.find(".", begin) >= 0)
+    columns = _alike(text, begin, dialect)
     lines: Any = range(first, first + len(columns[0])) if columns else []
     if not columns:
-        rows, left_out = _by_line(body, first, above[-1] if above else "")
+        rows, left_out = _by_line(text[begin:], first, above[-1] if above else "")
         cells = [_row(path, line, number, dialect) for number, line in rows.items()]
         columns = [np.array(each, object) for each in zip(*cells, strict=True)]
         lines, notes = list(rows), notes + left_out
@@ -123,6 +123,8 @@ def _split(line: str, delimiter: str | None) -> list[str]:
     """Return the cells of a line."""
     if delimiter is None:
         return [cell.strip('"') for cell in line.split()]
+    if line and '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
     return [
         cell.strip()
         for row in csv.reader([line], delimiter=delimiter, skipinitialspace=True)
@@ -227,11 +229,13 @@ def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> lis
     return [" ".join(filter(None, column)) for column in zip(*rows, strict=True)] or [""] * width
 
 
-def _alike(body: str, dialect: _Dialect) -> list[Any]:
+def _alike(text: str, begin: int, dialect: _Dialect) -> list[Any]:
     """Return the columns of rows that are all alike, by pandas; none: not so, or there is no pandas."""
     comments = [] if dialect.kinds[0] == NUMBER else ["#", "%", "!", "//"]
-    if any(sign in body for sign in ['"', *comments]):
+    if any(text.find(sign, begin) >= 0 for sign in ['"', *comments]):
         return []
+    file = io.BytesIO(text.encode())
+    file.seek(len(text[:begin].encode()))
     try:
         pandas = need("pandas", "tables")
         how = {
@@ -243,9 +247,7 @@ def _alike(body: str, dialect: _Dialect) -> list[Any]:
         how |= (
             {} if pandas.__version__ >= "3.1" else {"float_precision": "round_trip"}
         )  # the nearest double
-        frame = pandas.read_csv(
-            io.BytesIO(body.encode()), skip_blank_lines=False, low_memory=False, **how
-        )
+        frame = pandas.read_csv(file, skip_blank_lines=False, low_memory=False, **how)
     except (MissingExtra, ValueError):
         return []
     columns = [

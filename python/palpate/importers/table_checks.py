@@ -42,9 +42,9 @@ def rate_of(t: Array) -> float:
     return (len(t) - 1) / np.count_nonzero(steps > 0) / float(usual.mean()) if len(usual) else 0.0
 
 
-def remarks(time_s: Array, soft_s: Array, hard: Array, soft: Array) -> list[str]:
-    """Return notes on times and missing values of two channels."""
-    rows, rate = len(hard), rate_of(time_s)
+def remarks(time_s: Array, soft_s: Array, hard: Array, soft: Array, rate: float) -> list[str]:
+    """Return notes on times and missing values of two channels; `rate` is `rate_of` the times."""
+    rows = len(hard)
     unusual = rate > 0 and rows >= _SHOWN_PACE and not _PACE[0] <= rate <= _PACE[1]
     missing = np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft)))
     back = np.count_nonzero(time_s[1:] < time_s[:-1])
@@ -64,7 +64,7 @@ def lost(t: Array) -> list[str]:
     """Return a note if rows of an even grid of times, s, are missing."""
     steps = np.diff(t)
     step = float(np.median(steps)) if len(steps) >= _FEWEST else 0.0
-    if not step > 0:
+    if not step > 0 or steps.max() < 1.5 * step:  # none is two
         return []
     times = steps / step
     count = np.rint(times)
@@ -123,9 +123,12 @@ def clipped(name: str, values: Array) -> list[str]:
 
 def frozen(name: str, values: Array, other: Array) -> list[str]:
     """Return a note if a channel has the same reading for long while the other one moves, not at an end of its range."""
-    edges = np.r_[
-        0, np.flatnonzero(values[1:] != values[:-1]) + 1, len(values)
-    ]  # nan differs from all
+    some = values[:: _FEWEST // 4]  # any run of _FEWEST readings has four of them
+    same = some[1:] == some[:-1]
+    if not (same[2:] & same[1:-1] & same[:-2]).any():
+        return []
+    differs = values[1:] != values[:-1]  # nan differs from all
+    edges = np.r_[0, np.flatnonzero(differs) + 1, len(values)]
     at = int(np.argmax(np.diff(edges)))
     first, end = edges[at : at + 2]
     runs, rest = len(edges) - 2, len(values) - (end - first)

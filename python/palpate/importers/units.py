@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Collection
+from functools import lru_cache
 
 from palpate.errors import unlike
 
@@ -154,6 +155,7 @@ _TIME = re.compile(
 NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"
 
 
+@lru_cache(maxsize=4096)  # a line is split in several ways, and many cells are equal
 def kind(cell: str) -> str:
     """Return whether a cell is a number, a time (or date), no value, or text."""
     if cell.upper() in NO_VALUE:

@@ -87,8 +87,9 @@ def own_frame(table: Table) -> Recording | None:
         t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
     date_ns = times(table.column("utc")).zero_ns if "utc" in names else None
     gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
+    rate = rate_of(t_hard)
     notes = [
-        *remarks(t_hard, t_soft, hard, soft),
+        *remarks(t_hard, t_soft, hard, soft, rate),
         *table.notes,
         *([ROWS_ONLY] if "status" in names else []),
     ]
@@ -100,7 +101,7 @@ def own_frame(table: Table) -> Recording | None:
         period_s=float(_only(table.column("period_s").numbers())) if "period_s" in names else 0.0,
         gap_rows=tuple(row for row in gaps if row),
         zero_utc_ns=None if date_ns is None else date_ns - round(float(t_hard[0]) * 1e9),
-        understood=f"a recording of palpate as a data frame; {pace(rate_of(t_hard))}; {len(table)} rows",
+        understood=f"a recording of palpate as a data frame; {pace(rate)}; {len(table)} rows",
     )
 
 

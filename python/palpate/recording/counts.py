@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.recording.rows import Codes
 from palpate.samples import Block, Status, refused
@@ -102,30 +103,46 @@ class Survey:
         self._add_steps(block)
         self.rows += len(block)
         self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
-        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
-        self.miscoded += int(np.count_nonzero(above))
+        codes = np.maximum(block["hard_raw"], block["soft_raw"])
+        self.miscoded += int(np.count_nonzero(codes > self.largest_code))
         self.refused += int(np.count_nonzero(refused(block)))
-        self.excitation += int(np.count_nonzero(block["status"] & Status.EXCITATION))
-        self.hard_saturated += int(np.count_nonzero(block["status"] & Status.HARD_SATURATED))
-        self.soft_saturated += int(np.count_nonzero(block["status"] & Status.SOFT_SATURATED))
-        for name in ("hard", "soft"):
-            values = block[name][np.isfinite(block[name])]
-            low, high = self.spans_pF.get(name, (np.inf, -np.inf))
-            if len(values):
-                self.spans_pF[name] = min(low, float(values.min())), max(high, float(values.max()))
+        if block["status"].any():
+            self._add_status(block["status"])
+        self._widen_span("hard", block["hard"])
+        self._widen_span("soft", block["soft"])
+
+    def _add_status(self, status: NDArray[np.uint8]) -> None:
+        self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
+        self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
+        self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
+
+    def _widen_span(self, name: str, values: NDArray[np.float64]) -> None:
+        smallest = values.min()
+        largest = values.max()
+        if not np.isfinite([smallest, largest]).all():  # also if one of the values is nan
+            values = values[np.isfinite(values)]
+            if not len(values):
+                return
+            smallest = values.min()
+            largest = values.max()
+        low, high = self.spans_pF.get(name, (np.inf, -np.inf))
+        self.spans_pF[name] = min(low, float(smallest)), max(high, float(largest))
 
     def _add_steps(self, block: Block) -> None:
         known = slice(0 if self.rows else 1, None)  # the last row before, if there is one
         seqs = np.append(np.int64(self.last_seq or 0), block["seq"])[known]
         times = np.append(np.int64(self.last_ns), block["t_hard_ns"])[known]
         steps = np.diff(seqs)
-        self.gaps += int(np.count_nonzero(steps > 1))
-        self.lost += sum((steps[steps > 1] - 1).tolist())
-        self.disordered += int(np.count_nonzero(steps < 1))
-        self.backward += int(
-            np.count_nonzero(times[1:] < times[:-1])
-        )  # a difference of integers can overflow
-        pauses = np.where(np.isin(seqs[:-1], list(self.marked)), 0.0, np.diff(times / 1e9))
+        if (steps != 1).any():
+            missing = steps[steps > 1] - 1
+            self.gaps += len(missing)
+            self.lost += sum(missing.tolist())
+            self.disordered += int(np.count_nonzero(steps < 1))
+        # Compared, not subtracted: a difference of integers can overflow.
+        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))
+        pauses = np.diff(times / 1e9)
+        if self.marked:
+            pauses[np.isin(seqs[:-1], list(self.marked))] = 0.0
         if len(pauses):
             longest = int(np.argmax(pauses))
             if pauses[longest] > self.pause[0]:  # of equal ones the first, however the file is cut

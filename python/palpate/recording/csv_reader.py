@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
@@ -244,36 +245,47 @@ class Recorded:
         self.integrity, tares = Integrity(), sorted(self.tares)
         for block in self._parsed(Bytes(self.known.sealed("bytes")), _CHUNK, damage):
             self.survey.add(block)
-            cuts = (
-                np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
-                if tares
-                else np.zeros(0, np.int64)
-            )
-            yield from np.split(block, cuts)
+            if tares:
+                cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
+                yield from np.split(block, cuts)
+            else:
+                yield block
         self.integrity = judge(self.known, self.seen)
 
     @property
     def recording(self) -> Recording:
         """The whole recording in memory."""
-        block = np.concatenate([np.zeros(0, DTYPE), *self.blocks()])
-        last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in self.gap_marks]))
+        parts = [self._arrays(np.zeros(0, DTYPE))]
+        rows = 0
+        rows_after_gaps = list[int]()
+        last_before_gaps = [seq for seq, _ in self.gap_marks]
+        for block in self.blocks():
+            parts.append(self._arrays(block))
+            rows += len(block)
+            if block["seq"][-1] in last_before_gaps:
+                rows_after_gaps.append(rows)
+        t_hard_s, t_soft_s, hard, soft = map(np.concatenate, zip(*parts, strict=True))
         return Recording(
-            *(
-                block["t_hard_ns"] / 1e9,
-                block["t_soft_ns"] / 1e9,
-                *usable(block, self.full_scale_pF),
-            ),
+            t_hard_s,
+            t_soft_s,
+            hard,
+            soft,
             notes=self.notes,
             unit=self.unit,
             full_scale_pF=self.full_scale_pF,
             host_stamps=self.host_stamps,
             period_s=self.period_s,
             doubts=self.doubts,
-            gap_rows=tuple((last + 1).tolist()),
+            gap_rows=tuple(row for row in rows_after_gaps if row < rows),
             zero_utc_ns=self.zero_utc_ns,
             marks=tuple(Mark(*mark) for mark in sidecar.marks_of(self.document)),
             plan=plan_of(self.document),
         )
+
+    def _arrays(self, block: Block) -> tuple[NDArray[np.float64], ...]:
+        """Return both times, s, and both usable readings."""
+        hard, soft = usable(block, self.full_scale_pF)
+        return block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, hard, soft
 
     def _parsed(self, seen: Bytes, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
         """Read the file once, in whole lines; yield the rows in them."""
@@ -295,11 +307,9 @@ class Recorded:
                     )
                     line, offset = 2, len(first) + 1
                 block = self._block(lines, line, offset, rows, damage)
-                line, offset, rows = (
-                    line + lines.count(b"\n"),
-                    offset + len(lines),
-                    rows + len(block),
-                )
+                line += lines.count(b"\n") if damage else len(block)  # each line is a row
+                offset += len(lines)
+                rows += len(block)
                 if len(block):
                     yield block
         seen.rows, seen.torn, self.seen = (
