@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from palpate import AdaptiveRls, HandoverRls, Rls, Tracker
-from palpate.ad7746.datasheet import NOISE_PF
+from palpate.ad7746.registers import NOISE_PF
 from palpate.display.plots import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, written
 from palpate.reference import matched_pair
 from palpate.simulation import Scenario, Simulation, scenarios, simulate

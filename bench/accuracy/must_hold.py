@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 import palpate
-from palpate.ad7746.datasheet import NOISE_PF
+from palpate.ad7746.registers import NOISE_PF
 from palpate.design import cusum
 from palpate.simulation import Press, Scenario, Simulation, scenarios, simulate
-from palpate.simulation.bumps import Bumps, Gauge
-from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.mechanics import Bumps, Gauge
+from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
 
 from bench.accuracy.bound import Setup, bound
 from bench.accuracy.presses import (

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.ad7746.datasheet import NOISE_PF
+from palpate.ad7746.registers import NOISE_PF
 
 Array = NDArray[np.float64]
 COVARIANCE = (

@@ -4,7 +4,7 @@
     python -m bench.speed.latency --table                             print the table of docs/speed.md
 
 The first table is live: the simulated board in real time, read by the real driver, through ring and tracker. The times
-of its bus are assumptions (palpate.ad7746.simulator.kit), not measured on a board. Its column "idle" is by a virtual clock. It
+of its bus are assumptions (palpate.ad7746.simulator.evalboard), not measured on a board. Its column "idle" is by a virtual clock. It
 and the second table, computed from simulated touches, are the same on every machine.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 import palpate
 from numpy.typing import NDArray
 from palpate import Sample, Source, Stream, Tracker
-from palpate.ad7746.datasheet import CONVERSION_S
+from palpate.ad7746.registers import CONVERSION_S
 from palpate.samples import settings_for
 from palpate.simulation import scenarios
 from palpate.simulation.probe import simulate

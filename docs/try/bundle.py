@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate import Tracker
-from palpate.ad7746.datasheet import (
+from palpate.ad7746.registers import (
     CODES_PER_PF,
     LAST_CODE,
     SATURATED_CODES,

@@ -158,7 +158,7 @@ class Uncertainty:
         scatter : Scatter
             Of the calibration (`Calibration.touch_scatter`) or of the session; default: assumed.
         linearity_pF : float, pF
-            Standard deviation of a reading by the linearity of the converter, `palpate.ad7746.datasheet.linearity_pF`.
+            Standard deviation of a reading by the linearity of the converter, `palpate.ad7746.registers.linearity_pF`.
         ratio_of : callable
             As in `agreement`: for touches with a calibration its `ratio_of`.
 
@@ -174,7 +174,7 @@ class Uncertainty:
         Examples
         --------
         >>> import palpate
-        >>> from palpate.ad7746.datasheet import SATURATED_PF, linearity_pF
+        >>> from palpate.ad7746.registers import SATURATED_PF, linearity_pF
         >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
         >>> found = Uncertainty.of(touch, linearity_pF=linearity_pF(SATURATED_PF))
         >>> print(found, f"{found.noise:.1g} {found.linearity:.1g} {found.scatter:.1g}")

@@ -11,7 +11,7 @@ import pytest
 from effort import NIGHTLY, Tally, draws, random_of
 from kit_bench import IDLE_PF, Bus
 from palpate.acceptance.board_under_test import Bench, open_bench
-from palpate.acceptance.step import (
+from palpate.acceptance.report import (
     NOT_DONE,
     WRONG,
     AcceptanceReport,
@@ -22,11 +22,11 @@ from palpate.acceptance.step import (
     now,
 )
 from palpate.acceptance.steps import NAMES, Acceptance
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.simulator.chip import WIRINGS, ChipTwin
-from palpate.ad7746.simulator.kit import FAULTS, Fault, KitTwin
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import FAULTS, Fault, KitTwin
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 
 DEPTH_PF = (0.9, 0.3)
 _PRESS_S = 2.0
@@ -96,7 +96,7 @@ class Person:
 
         def another(now: int) -> None:
             power_on(now)
-            chip.registers[datasheet.CAP_GAIN :] = b"\1\2\3\4"
+            chip.registers[registers.CAP_GAIN :] = b"\1\2\3\4"
 
         if self._replaced:
             setattr(chip, "power_on", another)  # noqa: B010  a method

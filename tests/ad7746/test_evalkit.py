@@ -17,13 +17,13 @@ import palpate
 import pytest
 from effort import Tally
 from kit_bench import CENTRED, Bench
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
-from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
-from palpate.ad7746.evalkit.find import VENDOR, boards, devices
-from palpate.ad7746.simulator.kit import Fault
+from palpate.ad7746.evalkit import discovery
+from palpate.ad7746.evalkit.discovery import VENDOR, boards, devices
+from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
+from palpate.ad7746.simulator.evalboard import Fault
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
@@ -177,7 +177,7 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
     )
     [sample] = bench.read(driver, 1)
     assert (
-        max(abs(sample.hard), abs(sample.soft)) <= datasheet.DAC_STEP_PF
+        max(abs(sample.hard), abs(sample.soft)) <= registers.DAC_STEP_PF
     )  # half a step, and what the ramp adds
     # 6.92 and 4.69 pF in steps of 0.171 pF, this chip's, within what the ramps and half a step add.
     assert driver.configuration.hard.capdac == pytest.approx(6.92 / 0.171, abs=8.0)
@@ -321,7 +321,7 @@ def test_the_board_that_measures(bench: Bench) -> None:
         reading = threading.Thread(target=lambda: next(samples))
         reading.start()
         soon(lambda: notes)
-        time.sleep(1.5 * find.POLL_S)
+        time.sleep(1.5 * discovery.POLL_S)
         [gone] = notes
         assert gone.startswith(f"usb:{first}, ")
         assert "was unplugged" in gone
@@ -335,7 +335,7 @@ def test_the_board_that_measures(bench: Bench) -> None:
 
 def test_usb_is_watched(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is open by name; a backend of a program's own is not, since a second thread would use it."""
-    monkeypatch.setattr(find, "system_backend", bench.carrier.backend)
+    monkeypatch.setattr(discovery, "system_backend", bench.carrier.backend)
     for options in ({}, {"backend": bench.carrier.backend()}):
         with closing(palpate.open("usb:", **options)) as source:
             assert isinstance(source, WatchedKit) == (not options)

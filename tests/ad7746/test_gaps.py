@@ -9,9 +9,9 @@ import pytest
 from effort import Tally, draws, random_of
 from kit_bench import CENTRED, Bench, pins
 from palpate.ad7746.driver import REPLUG_S
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, OUT, RAM
+from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, OUT, RAM
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.kit import KitTwin, Reply
+from palpate.ad7746.simulator.evalboard import KitTwin, Reply
 from palpate.samples import Status
 
 FAULTS = ("stall", "line error", "no answer", "short", "not acknowledged", "unplug")

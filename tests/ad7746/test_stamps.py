@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from kit_bench import CENTRED, Bench, ProcessCarrier
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.converter import Pace, Seen
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
-from palpate.ad7746.simulator.kit import BUS_KHZ, FAULTS, Fault
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, PORTS
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.errors import ProtocolError, SourceError
 from palpate.samples import Sample, Status
 

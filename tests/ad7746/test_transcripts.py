@@ -6,10 +6,10 @@ from collections import deque
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import Ad7746
-from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.kit import KitTwin, Reply
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import KitTwin, Reply
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 
 # Kind, request, value, index; to the board (40) the data, from it (C0) the count and the answer. The start, the hard, the soft.
 COUNT = "C0 DF 0000 0000 1: 00"  # after each access to the bus

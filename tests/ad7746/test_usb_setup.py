@@ -14,8 +14,8 @@ from effort import Tally
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.ad7746.bus import NotReady
-from palpate.ad7746.evalkit.board import CPUCS, RAM_BYTES, parse_hex, read_hex, transfer
-from palpate.ad7746.evalkit.find import system_backend, translated
+from palpate.ad7746.evalkit.discovery import system_backend, translated
+from palpate.ad7746.evalkit.usb_bus import CPUCS, RAM_BYTES, parse_hex, read_hex, transfer
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError
 from project import ROOT, need
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from palpate.ad7746.datasheet import CONVERSION_S
+from palpate.ad7746.registers import CONVERSION_S
 from project import ROOT, need_package
 
 from bench.results_age import RESULTS

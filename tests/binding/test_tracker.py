@@ -7,7 +7,7 @@ import palpate
 import pytest
 from numeric import process
 from palpate.simulation import Press, Scenario, scenarios, simulate
-from palpate.simulation.converter import Converter
+from palpate.simulation.readings import Converter
 
 
 def test_states_and_rows_tell_the_same() -> None:

@@ -12,11 +12,11 @@ import pytest
 from command_lines import document, run
 from palpate import DeviceNotFound
 from palpate.ad7746.bus import VirtualClock
-from palpate.ad7746.evalkit import board, find, udev
+from palpate.ad7746.evalkit import discovery, udev, usb_bus
 from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.kit import KitTwin
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import KitTwin
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.cli import doctor
 from palpate.sources import devices
 
@@ -41,9 +41,9 @@ def plug(
     backend = TwinBackend(clock)
     kit = KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded)
     backend.plug(kit, 2)
-    monkeypatch.setattr(find, "system_backend", lambda: backend)
-    monkeypatch.setattr(find, "may_open", lambda board: allowed)
-    monkeypatch.setattr(board, "RealClock", lambda: clock)
+    monkeypatch.setattr(discovery, "system_backend", lambda: backend)
+    monkeypatch.setattr(discovery, "may_open", lambda board: allowed)
+    monkeypatch.setattr(usb_bus, "RealClock", lambda: clock)
     return kit
 
 
@@ -221,12 +221,12 @@ def test_permission_is_that_of_the_device_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node = tmp_path / "001" / "002"
-    assert find.may_open(find.Board(1, 2, ()), tmp_path) is None
+    assert discovery.may_open(discovery.Board(1, 2, ()), tmp_path) is None
     node.parent.mkdir()
     node.touch()
     for allowed in (True, False):
         monkeypatch.setattr("os.access", lambda path, mode, allowed=allowed: allowed)
-        assert find.may_open(find.Board(1, 2, ()), tmp_path) is allowed
+        assert discovery.may_open(discovery.Board(1, 2, ()), tmp_path) is allowed
 
 
 def test_the_rule_is_written_without_pyusb() -> None:

@@ -11,8 +11,8 @@ from command_lines import document
 from command_lines import run as palpate
 from palpate.acceptance import steps
 from palpate.acceptance.board_under_test import Bench
-from palpate.acceptance.step import load
-from palpate.ad7746.simulator.kit import Fault
+from palpate.acceptance.report import load
+from palpate.ad7746.simulator.evalboard import Fault
 from palpate.sources.sim import SimSource
 
 

@@ -8,8 +8,8 @@ import palpate
 import pytest
 from palpate.flags import advice_at_end
 from palpate.simulation import scenarios, simulate
-from palpate.simulation.bumps import Bumps, Gauge
-from palpate.simulation.converter import Faults
+from palpate.simulation.mechanics import Bumps, Gauge
+from palpate.simulation.readings import Faults
 from palpate.simulation.scenarios import EFFECTS
 from project import FOUR
 

@@ -9,7 +9,7 @@ import numpy as np
 import palpate
 import pytest
 from palpate import Calibration, Uncertainty
-from palpate.ad7746.datasheet import LINEARITY_PF, SATURATED_PF, linearity_pF
+from palpate.ad7746.registers import LINEARITY_PF, SATURATED_PF, linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.repeatability import objections
 from palpate.simulation import scenarios

@@ -70,7 +70,7 @@ def lines() -> list[str]:
 
 def described(rows: bytes) -> str:
     """Return the sidecar of the rows."""
-    from palpate.ad7746.datasheet import SATURATED_PF
+    from palpate.ad7746.registers import SATURATED_PF
     from palpate.recording import sidecar
 
     device = {

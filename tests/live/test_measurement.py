@@ -14,7 +14,7 @@ import palpate
 import pytest
 from live_bench import OWN_FILE, SOURCE, Bench, begun, client
 from palpate import Source, Uncertainty
-from palpate.ad7746.datasheet import linearity_pF
+from palpate.ad7746.registers import linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
 from palpate.live.commands import Workbench

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from palpate.ad7746.bus import RealClock
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.kit import KitTwin
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import KitTwin
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.recording import sidecar
 from palpate.samples import epoch_at
 from project import FOUR

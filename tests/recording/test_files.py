@@ -9,7 +9,7 @@ from pathlib import Path
 import palpate
 import pytest
 from palpate import Calibration, CalibrationError, ProtocolError, RecordingError
-from palpate.ad7746.evalkit.board import read_hex
+from palpate.ad7746.evalkit.usb_bus import read_hex
 from palpate.calibration.specimen_files import read_moduli
 from palpate.files import parse_toml, replacing
 

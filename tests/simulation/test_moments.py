@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numeric import EXACT, STEP_PF, changes, held
 from numpy.typing import NDArray
-from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
+from palpate.ad7746.registers import CODES_PER_PF, NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation import (
     Baseline,
@@ -27,7 +27,7 @@ from palpate.simulation import (
     Tilt,
     simulate,
 )
-from palpate.simulation.board import known
+from palpate.simulation.board_input import known
 from palpate.simulation.hand import SESSIONS, Hand
 from palpate.simulation.press import tilting
 from palpate.simulation.scenario import Truth

@@ -23,8 +23,8 @@ from palpate.simulation import (
     scenarios,
     simulate,
 )
-from palpate.simulation.board import foreign, kit_of, known
-from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.board_input import foreign, kit_of, known
+from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
 from palpate.simulation.scenarios import EFFECTS
 from project import ROOT
 

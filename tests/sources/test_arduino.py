@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from effort import NIGHTLY, Tally, random_of
 from numpy.typing import NDArray
-from palpate.ad7746.datasheet import SATURATED_CODES
+from palpate.ad7746.registers import SATURATED_CODES
 from palpate.samples import Status
 from project import need
 

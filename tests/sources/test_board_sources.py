@@ -7,8 +7,8 @@ import palpate
 import pytest
 from kit_bench import CENTRED, Bench
 from palpate import SourceTimeout, Status, Stream
-from palpate.ad7746 import datasheet
-from palpate.ad7746.simulator.kit import Fault
+from palpate.ad7746 import registers
+from palpate.ad7746.simulator.evalboard import Fault
 from palpate.recording.foreign import recorded
 from palpate.recording.sidecar import load
 
@@ -40,7 +40,7 @@ def test_usb(tmp_path: Path) -> None:
     )
     assert (device["device"]["address"], len(bytes.fromhex(device["registers"]))) == (
         2,
-        datasheet.REGISTERS,
+        registers.REGISTERS,
     )
     assert stream.counters.errors == stream.counters.reconnects == 0
 
@@ -51,7 +51,7 @@ def test_a_lost_soft_conversion_leaves_the_hard_reading() -> None:
     kept = [sample for sample in lost if sample.hard == sample.hard]
     assert 0 < len(kept) < len(lost)
     assert {sample.soft_raw for sample in lost} == {-1}
-    assert all(sample.hard == datasheet.capacitance_pF(sample.hard_raw) for sample in kept)
+    assert all(sample.hard == registers.capacitance_pF(sample.hard_raw) for sample in kept)
 
 
 def test_a_board_that_cannot_be_begun_is_given_back() -> None:

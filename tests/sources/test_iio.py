@@ -10,7 +10,7 @@ import palpate
 import pytest
 from iio_kernel import Kernel
 from palpate import DeviceNotFound, DeviceRefused, ProtocolError, Sample, Source, Status, Stream
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.sources import iio
 from recording_bench import passing_gaps
 
@@ -60,7 +60,7 @@ def test_a_signal_beyond_the_range(install: Callable[..., Kernel]) -> None:
 @pytest.mark.parametrize("idle", [IDLE, (0.0, 16.0), (3.0, 12.0)])
 @pytest.mark.parametrize("step", [0.8, 1.0, 1.2])
 def test_centre(install: Callable[..., Kernel], idle: tuple[float, float], step: float) -> None:
-    kernel = install(idle, step_pF=datasheet.DAC_STEP_PF * step)
+    kernel = install(idle, step_pF=registers.DAC_STEP_PF * step)
     kernel.capdac = [100, 3]
     [sample], said, source = read(kernel, 1, centre="yes")
     assert source.describe()["capdac"] == {"hard": kernel.capdac[0], "soft": kernel.capdac[1]}

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 from palpate.acceptance import steps
-from palpate.ad7746 import converter, datasheet, driver, wiring
-from palpate.ad7746.evalkit import board, find
+from palpate.ad7746 import converter, driver, registers, wiring
+from palpate.ad7746.evalkit import discovery, usb_bus
 from palpate.sources import iio, line_protocol, lsl, serial
 from project import ROOT
 
@@ -42,7 +42,7 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
         serial.SerialSource.__init__,
         ("baud", 115200),
     ),
-    ("serial", "of 0.488 aF", round(1e6 / datasheet.CODES_PER_PF, 3), 0.488),
+    ("serial", "of 0.488 aF", round(1e6 / registers.CODES_PER_PF, 3), 0.488),
     ("iio", "the same code 8 times in a row", iio.SAME, 8),
     ("iio", "An offset is a multiple of 338646", iio.CODES_PER_STEP, 338646),
     ("iio", "up to 126 steps", iio.LAST_STEP, 126),
@@ -63,7 +63,7 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
     (
         "acceptance",
         "0.164 pF within 20 %",
-        (datasheet.DAC_STEP_PF, steps._STEP_PF),
+        (registers.DAC_STEP_PF, steps._STEP_PF),
         (0.164, (0.13, 0.2)),
     ),
     ("acceptance", "61 pairs, by the driver", steps._PAIRS, 60),
@@ -72,9 +72,9 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
     ("acceptance", "its value within 10 %", steps._GAIN, 0.1),
 ]
 # What no page says, and a change would make the driver wrong or deaf.
-INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (board.TIMEOUT_MS, 200), (board._READY_S, 3), (converter._SHORTEST, 0.9),
+INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (usb_bus.TIMEOUT_MS, 200), (usb_bus._READY_S, 3), (converter._SHORTEST, 0.9),
          (converter._DRIFT, 2e-5), (wiring.CONFIRM_S, 1), (serial.APART_NS, 1e10), (iio.STREAK, 3),
-         (find.POLL_S, 1)]  # fmt: skip
+         (discovery.POLL_S, 1)]  # fmt: skip
 
 
 @pytest.mark.parametrize(

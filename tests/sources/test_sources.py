@@ -10,7 +10,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate import DeviceNotFound, RecordingError
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.sources.files import FileSource
 from project import FOUR
 
@@ -130,7 +130,7 @@ def test_a_simulated_board_is_the_same_again() -> None:
     }
     assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
-    assert described["full_scale_pF"] == datasheet.SATURATED_PF
+    assert described["full_scale_pF"] == registers.SATURATED_PF
     assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)
 
 

@@ -13,7 +13,7 @@ from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.wiring import Look, Wiring
 from palpate.samples import Sample, Status
-from palpate.simulation.board import known
+from palpate.simulation.board_input import known
 from palpate.sources.board import configuration_of
 from recording_bench import passing_gaps
 

@@ -15,10 +15,10 @@ import pytest
 from effort import SEED, Tally, draws
 from palpate import Sample, Touch
 from palpate.ad7746.bus import VirtualClock
-from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import FACTORY, ChipTwin
-from palpate.ad7746.simulator.kit import Fault, KitTwin
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import Fault, KitTwin
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
 from recording_bench import measured

@@ -35,10 +35,10 @@ with imports:
     import click
     import palpate
     from palpate import CalibrationError, PalpateError, ProtocolError, RecordingError, SourceError
-    from palpate.acceptance import step as kit_step
+    from palpate.acceptance import report
     from palpate.ad7746.bus import VirtualClock
-    from palpate.ad7746.evalkit.board import RAM_BYTES, read_hex
-    from palpate.ad7746.simulator.usb import TwinBackend
+    from palpate.ad7746.evalkit.usb_bus import RAM_BYTES, read_hex
+    from palpate.ad7746.simulator.usb_backend import TwinBackend
     from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import COMMANDS, config
     from palpate.live.access import Gatekeeper, new_token
@@ -141,7 +141,7 @@ def moduli(data: bytes) -> None:
 def kit_report(data: bytes) -> None:
     """Parse a report of `palpate kit accept`; an accepted one has nothing that acts on a terminal."""
     with suppress(PalpateError):
-        assert all(map(str.isprintable, kit_step.load(_file("report.json", data)).lines()))
+        assert all(map(str.isprintable, report.load(_file("report.json", data)).lines()))
 
 
 def firmware(data: bytes) -> None:

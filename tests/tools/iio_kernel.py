@@ -9,7 +9,7 @@ import random
 from pathlib import Path
 
 import pytest
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 
 FREQUENCIES = (91, 84, 50, 26, 16, 13, 11, 9)
 SLEEPS_MS = (12, 13, 21, 39, 63, 78, 93, 111)
@@ -22,7 +22,7 @@ class Kernel:
 
     def __init__(
         self, folder: Path, picofarads: tuple[float, float] = (1.0, -1.0), *, hz: int = 1000,
-        step_pF: float = datasheet.DAC_STEP_PF, pins: str = "B", root: bool = True,
+        step_pF: float = registers.DAC_STEP_PF, pins: str = "B", root: bool = True,
     ) -> None:  # fmt: skip
         # pF at CIN1 and CIN2; ticks a second, at which a sleep ends; a step of this chip's CAPDAC; excitation pins of the
         # device tree; whether the offsets may be written.
@@ -77,16 +77,16 @@ class Kernel:
     def convert(self, channel: int) -> int:
         """Write the registers, convert, sleep, read; return the code without the middle of the range."""
         self.now_ns += I2C_NS + self.stall_ns * channel
-        lasts = round(datasheet.CONVERSION_S[self.capf] * 1e9)
-        noise = self.random.gauss(0, datasheet.NOISE_PF[self.capf])
+        lasts = round(registers.CONVERSION_S[self.capf] * 1e9)
+        noise = self.random.gauss(0, registers.NOISE_PF[self.capf])
         value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(
             self.pins
         )
-        code = datasheet.code_of(value)
+        code = registers.code_of(value)
         self.conversions.append((channel, self.now_ns + lasts // 2, code))
         ticks = -(-SLEEPS_MS[self.capf] * 1_000_000 // self.tick_ns) + 1
         self.now_ns = (self.now_ns // self.tick_ns + ticks) * self.tick_ns + I2C_NS // 2
-        return code - datasheet.ZERO_CODE
+        return code - registers.ZERO_CODE
 
     def _fail(self, path: Path) -> None:
         if number := self.failures.get(path.name):

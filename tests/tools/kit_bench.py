@@ -13,14 +13,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Clock, VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
-from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.kit import BUS_KHZ, Fault, KitTwin
-from palpate.ad7746.simulator.usb import Port, TwinBackend
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, KitTwin
+from palpate.ad7746.simulator.usb_backend import Port, TwinBackend
 from palpate.samples import Sample, Status
 
 SLOPE_PF_PER_S = 0.02
@@ -165,7 +165,7 @@ class Bench(ExitStack):
                 continue
             assert (1, sample.hard_raw) in ended, sample
             assert (2, sample.soft_raw) in ended, sample
-            assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
+            assert sample.hard == registers.capacitance_pF(sample.hard_raw)
         numbers = [sample.seq for sample in self.samples]
         assert numbers == sorted(set(numbers))
         counters = driver.counters

@@ -9,7 +9,7 @@ from random import Random
 from typing import Any, Self
 
 from palpate import Sample, Source, Status, Stream
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER, format_rows
@@ -23,8 +23,8 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
     t_ns = seq * 26_000_000 + seq % 7
     if status == Status.LOST:
         return Sample(seq, t_ns, t_ns + 13_000_000, -1, -1, math.nan, math.nan, status)
-    hard, soft = datasheet.ZERO_CODE + seq % 100_000, datasheet.ZERO_CODE - seq % 50_000
-    values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
+    hard, soft = registers.ZERO_CODE + seq % 100_000, registers.ZERO_CODE - seq % 50_000
+    values = registers.capacitance_pF(hard), registers.capacitance_pF(soft)
     return Sample(seq, t_ns, t_ns + 13_000_000, hard, soft, *values, status)
 
 

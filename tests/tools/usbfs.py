@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.ad7746.bus import Clock, RealClock
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, fresh, system_backend
-from palpate.ad7746.simulator.kit import KitTwin, Reply
+from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR, fresh, system_backend
+from palpate.ad7746.simulator.evalboard import KitTwin, Reply
 
 _IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
 _URB = struct.Struct("<BBxxiIxxxxQiiiiiIQ")  # struct usbdevfs_urb

@@ -8,7 +8,7 @@ import numpy as np
 import palpate
 import pytest
 from effort import draws, random_of
-from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.simulation import scenarios
 from palpate.sources.line_protocol import Grammar, Refused, sample_of
 

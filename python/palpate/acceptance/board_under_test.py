@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from statistics import mean
 from typing import Any, NamedTuple
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Access, Clock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, Channel, Configuration
 from palpate.ad7746.converter import Converter, Reading
@@ -68,12 +68,12 @@ class Chip:
     def reset(self) -> bytes:
         """Reset the chip; return its registers."""
         self._access.repeated(self._access.bus.reset)
-        self.clock.sleep(5 * datasheet.RESET_S)
+        self.clock.sleep(5 * registers.RESET_S)
         return self.registers()
 
-    def registers(self, count: int = datasheet.REGISTERS) -> bytes:
+    def registers(self, count: int = registers.REGISTERS) -> bytes:
         """Return the first registers."""
-        return self._access.read(datasheet.STATUS, count)
+        return self._access.read(registers.STATUS, count)
 
     def capacitance(self, pin: int, channel: Channel, base: Configuration) -> Reading:
         """Convert input CIN1 or CIN2 (`pin` 1 or 2) once, with the settings of `channel`, the other settings of `base`."""
@@ -95,18 +95,18 @@ class Chip:
 
     def level(self, pin: int, excitation: str, base: Configuration) -> InputLevel:
         """Search the CAPDAC that brings an input into the range."""
-        low, high, steps, total = -datasheet.DAC_STEPS, datasheet.DAC_STEPS, 0, math.nan
+        low, high, steps, total = -registers.DAC_STEPS, registers.DAC_STEPS, 0, math.nan
         for _ in range(_TRIALS):
             found = self.capacitance(pin, Channel(capdac=steps, excitation=excitation), base)
             if found.status & Status.EXCITATION:
                 return InputLevel(0, math.nan, math.nan, error=True)
             out = bool(found.status)
             if not out and math.isnan(total):  # with few steps, so with a small part of their 20 %
-                total = steps * datasheet.DAC_STEP_PF + found.capacitance
+                total = steps * registers.DAC_STEP_PF + found.capacitance
             if not out and abs(found.capacitance) <= _CENTRED_PF:
                 return InputLevel(steps, found.capacitance, total)
             low, high = (steps, high) if found.capacitance > 0 else (low, steps)
-            move = round(found.capacitance / datasheet.DAC_STEP_PF)
+            move = round(found.capacitance / registers.DAC_STEP_PF)
             steps = (
                 (low + high + (found.capacitance > 0)) // 2
                 if out
@@ -121,7 +121,7 @@ class Chip:
     ) -> float:
         """Return the size of this chip's CAPDAC step near a level, pF."""
         first = min(
-            max(level.capdac - apart // 2, -datasheet.DAC_STEPS), datasheet.DAC_STEPS - apart
+            max(level.capdac - apart // 2, -registers.DAC_STEPS), registers.DAC_STEPS - apart
         )
         near = [Channel(capdac=steps, excitation=excitation) for steps in (first, first + apart)]
         more, less = (
@@ -154,7 +154,7 @@ class Bench:
     @property
     def gains(self) -> bytes:
         """CAP_GAIN and VOLT_GAIN: set in the factory, different from chip to chip."""
-        return self.dump[datasheet.CAP_GAIN :]
+        return self.dump[registers.CAP_GAIN :]
 
     @property
     def cannot_measure(self) -> bool:

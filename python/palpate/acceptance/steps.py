@@ -10,8 +10,8 @@ from statistics import mean
 from typing import Protocol
 
 from palpate.acceptance.board_under_test import EXCITATIONS, PINS, Bench, InputLevel
-from palpate.acceptance.step import OK, WRONG, Step, Value, judged, left_out, one_line
-from palpate.ad7746 import datasheet
+from palpate.acceptance.report import OK, WRONG, Step, Value, judged, left_out, one_line
+from palpate.ad7746 import registers as datasheet
 from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
 from palpate.errors import DeviceNotFound, SourceError, unlike

@@ -90,7 +90,7 @@ class RegisterBus(Protocol):
         """Return whether a conversion has ended, without reading data."""
 
     def reset(self) -> None:
-        """Reset the chip; it does not answer during the next `datasheet.RESET_S`."""
+        """Reset the chip; it does not answer during the next `registers.RESET_S`."""
 
     def reopen(self) -> None:
         """Open the device again: the same one, or its replacement; NotReady is raised while it has to be waited for."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.errors import ProtocolError
 from palpate.samples import Status
 
@@ -44,16 +44,16 @@ class Channel:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        datasheet.dac_registers(self.capdac)
-        if self.excitation not in datasheet.EXCITATION:
+        registers.dac_registers(self.capdac)
+        if self.excitation not in registers.EXCITATION:
             raise ValueError(
-                f"excitation: got {self.excitation!r}, allowed: {', '.join(datasheet.EXCITATION)}"
+                f"excitation: got {self.excitation!r}, allowed: {', '.join(registers.EXCITATION)}"
             )
 
     @property
     def range_registers(self) -> bytes:
         """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET, whose range the CAPDACs exceed: it is at its zero."""
-        return datasheet.dac_registers(self.capdac) + datasheet.OFFSET_ZERO.to_bytes(2, "big")
+        return registers.dac_registers(self.capdac) + registers.OFFSET_ZERO.to_bytes(2, "big")
 
 
 @dataclass(frozen=True)
@@ -119,30 +119,30 @@ class Configuration:
     def registers(self, number: int) -> tuple[bytes, bytes]:
         """Return the bytes of registers 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
         channel = self.channel(number)
-        setup = datasheet.CAPEN | (datasheet.CIN2 if self.input(number) == 2 else 0)
-        setup |= (datasheet.CAPDIFF if self.differential else 0) | (
-            datasheet.CAPCHOP if self.chop else 0
+        setup = registers.CAPEN | (registers.CIN2 if self.input(number) == 2 else 0)
+        setup |= (registers.CAPDIFF if self.differential else 0) | (
+            registers.CAPCHOP if self.chop else 0
         )
-        excitation = datasheet.EXCITATION[channel.excitation] | self.level
+        excitation = registers.EXCITATION[channel.excitation] | self.level
         return bytes([setup, 0, excitation, self._config]), channel.range_registers
 
     def voltage_registers(self, mode: int) -> bytes:
         """Return the bytes of registers 0x07 to 0x0A for one reading of the voltage channel: VT_TEMPERATURE, VT_SUPPLY."""
-        return bytes([0, datasheet.VTEN | mode | datasheet.VTCHOP, self.level, self._config])
+        return bytes([0, registers.VTEN | mode | registers.VTCHOP, self.level, self._config])
 
     @property
     def _config(self) -> int:
-        return self.capf << 3 | datasheet.SINGLE
+        return self.capf << 3 | registers.SINGLE
 
     @property
     def conversion_s(self) -> float:
         """Duration of a conversion, s."""
-        return datasheet.CONVERSION_S[self.capf]
+        return registers.CONVERSION_S[self.capf]
 
 
 def require_same(wanted: bytes, image: bytes) -> None:
     """Raise ProtocolError if registers from 0x07 on are not as they were written; the mode bits are not compared."""
-    for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), datasheet.CAP_SETUP):
+    for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), registers.CAP_SETUP):
         if (wrote ^ image[register]) & mask:
             why = "another program uses the board, or the chip had no supply"
             raise ProtocolError(

@@ -14,7 +14,7 @@ import statistics
 from collections import defaultdict, deque
 from typing import NamedTuple
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import TRIES, Access, NotAcknowledged, repeated
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Configuration, require_same
 from palpate.errors import ProtocolError, SourceTimeout
@@ -156,9 +156,9 @@ class Converter:
         self._access.repeated(self._reset)
         setup, in_range = self.configuration.registers(HARD)
         idle = setup[:-1] + bytes([setup[-1] & ~7])
-        self._access.write(datasheet.CAPDAC_A, in_range)
-        self._access.write(datasheet.CAP_SETUP, idle)
-        self.dump = self._access.read(0, datasheet.REGISTERS)
+        self._access.write(registers.CAPDAC_A, in_range)
+        self._access.write(registers.CAP_SETUP, idle)
+        self.dump = self._access.read(0, registers.REGISTERS)
         require_same(idle + in_range, self.dump)
 
     def _reset(self) -> None:
@@ -166,46 +166,46 @@ class Converter:
         try:
             self._access.bus.reset()
         except NotAcknowledged:
-            self._clock.sleep(2 * datasheet.RESET_S)
-            known = datasheet.RESET_VALUES[datasheet.CAP_SETUP :]
-            if self._access.bus.read(datasheet.CAP_SETUP, len(known)) != known:
+            self._clock.sleep(2 * registers.RESET_S)
+            known = registers.RESET_VALUES[registers.CAP_SETUP :]
+            if self._access.bus.read(registers.CAP_SETUP, len(known)) != known:
                 raise
-        self._clock.sleep(2 * datasheet.RESET_S)
+        self._clock.sleep(2 * registers.RESET_S)
 
     def convert(self, channel: int) -> Reading:
         """Convert one channel, `HARD` or `SOFT`, once."""
         entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
-        self._access.write(datasheet.CAPDAC_A, in_range)
+        self._access.write(registers.CAPDAC_A, in_range)
         speed = self.configuration.capf, self.configuration.chop
         pace = self._paces.setdefault(speed, Pace(self.configuration.conversion_s))
-        seen, image = self._run(setup, in_range, pace, datasheet.RDYCAP)
+        seen, image = self._run(setup, in_range, pace, registers.RDYCAP)
         self.seen = seen
         pace.learn(seen)
         self._steps_ns[speed].append(self._clock.now_ns() - entered)
-        raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
-        status = SATURATION[channel] if datasheet.saturated(raw) else Status.OK
-        status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
-        return Reading(pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
+        raw = int.from_bytes(image[registers.CAP_DATA : registers.VT_DATA], "big")
+        status = SATURATION[channel] if registers.saturated(raw) else Status.OK
+        status |= Status.EXCITATION if image[registers.STATUS] & registers.EXCERR else Status.OK
+        return Reading(pace.middle(seen), raw, registers.capacitance_pF(raw), status)
 
     def gains(self) -> bytes:
         """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
-        return self._access.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN)
+        return self._access.read(registers.CAP_GAIN, registers.REGISTERS - registers.CAP_GAIN)
 
     def voltage(self, mode: int) -> int:
         """Return a code of the voltage channel; `mode`: VT_TEMPERATURE or VT_SUPPLY."""
         setup = self.configuration.voltage_registers(mode)
-        _, image = self._run(setup, b"", Pace(datasheet.VT_CONVERSION_S[0]), datasheet.RDYVT)
-        return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
+        _, image = self._run(setup, b"", Pace(registers.VT_CONVERSION_S[0]), registers.RDYVT)
+        return int.from_bytes(image[registers.VT_DATA : registers.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""
         for channel in (HARD, SOFT):
             self._centre(channel)
-        self.dump = self._access.read(0, datasheet.REGISTERS)
+        self.dump = self._access.read(0, registers.REGISTERS)
 
     def _centre(self, channel: int) -> None:
-        low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
+        low, high = -registers.DAC_STEPS, registers.DAC_STEPS
         steps = self.configuration.channel(channel).capdac
         for _ in range(2 * (high - low).bit_length()):
             self.configuration = self.configuration.with_capdac(channel, steps)
@@ -214,11 +214,11 @@ class Converter:
                 raise ProtocolError(
                     f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded"
                 )
-            if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
+            if not reading.status and abs(reading.capacitance) <= 0.75 * registers.DAC_STEP_PF:
                 return
             low, high = (steps, high) if reading.capacitance > 0 else (low, steps)
             # A saturated code shows only the direction: bisect. Any other code shows the distance, to 20 %.
-            move = reading.capacitance / datasheet.DAC_STEP_PF
+            move = reading.capacitance / registers.DAC_STEP_PF
             steps = (
                 (low + high + (move > 0)) // 2
                 if reading.status
@@ -236,14 +236,14 @@ class Converter:
     def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
         for _ in range(TRIES):
-            asked, begun = self._access.write(datasheet.CAP_SETUP, setup)
+            asked, begun = self._access.write(registers.CAP_SETUP, setup)
             if begun - asked <= _PROMPT * self.limit_ns:
                 break  # else its begin is too uncertain: begin it again
         busy, ended = self._wait(asked, begun, pace, bit)
         retries = self._access.counters.retries
-        image = self._access.read(0, datasheet.CAP_GAIN)
+        image = self._access.read(0, registers.CAP_GAIN)
         require_same(setup + in_range, image)
-        if image[datasheet.STATUS] & bit:
+        if image[registers.STATUS] & bit:
             damaged = (
                 self._access.counters.retries != retries
             )  # the chip marks data as new only once
@@ -266,7 +266,7 @@ class Converter:
                 return busy, self._clock.now_ns()
             busy = now
             if now > begun + pace.overdue_ns:
-                if not self._access.read(datasheet.STATUS, 1)[0] & bit:
+                if not self._access.read(registers.STATUS, 1)[0] & bit:
                     raise ProtocolError(f"the pin RDY# is stuck high: {_RDY}")
                 why = "it was lost, or the chip is not clocked; if it happens again, unplug the board for a moment"
                 raise Overdue(f"a conversion did not end within {(now - begun) / 1e9:.3f} s: {why}")

@@ -30,7 +30,7 @@ from functools import partial
 from threading import Event
 from typing import Any
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Middle, Overdue, Reading, difference_ns
@@ -43,7 +43,7 @@ REPLUG_S = 120.0  # Longest time to wait for an unplugged device: a person looks
 LIMIT_NS = 2_000_000  # Largest possible error of the difference of the two times of a pair that is not LOST, ns.
 _UNKNOWN_NS = -1000
 _GRACE_NS = 200_000_000
-_CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
+_CONDITIONS_S = 2 * (registers.VT_CONVERSION_S[0] + 0.005)
 _GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
 _POLL_S = 0.1
 _SETTLING = 20  # tries until a board that cannot be opened is reported: permissions and firmware take up to 2 s
@@ -200,7 +200,7 @@ class Ad7746:
 
     def read_temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
-        return datasheet.temperature_C(self._converter.voltage(datasheet.VT_TEMPERATURE))
+        return registers.temperature_C(self._converter.voltage(registers.VT_TEMPERATURE))
 
     def read_conditions(self) -> dict[str, float] | None:
         """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
@@ -214,7 +214,7 @@ class Ad7746:
         try:
             t_s = (self._clock.now_ns() - self._start_ns) / 1e9
             temperature_C = self.read_temperature()
-            supply_V = datasheet.supply_V(self._converter.voltage(datasheet.VT_SUPPLY))
+            supply_V = registers.supply_V(self._converter.voltage(registers.VT_SUPPLY))
         except (SourceError, _Interrupted):
             return None
         finally:
@@ -320,7 +320,7 @@ class Ad7746:
         """Reset and configure the chip; return "" or, if it is another one than before, a text that says so."""
         self._converter.set_up()
         self._look_at_gains_ns = self._clock.now_ns() + _GAINS_NS
-        found = self._converter.dump[datasheet.CAP_GAIN :]
+        found = self._converter.dump[registers.CAP_GAIN :]
         before, self._gains = self._gains or found, found
         if found == before:
             return ""

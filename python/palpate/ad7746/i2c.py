@@ -3,7 +3,7 @@
 import errno
 from typing import Any
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Clock, Meanings, NotAcknowledged, RealClock, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout, need
 
@@ -70,24 +70,24 @@ class I2cBus:
 
     def read(self, register: int, count: int) -> bytes:
         """Return registers, in one transaction."""
-        pointer = smbus2.i2c_msg.write(datasheet.I2C_ADDRESS, [register])
-        data = smbus2.i2c_msg.read(datasheet.I2C_ADDRESS, count)
+        pointer = smbus2.i2c_msg.write(registers.I2C_ADDRESS, [register])
+        data = smbus2.i2c_msg.read(registers.I2C_ADDRESS, count)
         self._transfer(f"reading register 0x{register:02X}", pointer, data)
         return bytes(data)
 
     def write(self, register: int, data: bytes) -> int:
         """Write registers; return the time when they were written, ns of the clock."""
-        datasheet.check_write(register, data)
+        registers.check_write(register, data)
         self._send(f"writing register 0x{register:02X}", [register, *data])
         return self._clock.now_ns()
 
     def ready(self) -> bool:
         """Return whether a conversion has ended, from STATUS: there is no wire for RDY#."""
-        return not self.read(datasheet.STATUS, 1)[0] & datasheet.RDY
+        return not self.read(registers.STATUS, 1)[0] & registers.RDY
 
     def reset(self) -> None:
         """Reset the AD7746."""
-        self._send("resetting the AD7746", [datasheet.RESET_POINTER])
+        self._send("resetting the AD7746", [registers.RESET_POINTER])
 
     def reopen(self) -> None:
         """Open the bus again."""
@@ -103,10 +103,10 @@ class I2cBus:
 
     def describe(self) -> dict[str, Any]:
         """Return the name of the bus; the chip has no serial number."""
-        return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": datasheet.I2C_ADDRESS}
+        return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": registers.I2C_ADDRESS}
 
     def _send(self, what: str, data: list[int]) -> None:
-        self._transfer(what, smbus2.i2c_msg.write(datasheet.I2C_ADDRESS, data))
+        self._transfer(what, smbus2.i2c_msg.write(registers.I2C_ADDRESS, data))
 
     def _transfer(self, what: str, *messages: Any) -> None:
         if self._bus is None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Channel, Configuration
 from palpate.ad7746.converter import Converter
 from palpate.samples import Sample, Status
@@ -18,7 +18,7 @@ from palpate.samples import Sample, Status
 EMPTY_PF = 0.05
 MOST_PF = 17.0  # Range that every chip has; most have more.
 # CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13 to 0.2 pF.
-_STEPS = (0, 37, 74, 111, datasheet.DAC_STEPS)
+_STEPS = (0, 37, 74, 111, registers.DAC_STEPS)
 
 
 class Look(NamedTuple):
@@ -46,7 +46,7 @@ class Look(NamedTuple):
         size = abs(self.capacitance)
         return (
             f"about {self.capacitance:.1f} pF"
-            if size >= datasheet.FULL_SCALE_PF
+            if size >= registers.FULL_SCALE_PF
             else f"{self.capacitance:.3f} pF"
         )
 
@@ -79,7 +79,7 @@ def level_of(converter: Converter, pin: int, excitation: str, differential: bool
             if reading.status & Status.EXCITATION:
                 return Look(math.nan, shorted=True)
             if not reading.status:
-                return Look(reading.capacitance + sign * steps * datasheet.DAC_STEP_PF)
+                return Look(reading.capacitance + sign * steps * registers.DAC_STEP_PF)
             sign = 1 if reading.capacitance > 0 else -1
     finally:
         converter.configuration = own
@@ -320,7 +320,7 @@ class WiringWatch:
         saturated = bool(sample.status & SATURATION[self._number])
         if sample.status & Status.EXCITATION:
             return "short"
-        if below < EMPTY_PF - _FALLEN * abs(steps) * datasheet.DAC_STEP_PF or (
+        if below < EMPTY_PF - _FALLEN * abs(steps) * registers.DAC_STEP_PF or (
             saturated and below < 0
         ):
             return "flat"

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import CalibrationError, quoted
 from palpate.files import read_bytes, write
 from palpate.importers.units import to_number

@@ -166,21 +166,21 @@ def _version(package: str) -> str:
 def _usb() -> Iterator[Finding]:
     """Check libusb, the boards, the permission to open them, and their firmware."""
     try:
-        from palpate.ad7746.evalkit import find
+        from palpate.ad7746.evalkit import discovery
 
-        backend = find.system_backend()
+        backend = discovery.system_backend()
     except MissingExtra as error:
         text, _, do = str(error).partition(": ")
         free = not _version("pyusb")
         yield Finding("libusb", text, do, 0 if free else Exit.MISSING_EXTRA, free)
         return
-    boards = find.boards(backend)
+    boards = discovery.boards(backend)
     yield Finding("libusb", str(getattr(getattr(backend, "lib", None), "_name", "found")))
     if not boards:
         yield Finding(
             "board", "none is connected", "palpate record sim:four-specimens -o run.csv", free=True
         )
-    refused = [board for board in boards if find.may_open(board) is False]
+    refused = [board for board in boards if discovery.may_open(board) is False]
     for board in boards:
         if board in refused:
             yield Finding(
@@ -194,7 +194,7 @@ def _usb() -> Iterator[Finding]:
 
 def _board(board: Any, backend: Any) -> Iterator[Finding]:
     from palpate.ad7746.bus import Access, RealClock
-    from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.ad7746.evalkit.usb_bus import EvalKit
 
     with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
         Access(kit, RealClock()).read(0, 1)
@@ -218,7 +218,7 @@ def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
 
 def firmware() -> Iterator[Finding]:
     """Check the firmware file that the environment names."""
-    from palpate.ad7746.evalkit.board import read_hex
+    from palpate.ad7746.evalkit.usb_bus import read_hex
 
     if path := os.environ.get("PALPATE_FIRMWARE"):
         yield Finding("firmware", f"{path}, {sum(map(len, read_hex(Path(path)).values()))} bytes")

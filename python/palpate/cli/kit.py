@@ -10,10 +10,11 @@ from typing import Any, BinaryIO
 
 import click
 
-from palpate.acceptance import registers, steps
+from palpate.acceptance import steps
 from palpate.acceptance.board_under_test import PINS, Bench, open_bench
-from palpate.acceptance.step import WRONG, AcceptanceReport, Step, load, made, now, summary
-from palpate.ad7746.datasheet import CONVERSION_S, NOISE_PF
+from palpate.acceptance.report import WRONG, AcceptanceReport, Step, load, made, now, summary
+from palpate.ad7746 import register_names
+from palpate.ad7746.registers import CONVERSION_S, NOISE_PF
 from palpate.cli.main import Commands, Exit, as_json, json_option, show, usage_errors
 from palpate.cli.output import aligned, row_below, say
 from palpate.cli.paths import OUTPUT, InputFile, require_free
@@ -262,7 +263,7 @@ def dump(source: str, firmware: Path | None) -> None:
       palpate kit dump usb:
     """  # noqa: D301
     with opened(source, firmware) as bench:
-        found = registers.named(bench.chip.registers())
+        found = register_names.named(bench.chip.registers())
     rows = [{**register._asdict(), "content": register.content.hex()} for register in found]
     shown = [(f"{each.address:02X}", each.name, each.content.hex(), each.words) for each in found]
     show({"registers": rows}, aligned(shown, "<"))

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from palpate import PalpateError, Touch, Uncertainty
-from palpate.ad7746.datasheet import linearity_pF
+from palpate.ad7746.registers import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.main import failure
 from palpate.cli.output import say

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import palpate
-from palpate.ad7746.datasheet import linearity_pF
+from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
 from palpate.cli import touch_table
 from palpate.cli.main import Exit, failure, json_option, show, show_notes, usage_errors

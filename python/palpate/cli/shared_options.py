@@ -28,7 +28,7 @@ def complete_source(
 
     words: Iterable[str] = _SCHEMES
     if begun.startswith("sim:"):
-        from palpate.simulation.board import known
+        from palpate.simulation.board_input import known
 
         words = [f"sim:{name}" for name in known()]
     elif begun.startswith(_SCHEMES):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from palpate.ad7746.datasheet import CONVERSION_S, SUPPLY_V
+from palpate.ad7746.registers import CONVERSION_S, SUPPLY_V
 from palpate.live import state_rules
 from palpate.live.connection_state import ConnectionState, can_centre
 from palpate.live.feed import Document, RefusedCommand

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import number_format
-from palpate.ad7746.datasheet import NOISE_PF
+from palpate.ad7746.registers import NOISE_PF
 from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.samples import Status
 from palpate.sources import Gap

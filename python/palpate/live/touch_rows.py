@@ -6,7 +6,7 @@ from itertools import count
 
 from palpate import number_format
 from palpate._core import Touch
-from palpate.ad7746.datasheet import linearity_pF
+from palpate.ad7746.registers import linearity_pF
 from palpate.calibration import Calibration
 from palpate.flags import advice
 from palpate.live.feed import Document

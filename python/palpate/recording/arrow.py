@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import need, quoted
 from palpate.importers.channels import times
 from palpate.importers.table import Table

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.importers.compression import file_errors, opened
 from palpate.recording import sidecar

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from palpate import _core
-from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
+from palpate.ad7746.registers import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.errors import quoted
 from palpate.samples import Block, Status
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from palpate._core import Touch
-from palpate.ad7746.datasheet import linearity_pF
+from palpate.ad7746.registers import linearity_pF
 from palpate.calibration.model import Calibration, Modulus, Part
 from palpate.calibration.specimen_files import bare, specimen_in
 from palpate.errors import CalibrationError

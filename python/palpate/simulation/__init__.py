@@ -1,9 +1,9 @@
 """Simulation of a hand-held probe with one converter and a known true ratio, and named scenarios."""
 
-from palpate.simulation.bumps import Bumps, Gauge, Substrate
-from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.mechanics import Bumps, Gauge, Substrate
 from palpate.simulation.press import Lines, Peaks, Press, Tilt
 from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS, run
 

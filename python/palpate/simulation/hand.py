@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation.bumps import Gauge, Substrate
+from palpate.simulation.mechanics import Gauge, Substrate
 from palpate.simulation.press import Press
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario

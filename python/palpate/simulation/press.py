@@ -81,7 +81,7 @@ class Press:
         constant, s.
     tilt_deg : (float, float), degrees
         Tilt of the substrate in the plane through both bumps (above 0: the hard bump is deeper), and at right angles
-        to it. What it does: `palpate.simulation.bumps.Substrate`.
+        to it. What it does: `palpate.simulation.mechanics.Substrate`.
 
     Raises
     ------

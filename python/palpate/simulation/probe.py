@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.ad7746.registers import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import Block, Status, blank
 from palpate.simulation.press import Array, Press, stream
 from palpate.simulation.scenario import Scenario, Truth

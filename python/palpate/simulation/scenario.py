@@ -7,9 +7,9 @@ from math import inf
 
 import numpy as np
 
-from palpate.simulation.bumps import Bumps, Gauge, Substrate, gauged
-from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.mechanics import Bumps, Gauge, Substrate, gauged
 from palpate.simulation.press import Array, Peaks, Press, Spectrum, Tilt, stream, tilting, within
+from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,12 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from palpate.ad7746.datasheet import NOISE_PF
+from palpate.ad7746.registers import NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation.bumps import Bumps, Gauge
-from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.mechanics import Bumps, Gauge
 from palpate.simulation.press import Lines, Press, Tilt
 from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
 from palpate.simulation.scenario import Scenario
 
 PROBE = Elasticity()  # of all scenarios: ratio 10 on a rigid object

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from palpate.ad7746.bus import Clock, RealClock, RegisterBus
 from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
-from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.ad7746.wiring import Wiring, WiringWatch
 from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError, quoted
 from palpate.samples import Sample, Status
@@ -17,8 +17,8 @@ from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 if TYPE_CHECKING:
-    from palpate.ad7746.evalkit.board import EvalKit
-    from palpate.ad7746.evalkit.find import Board, Look
+    from palpate.ad7746.evalkit.discovery import Board, Look
+    from palpate.ad7746.evalkit.usb_bus import EvalKit
 
 _PINS = ("A", "B", "AB")
 _CONDITIONS_NS = 10_000_000_000
@@ -191,7 +191,7 @@ class WatchedKit(BoardSource):
 
     def __enter__(self) -> Self:
         """Configure the converter, as `BoardSource`, and begin to watch."""
-        from palpate.ad7746.evalkit.find import Hotplug
+        from palpate.ad7746.evalkit.discovery import Hotplug
 
         super().__enter__()
         with suppress(OSError, PalpateError):  # a measurement does not need it
@@ -213,7 +213,7 @@ class WatchedKit(BoardSource):
 
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
-    from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.ad7746.evalkit.usb_bus import EvalKit
 
     given = checked(
         "usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything}

@@ -54,7 +54,7 @@ def look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[st
 
 def boards() -> list[Found]:
     """Return the evaluation kits."""
-    from palpate.ad7746.evalkit.find import boards
+    from palpate.ad7746.evalkit.discovery import boards
 
     return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in boards()]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import Event
 from typing import Any, Final, Self
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, quoted
 from palpate.samples import Sample, Status
@@ -33,7 +33,7 @@ FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
-# In_capacitance_sampling_frequency -> least sleep of the driver in a conversion, ms; in the order of `datasheet.CONVERSION_S`.
+# In_capacitance_sampling_frequency -> least sleep of the driver in a conversion, ms; in the order of `registers.CONVERSION_S`.
 SLEEPS_MS: Final = {91: 12, 84: 13, 50: 21, 26: 39, 16: 63, 13: 78, 11: 93, 9: 111}
 _MISSING = (
     DeviceNotFound,
@@ -53,7 +53,7 @@ class KernelDevice:
         self.path = path
         if (name := self._text("name")) != NAME:
             raise DeviceNotFound(f"{path} is {quoted(name)}, not an {NAME}")
-        known = 1 / datasheet.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
+        known = 1 / registers.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
         self._number("in_capacitance_scale", known * 0.999, known * 1.001)
         frequency = self._number(
             "in_capacitance_sampling_frequency", min(SLEEPS_MS), max(SLEEPS_MS)
@@ -62,7 +62,7 @@ class KernelDevice:
             raise ProtocolError(
                 f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*SLEEPS_MS]}"
             )
-        conversion_s = datasheet.CONVERSION_S[[*SLEEPS_MS].index(int(frequency))]
+        conversion_s = registers.CONVERSION_S[[*SLEEPS_MS].index(int(frequency))]
         self.conversion_ns, self.sleep_ns = (
             round(conversion_s * 1e9),
             SLEEPS_MS[int(frequency)] * 1_000_000,
@@ -70,12 +70,12 @@ class KernelDevice:
 
     def code(self, channel: int) -> int:
         """Convert channel 0 or 1; return the 24-bit code."""
-        zero = datasheet.ZERO_CODE  # the kernel subtracts it
+        zero = registers.ZERO_CODE  # the kernel subtracts it
         return int(self._number(f"in_capacitance{channel}_raw", -zero, zero - 1)) + zero
 
     def steps(self) -> list[int]:
         """Return the CAPDACs of both channels, in steps."""
-        most = CODES_PER_STEP * datasheet.DAC_STEPS
+        most = CODES_PER_STEP * registers.DAC_STEPS
         return [
             round(self._number(f"in_capacitance{n}_offset", 0, most) / CODES_PER_STEP)
             for n in (0, 1)
@@ -91,13 +91,13 @@ class KernelDevice:
         """Set the CAPDAC by halving until the reading is in range, then to its middle; a signal beyond it stays out."""
         low, high, steps = 0, LAST_STEP, self.steps()[channel]
         self.move(channel, steps)
-        while datasheet.saturated(code := self.code(channel)):
-            low, high = (steps + 1, high) if code > datasheet.ZERO_CODE else (low, steps - 1)
+        while registers.saturated(code := self.code(channel)):
+            low, high = (steps + 1, high) if code > registers.ZERO_CODE else (low, steps - 1)
             if low > high:
                 return
             steps = (low + high) // 2
             self.move(channel, steps)
-        steps += round(datasheet.capacitance_pF(code) / datasheet.DAC_STEP_PF)
+        steps += round(registers.capacitance_pF(code) / registers.DAC_STEP_PF)
         self.move(channel, min(max(steps, 0), LAST_STEP))
 
     def _text(self, name: str) -> str:
@@ -168,7 +168,7 @@ class IioSource(Stoppable):
             "note": "not tried on hardware",
             "path": str(self._device.path),
             "capdac": {name: self._steps[channel] for name, channel in self._channels.items()},
-            "full_scale_pF": datasheet.SATURATED_PF,
+            "full_scale_pF": registers.SATURATED_PF,
             "stamps": "converter",
             "conversion_s": self._device.conversion_ns / 1e9,
             "period_s": self._period_ns / 1e9,
@@ -197,10 +197,10 @@ class IioSource(Stoppable):
         self._judge("hard", hard)
         self._judge("soft", soft)
         self._is_unjudged = False
-        status = Status.HARD_SATURATED * datasheet.saturated(
+        status = Status.HARD_SATURATED * registers.saturated(
             hard
-        ) | Status.SOFT_SATURATED * datasheet.saturated(soft)
-        values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
+        ) | Status.SOFT_SATURATED * registers.saturated(soft)
+        values = registers.capacitance_pF(hard), registers.capacitance_pF(soft)
         times = t_hard_ns - start_ns, t_soft_ns - start_ns
         return Sample(seq, *times, hard, soft, *values, int(status), max(hard_us, soft_us))
 
@@ -234,10 +234,10 @@ class IioSource(Stoppable):
         before, count = self._same[name]
         count = count + 1 if code == before else 1
         self._same[name] = code, count
-        pin, value = f"{name}: CIN{self._channels[name] + 1}", datasheet.capacitance_pF(code)
-        if datasheet.saturated(code):
+        pin, value = f"{name}: CIN{self._channels[name] + 1}", registers.capacitance_pF(code)
+        if registers.saturated(code):
             if self._is_unjudged:
-                out = f"{'above' if value > 0 else 'below'} the range of {2 * datasheet.FULL_SCALE_PF:g} pF"
+                out = f"{'above' if value > 0 else 'below'} the range of {2 * registers.FULL_SCALE_PF:g} pF"
                 now = f"its CAPDAC is at {self._steps[self._channels[name]]} steps"
                 self.notify(
                     f"{pin} is {out}, {now}: as root, iio:{self._device.path}?centre=yes moves it"

@@ -9,7 +9,7 @@ from functools import reduce
 from operator import xor
 from typing import Any, NamedTuple
 
-from palpate.ad7746.datasheet import LAST_CODE, capacitance_pF, saturated
+from palpate.ad7746.registers import LAST_CODE, capacitance_pF, saturated
 from palpate.errors import quoted
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.samples import Sample, Status

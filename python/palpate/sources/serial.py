@@ -9,7 +9,7 @@ from contextlib import suppress
 from itertools import chain
 from typing import Any
 
-from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import (
     DeviceNotFound,
     DeviceRefused,

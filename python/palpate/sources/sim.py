@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from palpate.ad7746.bus import Clock, RealClock, VirtualClock
-from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import WIRINGS
-from palpate.ad7746.simulator.kit import BUS_KHZ, FAULTS, Fault, KitTwin
-from palpate.ad7746.simulator.usb import TwinBackend
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault, KitTwin
+from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import quoted, unlike
 from palpate.samples import Sample
-from palpate.simulation.board import kit_of, known, limit_ns
+from palpate.simulation.board_input import kit_of, known, limit_ns
 from palpate.simulation.hand import SESSIONS
 from palpate.simulation.scenarios import PROBE, SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 
 # (bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two times, s.
 Pins = Callable[[int, float, float], float]
@@ -35,8 +35,8 @@ class Wiring:
         self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0
     ) -> float:
         """Return the mean capacitance that the chip measures between two times."""
-        pin, driven = 2 if setup & datasheet.CIN2 else 1, self._driven(excitation)
-        signs = {"+": 1.0, "-": -1.0} if setup & datasheet.CAPDIFF else {"+": 1.0}
+        pin, driven = 2 if setup & registers.CIN2 else 1, self._driven(excitation)
+        signs = {"+": 1.0, "-": -1.0} if setup & registers.CAPDIFF else {"+": 1.0}
         seen = {
             f"{pin}{end}{name}": sign
             for end, sign in signs.items()
@@ -60,8 +60,8 @@ class Wiring:
 
     @staticmethod
     def _driven(excitation: int) -> str:
-        return ("A" if excitation & datasheet.EXCA else "") + (
-            "B" if excitation & datasheet.EXCB else ""
+        return ("A" if excitation & registers.EXCA else "") + (
+            "B" if excitation & registers.EXCB else ""
         )
 
 
@@ -95,7 +95,7 @@ WIRINGS: dict[str, Wiring] = {
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])  # CAP_GAIN and VOLT_GAIN of a chip.
 _DAC_STEP_PF = (0.171, 0.158)  # of CAPDAC_A and CAPDAC_B
-_ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
+_ALL_READY = registers.RDY | registers.RDYVT | registers.RDYCAP
 _CAP_BYTES, _VT_BYTES = {1, 2, 3}, {4, 5, 6}
 
 
@@ -144,7 +144,7 @@ class ChipTwin:
         self._silent_until = 0
         self._pointer = 0
         self._running: Running | None = None
-        self.registers = bytearray(datasheet.RESET_VALUES + FACTORY)
+        self.registers = bytearray(registers.RESET_VALUES + FACTORY)
 
     def acknowledges(self, now: int) -> bool:
         """Return whether the chip acknowledges its address."""
@@ -152,21 +152,21 @@ class ChipTwin:
 
     def power_on(self, now: int) -> None:
         """Reset, as at power-on or by command."""
-        self.registers[:] = datasheet.RESET_VALUES + self.factory
+        self.registers[:] = registers.RESET_VALUES + self.factory
         self._running = None
-        self._silent_until = now + round(datasheet.RESET_S * 1e9)
+        self._silent_until = now + round(registers.RESET_S * 1e9)
 
     def write(self, data: bytes, now: int) -> None:
         """Process the bytes after the address: a register pointer, then values."""
         self._advance(now)
-        if data[0] == datasheet.RESET_POINTER:
+        if data[0] == registers.RESET_POINTER:
             self.power_on(now)
             return
         self._pointer = data[0]
         for byte in data[1:]:
-            if datasheet.CAP_SETUP <= self._pointer < datasheet.REGISTERS:
+            if registers.CAP_SETUP <= self._pointer < registers.REGISTERS:
                 self.registers[self._pointer] = byte
-            if self._pointer == datasheet.CONFIG:
+            if self._pointer == registers.CONFIG:
                 self._begin(now)
             self._pointer += 1
 
@@ -175,7 +175,7 @@ class ChipTwin:
         self._advance(now)
         span = range(self._pointer, self._pointer + count)
         self._pointer = span.stop
-        data = bytes(self.registers[number % datasheet.REGISTERS] for number in span)
+        data = bytes(self.registers[number % registers.REGISTERS] for number in span)
         if (
             self._running
             and self._running.end <= now + lasting
@@ -183,31 +183,31 @@ class ChipTwin:
         ):
             self._end(self._running, lost=True)
         if set(span) >= _CAP_BYTES:
-            self.registers[datasheet.STATUS] |= datasheet.RDY | datasheet.RDYCAP
+            self.registers[registers.STATUS] |= registers.RDY | registers.RDYCAP
         if set(span) >= _VT_BYTES:
-            self.registers[datasheet.STATUS] |= datasheet.RDYVT
+            self.registers[registers.STATUS] |= registers.RDYVT
         return data
 
     def rdy_pin(self, now: int) -> bool:
         """Return the level of RDY#: low (False) when a conversion has ended. Its value, which may take long, waits."""
         if self._running and self._running.end <= now:
             return self.lose > 0
-        return bool(self.registers[datasheet.STATUS] & datasheet.RDY)
+        return bool(self.registers[registers.STATUS] & registers.RDY)
 
     def _begin(self, now: int) -> None:
         self._running = None
-        self.registers[datasheet.STATUS] |= _ALL_READY
-        config = self.registers[datasheet.CONFIG]
-        if config & 7 != datasheet.SINGLE:  # no other one is used
+        self.registers[registers.STATUS] |= _ALL_READY
+        config = self.registers[registers.CONFIG]
+        if config & 7 != registers.SINGLE:  # no other one is used
             return
         if self.garble:
             self.garble -= 1
-            self.registers[datasheet.CAP_SETUP] ^= datasheet.CIN2
-        seconds = datasheet.CONVERSION_S[config >> 3 & 7] * bool(
-            self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN
+            self.registers[registers.CAP_SETUP] ^= registers.CIN2
+        seconds = registers.CONVERSION_S[config >> 3 & 7] * bool(
+            self.registers[registers.CAP_SETUP] & registers.CAPEN
         )
-        seconds += datasheet.VT_CONVERSION_S[config >> 6] * bool(
-            self.registers[datasheet.VT_SETUP] & datasheet.VTEN
+        seconds += registers.VT_CONVERSION_S[config >> 6] * bool(
+            self.registers[registers.VT_SETUP] & registers.VTEN
         )
         if seconds:
             self._running = Running(
@@ -221,49 +221,49 @@ class ChipTwin:
     def _end(self, running: Running, *, lost: bool) -> None:
         if self.lose:
             self.lose, lost = self.lose - 1, True
-        if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
-            pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
-            code = datasheet.code_of(self._measured_pF(running))
+        if running.registers[registers.CAP_SETUP] & registers.CAPEN:
+            pin = 2 if running.registers[registers.CAP_SETUP] & registers.CIN2 else 1
+            code = registers.code_of(self._measured_pF(running))
             self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
             if not lost:
                 shorted = self.short > 0 or self._wiring.fails(
-                    running.registers[datasheet.EXC_SETUP]
+                    running.registers[registers.EXC_SETUP]
                 )
                 self.short = max(self.short - 1, 0)
-                self.registers[datasheet.STATUS] &= ~datasheet.EXCERR
-                self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
-                self._give(datasheet.CAP_DATA, code, datasheet.RDYCAP)
-        if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
+                self.registers[registers.STATUS] &= ~registers.EXCERR
+                self.registers[registers.STATUS] |= registers.EXCERR * shorted
+                self._give(registers.CAP_DATA, code, registers.RDYCAP)
+        if running.registers[registers.VT_SETUP] & registers.VTEN and not lost:
             code = round((self.temperature_C + 4096) * 2048)
-            if running.registers[datasheet.VT_SETUP] & datasheet.VT_SUPPLY:
+            if running.registers[registers.VT_SETUP] & registers.VT_SUPPLY:
                 code = (
-                    round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+                    round(self.supply_V / (6 * registers.REFERENCE_V) * 2**23) + registers.ZERO_CODE
                 )
-            self._give(datasheet.VT_DATA, code, datasheet.RDYVT)
+            self._give(registers.VT_DATA, code, registers.RDYVT)
         self._running = None
-        self.registers[datasheet.CONFIG] &= ~7
+        self.registers[registers.CONFIG] &= ~7
 
     def _give(self, register: int, code: int, ready: int) -> None:
         self.registers[register : register + 3] = code.to_bytes(3, "big")
-        self.registers[datasheet.STATUS] &= ~(datasheet.RDY | ready)
+        self.registers[registers.STATUS] &= ~(registers.RDY | ready)
 
     def _measured_pF(self, running: Running) -> float:
-        registers = running.registers
-        setup, excitation = registers[datasheet.CAP_SETUP], registers[datasheet.EXC_SETUP]
+        image = running.registers
+        setup, excitation = image[registers.CAP_SETUP], image[registers.EXC_SETUP]
         total = self._wiring.mean_pF(
             self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose
         )
         total += self.disturb() + self.overload_pF
         minus, plus = self._dac_step_pF
-        for register, step in ((datasheet.CAPDAC_A, -minus), (datasheet.CAPDAC_B, plus)):
-            if registers[register] & datasheet.DAC_ENABLE:
-                total += (registers[register] & datasheet.DAC_STEPS) * step
-        offset = int.from_bytes(registers[datasheet.CAP_OFFSET : datasheet.CAP_GAIN], "big")
-        total += (offset - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF
-        noise = datasheet.NOISE_PF[registers[datasheet.CONFIG] >> 3 & 7] if self._noisy else 0.0
+        for register, step in ((registers.CAPDAC_A, -minus), (registers.CAPDAC_B, plus)):
+            if image[register] & registers.DAC_ENABLE:
+                total += (image[register] & registers.DAC_STEPS) * step
+        offset = int.from_bytes(image[registers.CAP_OFFSET : registers.CAP_GAIN], "big")
+        total += (offset - registers.OFFSET_ZERO) * registers.OFFSET_STEP_PF
+        noise = registers.NOISE_PF[image[registers.CONFIG] >> 3 & 7] if self._noisy else 0.0
         return (
             (total + self._random.gauss(0.0, noise))
-            * _gain(registers[datasheet.CAP_GAIN :])
+            * _gain(image[registers.CAP_GAIN :])
             / _gain(self.factory)
         )
 

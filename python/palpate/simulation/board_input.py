@@ -7,13 +7,13 @@ from math import sqrt
 import numpy as np
 
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import LIMIT_NS
+from palpate.ad7746.registers import NOISE_PF
 from palpate.ad7746.simulator.chip import WIRINGS, ChipTwin, Pins, Wiring
-from palpate.ad7746.simulator.kit import BUS_KHZ, KitTwin
-from palpate.simulation.converter import Converter, Stamps
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, KitTwin
 from palpate.simulation.hand import SESSIONS
 from palpate.simulation.press import stream
+from palpate.simulation.readings import Converter, Stamps
 from palpate.simulation.scenario import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
 

@@ -7,7 +7,7 @@ from math import exp, inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
+from palpate.ad7746.registers import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
 from palpate.simulation.press import Array, positive, recursion, within
 
 _STEP_S = 0.01  # largest step of the grid of the wander

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration, require_same
 from palpate.errors import ProtocolError
 
@@ -18,19 +18,19 @@ from palpate.errors import ProtocolError
     ],
 )
 def test_vectors(code: int, capacitance_pF: float) -> None:
-    assert datasheet.capacitance_pF(code) == capacitance_pF
-    assert datasheet.temperature_C(0x800000 - 2048 * 40) == -40.0
+    assert registers.capacitance_pF(code) == capacitance_pF
+    assert registers.temperature_C(0x800000 - 2048 * 40) == -40.0
 
 
-@given(st.integers(0, datasheet.LAST_CODE))
+@given(st.integers(0, registers.LAST_CODE))
 def test_every_code_comes_back(code: int) -> None:
-    assert datasheet.code_of(datasheet.capacitance_pF(code)) == code
-    assert datasheet.saturated(code) == (code < 500 or code > datasheet.LAST_CODE - 500)
+    assert registers.code_of(registers.capacitance_pF(code)) == code
+    assert registers.saturated(code) == (code < 500 or code > registers.LAST_CODE - 500)
 
 
 @pytest.mark.parametrize("code", [-1, 2**24])
 def test_a_code_has_24_bits(code: int) -> None:
-    for function in (datasheet.capacitance_pF, datasheet.saturated, datasheet.temperature_C):
+    for function in (registers.capacitance_pF, registers.saturated, registers.temperature_C):
         with pytest.raises(ValueError, match=rf"code: got {code}, allowed: 0 to 16777215"):
             function(code)
 
@@ -45,7 +45,7 @@ def test_a_code_has_24_bits(code: int) -> None:
 )
 def test_a_write_that_is_refused(register: int, data: str, text: str) -> None:
     with pytest.raises(ValueError, match=text):
-        datasheet.check_write(register, bytes.fromhex(data))
+        registers.check_write(register, bytes.fromhex(data))
 
 
 @pytest.mark.parametrize(
@@ -68,17 +68,17 @@ def test_the_two_channels_share_the_range_registers_and_nothing_is_left_over_fro
     both = Configuration(capf=3, hard=Channel(capdac=5, excitation="AB"), soft=Channel(capdac=-2))
     assert [part.hex() for part in both.registers(HARD)] == ["80002b1a", "85008000"]
     assert [part.hex() for part in both.registers(SOFT)] == ["c000231a", "00828000"]
-    assert both.voltage_registers(datasheet.VT_TEMPERATURE).hex() == "0081031a"
+    assert both.voltage_registers(registers.VT_TEMPERATURE).hex() == "0081031a"
 
 
 @given(st.binary(min_size=8, max_size=8), st.integers(0, 7), st.integers(1, 255))
 def test_a_changed_register_is_found(wanted: bytes, number: int, flipped: int) -> None:
-    image = bytearray(datasheet.CAP_SETUP) + wanted
-    image[datasheet.CAP_SETUP + number] ^= flipped
+    image = bytearray(registers.CAP_SETUP) + wanted
+    image[registers.CAP_SETUP + number] ^= flipped
     if number == 3 and flipped < 8:  # a conversion that ended leaves the chip idle
         require_same(wanted, bytes(image))
         return
     with pytest.raises(
-        ProtocolError, match=rf"register 0x{datasheet.CAP_SETUP + number:02X}: got 0x"
+        ProtocolError, match=rf"register 0x{registers.CAP_SETUP + number:02X}: got 0x"
     ):
         require_same(wanted, bytes(image))

@@ -15,8 +15,8 @@ import usb.backend
 from usb.core import USBError, USBTimeoutError
 
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR
-from palpate.ad7746.simulator.kit import KitTwin
+from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR
+from palpate.ad7746.simulator.evalboard import KitTwin
 
 # errno of a transfer -> errno of libusb's error, where they differ on Linux.
 _TRANSLATED = {errno.EPROTO: errno.EIO, errno.ESHUTDOWN: errno.ENODEV}

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Clock, NotAcknowledged, NotReady, RealClock
-from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.find import REPLUG, Board, board_of, translated
+from palpate.ad7746.evalkit import discovery
+from palpate.ad7746.evalkit.discovery import REPLUG, Board, board_of, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.files import read_bytes
 
@@ -89,7 +89,7 @@ TIMEOUT_MS = 200
 PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
 IN, OUT = 0xC0, 0x40
 # wValue of a transfer. 0x50 to 0x57 is the memory with the board's identity: never use it.
-_ON_BUS = datasheet.I2C_ADDRESS << 1
+_ON_BUS = registers.I2C_ADDRESS << 1
 RDY_PIN = 0x08  # Bit of port A; low: ready.
 _STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
 _READY_S = 3.0  # when opening: longest time for other programs (udev, fxload) to set permissions and load the firmware
@@ -124,8 +124,8 @@ class EvalKit:
     Examples
     --------
     >>> from palpate.ad7746.bus import VirtualClock
-    >>> from palpate.ad7746.simulator.usb import TwinBackend
-    >>> from palpate.simulation.board import kit_of
+    >>> from palpate.ad7746.simulator.usb_backend import TwinBackend
+    >>> from palpate.simulation.board_input import kit_of
     >>> from palpate.simulation.scenarios import SCENARIOS
     >>> clock = VirtualClock()
     >>> backend = TwinBackend(clock)  # a simulated board; leave it out for a real one
@@ -147,7 +147,7 @@ class EvalKit:
     ) -> None:
         path = firmware or os.environ.get("PALPATE_FIRMWARE")
         self._firmware = read_hex(Path(path)) if path else None
-        self._backend = backend or find.system_backend()
+        self._backend = backend or discovery.system_backend()
         self._clock = clock or RealClock()
         self._named = bus is not None or address is not None
         self.board: Board  # its place; another one after it was plugged in again
@@ -157,7 +157,7 @@ class EvalKit:
         deadline = self._clock.now_ns() + _READY_S * 1e9
         while self._device is None:
             try:
-                self._take(find.choose(self._backend, bus, address))
+                self._take(discovery.choose(self._backend, bus, address))
             except NotReady:
                 if self._clock.now_ns() > deadline:
                     raise
@@ -171,7 +171,7 @@ class EvalKit:
 
     def write(self, register: int, data: bytes) -> int:
         """Write registers; return when they were written, ns of the clock."""
-        datasheet.check_write(register, data)
+        registers.check_write(register, data)
         self._out(I2C, _ON_BUS, register, data)
         written = self._clock.now_ns()
         self._check_acknowledged(f"writing register 0x{register:02X}")
@@ -183,14 +183,14 @@ class EvalKit:
 
     def reset(self) -> None:
         """Reset the AD7746."""
-        self._out(I2C_PLAIN, _ON_BUS, 0, bytes([datasheet.RESET_POINTER]))
+        self._out(I2C_PLAIN, _ON_BUS, 0, bytes([registers.RESET_POINTER]))
         self._check_acknowledged("resetting the AD7746")
 
     def reopen(self) -> None:
         """Open the board again: the one at the same ports if it was named, otherwise the only one."""
         self.close()
-        self._backend = find.fresh(self._backend)
-        found = find.devices(self._backend)
+        self._backend = discovery.fresh(self._backend)
+        found = discovery.devices(self._backend)
         if self._named:
             found = [device for device in found if board_of(device)[::2] == self.board[::2]]
         if len(found) != 1:
@@ -200,12 +200,12 @@ class EvalKit:
     def close(self) -> None:
         """Close the board."""
         if self._device is not None:
-            find.util.dispose_resources(self._device)
+            discovery.util.dispose_resources(self._device)
             self._device = None
 
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
-        usb_id = f"{find.VENDOR:04x}:{find.PRODUCT:04x}"
+        usb_id = f"{discovery.VENDOR:04x}:{discovery.PRODUCT:04x}"
         return {
             "name": "AD7746 evaluation kit",
             "usb": usb_id,
@@ -220,7 +220,7 @@ class EvalKit:
             if self._unloaded and not self._firmware and not self._runs():
                 self._load()  # raises NotReady; not claimed: the program that loads the firmware may want to claim it
             with translated(f"the board at {self.board}"):
-                find.util.claim_interface(device, 0)
+                discovery.util.claim_interface(device, 0)
             self._unloaded = not self._runs()
             if self._unloaded:
                 self._load()

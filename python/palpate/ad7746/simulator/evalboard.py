@@ -1,7 +1,7 @@
 """Twin of the evaluation kit: a simulated board that answers the vendor requests, with a simulated AD7746.
 
-Not compared with hardware: it follows the same description of the board as `palpate.ad7746.evalkit.board`; what is
-marked [?] is an assumption. Faults happen on demand. `palpate.ad7746.simulator.usb` connects it to the driver inside this
+Not compared with hardware: it follows the same description of the board as `palpate.ad7746.evalkit.usb_bus`; what is
+marked [?] is an assumption. Faults happen on demand. `palpate.ad7746.simulator.usb_backend` connects it to the driver inside this
 process.
 """
 
@@ -11,9 +11,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from palpate.ad7746 import datasheet
+from palpate.ad7746 import registers
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.evalkit.board import (
+from palpate.ad7746.evalkit.usb_bus import (
     CPUCS,
     ERROR_COUNT,
     I2C,
@@ -138,7 +138,7 @@ class KitTwin:
     ) -> Reply:
         now = self._clock.now_ns() + TRANSFER_NS // 2
         if (
-            address != datasheet.I2C_ADDRESS
+            address != registers.I2C_ADDRESS
             or not self.chip.acknowledges(now)
             or self.nak_after == 0
         ):
