@@ -10,8 +10,7 @@ from palpate import AdaptiveRls, Rls, Tracker
 from palpate.display.plots import FAST, HANDHELD, HARD, PAPER, SLOW, SOFT, TRUTH
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.press import Press
-from palpate.simulation.probe import Simulation, simulate
-from palpate.simulation.scenario import Scenario
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import PROBE
 
 Array = NDArray[Any]

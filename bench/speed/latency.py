@@ -24,8 +24,7 @@ from palpate import Sample, Source, Stream, Tracker
 from palpate.ad7746.registers import CONVERSION_S
 from palpate.samples import settings_for
 from palpate.simulation import scenarios
-from palpate.simulation.probe import simulate
-from palpate.simulation.scenario import Scenario
+from palpate.simulation.probe import Scenario, simulate
 from palpate.sources.sim import SimSource
 
 from bench.results_age import RESULTS, about

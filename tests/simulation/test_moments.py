@@ -30,7 +30,7 @@ from palpate.simulation import (
 from palpate.simulation.board_input import known
 from palpate.simulation.hand import SESSIONS, Hand
 from palpate.simulation.press import tilting
-from palpate.simulation.scenario import Truth
+from palpate.simulation.probe import Truth
 from palpate.simulation.scenarios import PROBE
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %

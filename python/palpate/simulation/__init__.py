@@ -2,9 +2,8 @@
 
 from palpate.simulation.mechanics import Bumps, Gauge, Substrate
 from palpate.simulation.press import Lines, Peaks, Press, Tilt
-from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
-from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS, run
 
 __all__ = [

@@ -13,8 +13,8 @@ from palpate.ad7746.simulator.chip import WIRINGS, ChipTwin, Pins, Wiring
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, KitTwin
 from palpate.simulation.hand import SESSIONS
 from palpate.simulation.press import stream
+from palpate.simulation.probe import Scenario, Truth
 from palpate.simulation.readings import Converter, Stamps
-from palpate.simulation.scenario import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
 
 PARASITIC_PF = (6.3, 5.1)  # of the hard and the soft bump; the CAPDACs compensate it

@@ -8,8 +8,7 @@ import numpy as np
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation.mechanics import Gauge, Substrate
 from palpate.simulation.press import Press
-from palpate.simulation.probe import Simulation, simulate
-from palpate.simulation.scenario import Scenario
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import DEMO, PROBE
 
 FIRST_S, EVERY_S, LAST_S = (
@@ -37,7 +36,7 @@ class Hand:
     slips : float
         Fraction of the touches in which the probe slips half-way; from then on it has another oblique factor.
     tremor : float
-        As in `palpate.simulation.scenario.Scenario`.
+        As in `palpate.simulation.probe.Scenario`.
     nonlinearity : float, 1/pF
         `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces. Of two plates at rest with
         C_0 it is 1 / C_0.

@@ -8,9 +8,8 @@ from palpate.ad7746.registers import NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation.mechanics import Bumps, Gauge
 from palpate.simulation.press import Lines, Press, Tilt
-from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
-from palpate.simulation.scenario import Scenario
 
 PROBE = Elasticity()  # of all scenarios: ratio 10 on a rigid object
 
