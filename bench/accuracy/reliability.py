@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pandas as pd
-from palpate.calibration.characterise import Chosen, Specimen, calibrate, choose, rises, weighted
+from palpate.calibration.specimen_fit import Chosen, Specimen, calibrate, choose, rises, weighted
 from palpate.display.plots import PAGE_IN, sheet
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.repeatability import TOUCH_SCATTER, usable

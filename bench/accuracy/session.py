@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import palpate
 from palpate import Calibration
-from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.selection import Choice, Track, choose
+from palpate.calibration.specimen_fit import Specimen, calibrate
 from palpate.elasticity import Elasticity
 
 from bench.accuracy.other_probe import Recorded, Way, touch

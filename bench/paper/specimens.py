@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from palpate import number_format, touches
 from palpate.calibration import Calibration
-from palpate.calibration.characterise import Specimen, calibrate, choose
 from palpate.calibration.plot import draw, moduli_axis
+from palpate.calibration.specimen_fit import Specimen, calibrate, choose
 from palpate.display.plots import HANDHELD, HARD, PAPER, SLOW, TRUTH
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.hand import Hand, session

@@ -8,7 +8,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate import Calibration, Touch
-from palpate.calibration.characterise import Specimen, calibrate
+from palpate.calibration.specimen_fit import Specimen, calibrate
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.feed import RefusedCommand

@@ -5,8 +5,8 @@ from math import isfinite, nan, sqrt
 from typing import Any
 
 from palpate import number_format
-from palpate.calibration.characterise import Specimen, rises
 from palpate.calibration.model import Calibration
+from palpate.calibration.specimen_fit import Specimen, rises
 from palpate.repeatability import objections
 
 # Columns of the table: the ratio of the touch with the smallest P (the paper's choice), and so on.

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from palpate import number_format
 from palpate._core import Touch, Tracker, __version__
-from palpate.calibration import file as calibration_file
-from palpate.calibration import verdict
+from palpate.calibration import calibration_file, verdict
 from palpate.calibration.fit import (
     Array,
     Fit,

@@ -9,12 +9,12 @@ from typing import Any
 import click
 
 from palpate import Calibration, Touch
-from palpate.calibration import characterise
-from palpate.calibration.characterise import Specimen
+from palpate.calibration import specimen_fit
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
 from palpate.calibration.plot import save as save_plot
 from palpate.calibration.selection import EXPONENTS, Choice, Track, choose
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
+from palpate.calibration.specimen_fit import Specimen
 from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.output import aligned, progress, say
 from palpate.cli.paths import (
@@ -124,7 +124,7 @@ def calibrate(
     about |= chosen.about
     with usage_errors():
         soft = None if free_soft_ratio else 1.0
-        found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
+        found = specimen_fit.calibrate(specimens, by=by, soft_ratio=soft, about=about)
         if plot:
             save_plot(found, plot)
         if report:

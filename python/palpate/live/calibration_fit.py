@@ -11,10 +11,10 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
-from palpate.calibration.characterise import Specimen, calibrate
 from palpate.calibration.fit_tables import parameter_rows
 from palpate.calibration.model import band
 from palpate.calibration.selection import Choice, Track, choose
+from palpate.calibration.specimen_fit import Specimen, calibrate
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand

@@ -19,7 +19,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
-from palpate.report.repeatability import Repeatability, repeatability
+from palpate.report.anova import Repeatability, repeatability
 from palpate.samples import Block
 from palpate.tracking import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter

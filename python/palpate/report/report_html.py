@@ -14,10 +14,10 @@ from typing import Any
 from palpate import number_format
 from palpate._core import __version__
 from palpate.calibration import plot, verdict
-from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.model import Calibration, Modulus
 from palpate.calibration.specimen_files import read_moduli
+from palpate.calibration.specimen_fit import Specimen
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
 from palpate.errors import need, shortened

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from effort import draws
-from palpate.report.repeatability import repeatability
+from palpate.report.anova import repeatability
 
 # Shrout and Fleiss (1979), Table 2: six targets, four judges.
 SHROUT_FLEISS = [

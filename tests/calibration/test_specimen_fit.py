@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose
 from palpate.calibration.specimen_files import bare, read_moduli, specimen_in, write_session
+from palpate.calibration.specimen_fit import CHOICES, Specimen, calibrate, choose
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE

@@ -14,9 +14,9 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import Calibration
-from palpate.calibration.characterise import Specimen, calibrate, error_share
 from palpate.calibration.selection import Track, choose, fitted_exponent
 from palpate.calibration.specimen_files import write_session
+from palpate.calibration.specimen_fit import Specimen, calibrate, error_share
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.files import RunFiles
