@@ -24,7 +24,14 @@ from typing import Any
 import numpy as np
 import palpate
 import pandas as pd
-from palpate.calibration.specimen_fit import Chosen, Specimen, calibrate, choose, rises, weighted
+from palpate.calibration.specimen_fit import (
+    CombinedRatio,
+    SpecimenTouches,
+    combined_ratio,
+    fit_specimens,
+    rises,
+    weighted_mean,
+)
 from palpate.display.plots import PAGE_IN, sheet
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.repeatability import TOUCH_SCATTER, usable
@@ -106,11 +113,11 @@ def unlevel(touch: palpate.Touch) -> float:
     return abs(effects["curve"] - effects["offset"]) if effects else 0.0
 
 
-def by_level(touches: list[palpate.Touch], accept: tuple[str, ...]) -> Chosen:
+def by_level(touches: list[palpate.Touch], accept: tuple[str, ...]) -> CombinedRatio:
     """Return the mean of touches with weights 1 / (`TOUCH_SCATTER`^2 + `unlevel`^2)."""
     kept = usable(touches, accept)
     weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in kept]) ** 2)
-    return weighted([choose([touch], "mean", accept) for touch in kept], weights)
+    return weighted_mean([combined_ratio([touch], "mean", accept) for touch in kept], weights)
 
 
 CRITERIA: Mapping[str, Callable[[palpate.Touch], float]] = {
@@ -194,13 +201,16 @@ def correlation(values: Any, errors: Any) -> float:
 def _characterised(method: Method, touches: Touches, modulus: float) -> dict[str, float]:
     """Return % of right orders, square error of the eleventh modulus, % of intervals that hold it; nan: no value."""
     one = "mean" if method.by == "all" else method.by
-    choice = by_level if one == "level" else partial(choose, by=one)
+    choice = by_level if one == "level" else partial(combined_ratio, by=one)
     *known, probed = [
         choice(touches[name], accept=method.accept) for name in (*SORBOTHANE_MPA, UNKNOWN)
     ]
     if method.by == "all":
-        calibration = calibrate(
-            [Specimen(name, E, touches[name], method.accept) for name, E in SORBOTHANE_MPA.items()]
+        calibration = fit_specimens(
+            [
+                SpecimenTouches(name, E, touches[name], method.accept)
+                for name, E in SORBOTHANE_MPA.items()
+            ]
         )
     else:
         ratios, errors, counts = zip(

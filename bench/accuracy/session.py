@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import palpate
 from palpate import Calibration
-from palpate.calibration.selection import Choice, Track, choose
-from palpate.calibration.specimen_fit import Specimen, calibrate
+from palpate.calibration.selection import RatioChoice, Track, choose_ratio
+from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import Elasticity
 
 from bench.accuracy.other_probe import Recorded, Way, touch
@@ -80,21 +80,23 @@ def session(seed: int, way: Way = WAY) -> Session:
     )
 
 
-def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration, Choice]:
+def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration, RatioChoice]:
     """Return the calibration, as `palpate calibrate` makes it, and its choice; `given`: kind, contact_exponent, age."""
     kind = given.pop("kind", None)
     tracks = [
         Track(run, given, {t.start: f"{E}" for t in palpate.touches(run)})
         for E, run in specimens.items()
     ]
-    chosen = choose(tracks, ratio=kind)
+    chosen = choose_ratio(tracks, ratio=kind)
     settings: Any = chosen.settings
     accept = ACCEPT if kind == "hold" or given.get("age") == 0 else ()
     touched = [
-        Specimen(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of)
+        SpecimenTouches(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of)
         for E, run in specimens.items()
     ]
-    return calibrate(touched, about={"accepted flags": " ".join(accept), **chosen.about}), chosen
+    return fit_specimens(
+        touched, about={"accepted flags": " ".join(accept), **chosen.about}
+    ), chosen
 
 
 @dataclass

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from palpate import number_format, touches
 from palpate.calibration import Calibration
-from palpate.calibration.plot import draw, moduli_axis
-from palpate.calibration.specimen_fit import Specimen, calibrate, choose
+from palpate.calibration.plot import draw_curve, moduli_axis
+from palpate.calibration.specimen_fit import SpecimenTouches, combined_ratio, fit_specimens
 from palpate.display.plots import HANDHELD, HARD, PAPER, SLOW, TRUTH
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.hand import Hand, session
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class TenSpecimens:
     """The same recordings estimated by two scenes, and a calibration of each."""
 
-    paper: list[Specimen]
-    handheld: list[Specimen]
+    paper: list[SpecimenTouches]
+    handheld: list[SpecimenTouches]
     smallest_p: Calibration  # as in the paper: for each specimen the touch with the smallest P
     every_touch: Calibration  # by the handheld scene
 
@@ -32,9 +32,9 @@ class TenSpecimens:
         """Return the ratio of each specimen, by the ways to find it that Fig. 11 compares."""
         return {
             "mean": [one.mean for one in self.paper],
-            "smallest P": [choose(one.touches, "covariance").ratio for one in self.paper],
+            "smallest P": [combined_ratio(one.touches, "covariance").ratio for one in self.paper],
             "smallest standard error": [
-                choose(one.touches, "standard_error").ratio for one in self.handheld
+                combined_ratio(one.touches, "standard_error").ratio for one in self.handheld
             ],
         }
 
@@ -43,14 +43,16 @@ def ten_specimens(seed: int) -> TenSpecimens:
     """Simulate four touches on each of ten specimens."""
     runs = session(seed, hand=Hand(tremor=TREMOR))
 
-    def through(scene: "_Scene") -> list[Specimen]:
+    def through(scene: "_Scene") -> list[SpecimenTouches]:
         return [
-            Specimen(name, E, touches(runs[name], scene=scene))
+            SpecimenTouches(name, E, touches(runs[name], scene=scene))
             for name, E in SORBOTHANE_MPA.items()
         ]
 
     paper, handheld = through("paper"), through("handheld")
-    return TenSpecimens(paper, handheld, calibrate(paper, by="covariance"), calibrate(handheld))
+    return TenSpecimens(
+        paper, handheld, fit_specimens(paper, by="covariance"), fit_specimens(handheld)
+    )
 
 
 def figure_10(figure: Any, s: TenSpecimens) -> None:
@@ -117,7 +119,7 @@ def figure_12(figure: Any, s: TenSpecimens) -> None:
         ("(a) smallest $P$ of four, as in the paper", "(b) every touch, handheld scene"),
         strict=True,
     ):
-        draw(ax, fitted, colour=colour)
+        draw_curve(ax, fitted, colour=colour)
         ax.plot(
             fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3
         )

@@ -14,9 +14,9 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import Calibration
-from palpate.calibration.selection import Track, choose, fitted_exponent
+from palpate.calibration.selection import Track, choose_ratio, fitted_exponent
 from palpate.calibration.specimen_files import write_session
-from palpate.calibration.specimen_fit import Specimen, calibrate, error_share
+from palpate.calibration.specimen_fit import SpecimenTouches, error_share, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.files import RunFiles
@@ -102,12 +102,12 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
         name: hand.session(0, hand=hand.Hand(oblique=0.0, tilt_deg=0.0), moduli={name: E})[name]
         for name, E in MODULI.items()
     }
-    found = choose(tracks(level_held))
+    found = choose_ratio(tracks(level_held))
     assert (found.ratio, dict(found.settings)) == ("hold", {"contact_exponent": 1.0, "age": 0.0})
-    asked = choose(tracks(level_held), ratio="level")
+    asked = choose_ratio(tracks(level_held), ratio="level")
     assert (asked.ratio, asked.settings["contact_exponent"]) == ("level", 1.0)
     assert "assumed" in asked.about["contact exponent"]
-    given = choose(tracks(level_held, contact_exponent=1.5, age=0.8), ratio="level")
+    given = choose_ratio(tracks(level_held, contact_exponent=1.5, age=0.8), ratio="level")
     assert dict(given.settings) == {"contact_exponent": 1.5, "age": 0.8}
     once = {
         name: each[0.0:10.0]
@@ -116,8 +116,8 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
             for n, r in level_held.items()
         )
     }
-    assert "too few touches are repeated" in choose(tracks(once)).about["ratio"]
-    assert choose([Track(level_held["40 A"], {"scene": "paper"}, {})]).about == {}
+    assert "too few touches are repeated" in choose_ratio(tracks(once)).about["ratio"]
+    assert choose_ratio([Track(level_held["40 A"], {"scene": "paper"}, {})]).about == {}
 
 
 def test_the_share_of_the_errors_that_shows() -> None:
@@ -185,7 +185,7 @@ def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
         )
         assert {"tilt", "offset"} & {*shown["flags"]}
     assert palpate.most_reliable(touches, accept=["offset"], ratio_of=found.ratio_of) in touches
-    made = palpate.report.write(tilted / "gel.html", [gel], probe)
+    made = palpate.report.write_report(tilted / "gel.html", [gel], probe)
     assert made.results["kept"] == 4
     assert made.verdict.startswith("gel: 1.1")
 
@@ -229,10 +229,11 @@ def test_files_with_and_without_a_choice(tilted: Path, tmp_path: Path) -> None:
             Calibration.load(older)
     runs = hand.session(0, moduli=MODULI)
     mixed = [
-        Specimen(n, E, palpate.touches(runs[n], age=float(n == "40 A"))) for n, E in MODULI.items()
+        SpecimenTouches(n, E, palpate.touches(runs[n], age=float(n == "40 A")))
+        for n, E in MODULI.items()
     ]
     with pytest.raises(palpate.CalibrationError, match="several ages, exponents or kinds"):
-        calibrate(mixed)
+        fit_specimens(mixed)
 
 
 def test_a_replay_shows_the_ratio_of_the_session(tilted: Path, tmp_path: Path) -> None:

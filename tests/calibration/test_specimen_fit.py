@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from palpate.calibration.specimen_files import bare, read_moduli, specimen_in, write_session
-from palpate.calibration.specimen_fit import CHOICES, Specimen, calibrate, choose
+from palpate.calibration.specimen_files import name_key, read_moduli, specimen_in, write_session
+from palpate.calibration.specimen_fit import CHOICES, SpecimenTouches, combined_ratio, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
@@ -21,8 +21,8 @@ def touches() -> dict[str, list[palpate.Touch]]:
 
 
 @pytest.fixture(scope="module")
-def specimens(touches: dict[str, list[palpate.Touch]]) -> list[Specimen]:
-    return [Specimen(name, E, touches[name]) for name, E in SORBOTHANE_MPA.items()]
+def specimens(touches: dict[str, list[palpate.Touch]]) -> list[SpecimenTouches]:
+    return [SpecimenTouches(name, E, touches[name]) for name, E in SORBOTHANE_MPA.items()]
 
 
 def test_a_session_is_what_was_asked_for() -> None:
@@ -46,7 +46,7 @@ def test_a_session_is_what_was_asked_for() -> None:
 def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
     four = touches["50 A"]
     ratios = np.array([t.ratio for t in four])
-    mean, weighted = choose(four, "mean"), choose(four, "weighted")
+    mean, weighted = combined_ratio(four, "mean"), combined_ratio(four, "weighted")
     assert mean.ratio == pytest.approx(ratios.mean())
     assert mean.standard_error == pytest.approx(np.sqrt(sum(t.standard_error**2 for t in four)) / 4)
     assert mean.touches == pytest.approx(4)
@@ -54,16 +54,23 @@ def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
     assert weighted.ratio == pytest.approx(weights @ ratios / weights.sum())
     assert weighted.standard_error == pytest.approx(weights.sum() ** -0.5)
     assert 1 < weighted.touches < 4
-    assert choose(four, "covariance").ratio == min(four, key=lambda t: t.covariance).ratio
-    assert choose(four, "standard_error").ratio == min(four, key=lambda t: t.standard_error).ratio
-    assert choose(four, "agreement").ratio == min(ratios, key=lambda r: abs(r - ratios.mean()))
+    assert combined_ratio(four, "covariance").ratio == min(four, key=lambda t: t.covariance).ratio
+    assert (
+        combined_ratio(four, "standard_error").ratio
+        == min(four, key=lambda t: t.standard_error).ratio
+    )
+    assert combined_ratio(four, "agreement").ratio == min(
+        ratios, key=lambda r: abs(r - ratios.mean())
+    )
     with pytest.raises(ValueError, match="by: got 'luck'"):
-        choose(four, "luck")
+        combined_ratio(four, "luck")
 
 
 @pytest.mark.parametrize("by", CHOICES)
-def test_a_calibration_by_each_choice_holds_the_truth(specimens: list[Specimen], by: str) -> None:
-    found = calibrate(specimens, by=by)
+def test_a_calibration_by_each_choice_holds_the_truth(
+    specimens: list[SpecimenTouches], by: str
+) -> None:
+    found = fit_specimens(specimens, by=by)
     assert found.about["fitted on"] == by
     assert len(found.ratios) == (40 if by == "all" else 10)
     for name, (low, high) in found.parameter_intervals(0.99).items():
@@ -92,7 +99,7 @@ def test_files_of_a_session(tmp_path: Path) -> None:
     ],
 )
 def test_the_specimen_in_the_name_of_a_file(files: tuple[str, ...], specimen: str) -> None:
-    names = {bare(name): name for name in ("30 OO", "30 A", "gel", "gel 2")}
+    names = {name_key(name): name for name in ("30 OO", "30 A", "gel", "gel 2")}
     assert {specimen_in(Path(file), names) for file in files} == {specimen}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate import Calibration, Touch
-from palpate.calibration.specimen_fit import Specimen, calibrate
+from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.feed import RefusedCommand
@@ -87,8 +87,8 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     grown = [bench.touch() for _ in bench.order[1:]]
     last = grown[-1]
     assert (last["next"], last["touches"], bench.used) == ("Next: 40 OO.", len(bench.order), [])
-    expected = calibrate(
-        [Specimen(name, MODULI[name], touches[name]) for name in MODULI],
+    expected = fit_specimens(
+        [SpecimenTouches(name, MODULI[name], touches[name]) for name in MODULI],
         about={"scene": "handheld"},
     )
     assert last["verdict"] == expected.verdict

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from effort import draws
-from palpate.report.anova import repeatability
+from palpate.report.anova import one_way_anova
 
 # Shrout and Fleiss (1979), Table 2: six targets, four judges.
 SHROUT_FLEISS = [
@@ -24,7 +24,7 @@ def test_the_example_of_shrout_and_fleiss() -> None:
     The interval is the one that R's psych::ICC prints for these data, -0.133 to 0.72 (F = 1.8 with 5 and 18 degrees of
     freedom), by the formula in Shrout and Fleiss, and in McGraw and Wong (1996), Table 7.
     """
-    found = repeatability(SHROUT_FLEISS)
+    found = one_way_anova(SHROUT_FLEISS)
     assert (found.specimens, found.touches, found.within_freedom, found.per_specimen) == (
         6,
         24,
@@ -51,7 +51,7 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
     held, within, between = 0, [], []
     for _ in range(count):
         groups = [random.normal(random.normal(0, 2), 1, size).tolist() for size in sizes]
-        found = repeatability(groups)
+        found = one_way_anova(groups)
         held += found.low <= 0.8 <= found.high
         within.append(found.within)
         between.append((found.between - found.within) / found.per_specimen)
@@ -80,7 +80,7 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
 def test_what_cannot_be_known_is_nan(
     groups: list[list[float]], freedom: int, error: float, icc: float
 ) -> None:
-    found = repeatability(groups)
+    found = one_way_anova(groups)
     assert found.within_freedom == freedom
     assert (found.error, found.icc) == pytest.approx((error, icc), abs=0.01, nan_ok=True)
     for name, value in {"error": error, "icc": icc, "low": icc, "high": icc}.items():

@@ -25,7 +25,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         tmp_path_factory.mktemp("print") / "r.html",
     )
     files = [*specimens(folder), with_session(path.with_name("odd.csv"), odd=f" {LONG[:60]}")]
-    report.write(
+    report.write_report(
         path,
         files,
         folder / "probe.toml",

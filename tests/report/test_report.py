@@ -213,7 +213,7 @@ def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
     zero = 1_763_733_731_000_000_000  # 2025-11-21 14:02:11 UTC
     change(path, {"clock": {"zero_utc_ns": zero, "zero_monotonic_ns": 0}})
     first_s = float(palpate.read(path).t_hard_s[0])
-    report.write(tmp_path / "r.html", [path])
+    report.write_report(tmp_path / "r.html", [path])
     page = Page(tmp_path / "r.html")
     assert f"2025-11-21 14:02:{int(11 + first_s)} UTC" in page.rows["Recordings"][1]
 
@@ -251,7 +251,7 @@ def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     lines[100:120] = [line[:-1] + str(int(Status.EXCITATION)) for line in lines[100:120]]
     path.write_text("\n".join(lines) + "\n")
-    report.write(tmp_path / "r.html", [path])
+    report.write_report(tmp_path / "r.html", [path])
     page = Page(tmp_path / "r.html")
     assert re.search(r"Of [\d,]+ rows 20 are without a value\.", page.text[""])
     assert page.row("", "Rows")[1].endswith(" 0 missing, 20 without a value")
@@ -260,7 +260,7 @@ def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     name = "gel<img src=x onerror=alert(1)>&'-1.csv" if sys.platform != "win32" else "gel&'-1.csv"
     path = with_session(tmp_path / name, odd=HOSTILE)
-    made = report.write(
+    made = report.write_report(
         tmp_path / "r.html", [path], title=f"T {HOSTILE}", operator=HOSTILE, notes=[HOSTILE]
     )
     page = Page(tmp_path / "r.html")
@@ -324,7 +324,7 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
         copied(tmp_path / day / "gel.csv", folder / "gel" / "gel.csv")
         for day in ("monday", "tuesday")
     ]
-    report.write(tmp_path / "r.html", paths)
+    report.write_report(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text
     assert page.rows["Results"][0] == ["Specimen", "Ratio", "±", "CV, %", "Kept", "Left out"]
@@ -337,7 +337,7 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
 
 
 def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:
-    report.write(tmp_path / "r.html", [FOUR], folder / "probe.toml")
+    report.write_report(tmp_path / "r.html", [FOUR], folder / "probe.toml")
     page = Page(tmp_path / "r.html")
     cells = page.row("Results", "four-specimens")[1:6]
     assert cells[:4] == [NONE] * 4

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.calibration.fit import Fit
+from palpate.calibration.fit import CurveFit
 from palpate.errors import CalibrationError, need, quoted, shortened
 from palpate.files import parse_toml, read_toml, write
 
@@ -26,7 +26,7 @@ DATA = {
 }
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
-# Fields of `Fit`, and the range of each.
+# Fields of `CurveFit`, and the range of each.
 SCATTER: dict[str, tuple[float, float]] = {
     "touch_variance": (0.0, _RANGE),
     "touch_freedom": (0, _COUNT),
@@ -41,14 +41,14 @@ NUMBERS = {"contact_exponent": (1.0, 3.0), "age_s": (0.0, _RANGE), "error_share"
 TOUCH = ["ratio", *NUMBERS]
 
 
-def save(path: Path, document: Mapping[str, Any]) -> None:
+def write_document(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
     parse_toml(text)
     write(path, text.encode())
 
 
-def load(path: Path) -> dict[str, Any]:
+def read_document(path: Path) -> dict[str, Any]:
     """Return the arguments of `Calibration` from a file."""
     try:
         return _arguments(read_toml(path))
@@ -76,7 +76,7 @@ def _arguments(read: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(
             "covariance: got an invalid matrix, allowed: symmetric and positive semidefinite"
         )
-    fit = Fit(
+    fit = CurveFit(
         parameters,
         covariance,
         **{name: _number(read["scatter"], name, *range_) for name, range_ in SCATTER.items()},

@@ -40,7 +40,7 @@ _HALF_MODULI = 41  # start values, up to three decades beyond the specimens on e
 
 
 @dataclass(frozen=True)
-class Fit:
+class CurveFit:
     """A fitted calibration curve: parameters, covariance and scatter.
 
     Attributes
@@ -78,8 +78,8 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Measured ratios, each the mean of `touches` touches on the specimen with index `specimen`."""
+class MeanRatios:
+    """MeasuredRatio ratios, each the mean of `touches` touches on the specimen with index `specimen`."""
 
     ratio: Array
     standard_error: Array
@@ -110,7 +110,7 @@ def _share(x: Array) -> Array:
     return np.asarray(np.where(x < 0, small, 1.0) / (1 + small))
 
 
-def means(rows: Rows, touch_variance: float) -> tuple[Array, Array]:
+def specimen_means(rows: MeanRatios, touch_variance: float) -> tuple[Array, Array]:
     """Return the weighted mean of the rows of each specimen, and its variance."""
     level = _sums(rows, rows.ratio) / _sums(rows, np.ones_like(rows.ratio))
     weight = 1 / rows.variance(max(touch_variance, SMALLEST_VARIANCE), level[rows.specimen])
@@ -118,13 +118,13 @@ def means(rows: Rows, touch_variance: float) -> tuple[Array, Array]:
     return _sums(rows, weight * rows.ratio) / total, 1 / total
 
 
-def fit(x: Array, rows: Rows, soft_ratio: float | None) -> Fit:
+def fit_curve(x: Array, rows: MeanRatios, soft_ratio: float | None) -> CurveFit:
     """Return the curve fitted to rows on specimens at x = log(E / MPa); soft_ratio None: fit it, too."""
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
     touch_variance = _touch_variance(rows, touch_freedom) if touch_freedom else SMALLEST_VARIANCE
-    mean, variance = means(rows, touch_variance)
+    mean, variance = specimen_means(rows, touch_variance)
     parameters = _beginning(x, mean, variance, soft_ratio)
     excess = 0.0
     for _ in range(_ROUNDS):
@@ -140,25 +140,29 @@ def fit(x: Array, rows: Rows, soft_ratio: float | None) -> Fit:
     whole[np.ix_(free, free)] = covariance
     misfit = float(((mean - level) ** 2 / variance).sum() / freedom) if touch_freedom else 1.0
     if not touch_freedom:
-        return Fit(parameters, whole, excess, 0, 0.0, freedom, 1.0, misfit)
+        return CurveFit(parameters, whole, excess, 0, 0.0, freedom, 1.0, misfit)
     share = float(np.mean(excess * level**2 / total))
-    return Fit(parameters, whole, touch_variance, touch_freedom, excess, freedom, share, misfit)
+    return CurveFit(
+        parameters, whole, touch_variance, touch_freedom, excess, freedom, share, misfit
+    )
 
 
-def _sums(rows: Rows, values: Array) -> Array:
+def _sums(rows: MeanRatios, values: Array) -> Array:
     return np.bincount(rows.specimen, values).astype(float)
 
 
-def _touch_variance(rows: Rows, freedom: int) -> float:
+def _touch_variance(rows: MeanRatios, freedom: int) -> float:
     def squares(variance: float) -> float:
-        mean, _ = means(rows, variance)
+        mean, _ = specimen_means(rows, variance)
         weight = 1 / rows.variance(max(variance, SMALLEST_VARIANCE), mean[rows.specimen])
         return float((weight * (rows.ratio - mean[rows.specimen]) ** 2).sum())
 
     return _paule_mandel(squares, freedom)
 
 
-def _total(rows: Rows, variance: Array, excess: float, level: Array, touch_freedom: int) -> Array:
+def _total(
+    rows: MeanRatios, variance: Array, excess: float, level: Array, touch_freedom: int
+) -> Array:
     """Return the variance of the mean of each specimen around the curve."""
     if touch_freedom:
         return np.asarray(variance + excess * level**2)
@@ -166,7 +170,7 @@ def _total(rows: Rows, variance: Array, excess: float, level: Array, touch_freed
 
 
 def _excess(
-    rows: Rows, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
+    rows: MeanRatios, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
 ) -> float:
     """Return the variance of the specimens; with one touch each, the sum of the touches' and specimens' variance."""
 
@@ -249,7 +253,7 @@ def _covariance(slopes: Array, total: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRatio:
     """A measured ratio: the mean of `touches` touches, its standard error, and the confidence level."""
 
     ratio: float
@@ -258,7 +262,7 @@ class Measured:
     level: float = 0.95
 
 
-def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
+def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
     """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees."""
     # -inf: all softer objects agree; inf: all stiffer objects agree.
     log_half = fit.parameters[1]
@@ -280,7 +284,7 @@ def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
     return low, high
 
 
-def _best(fit: Fit, ratio: float) -> float:
+def _best(fit: CurveFit, ratio: float) -> float:
     """Return log E for a ratio; infinite beyond the ends of the curve."""
     rigid, log_half, soft = fit.parameters
     if not soft < ratio < rigid:
@@ -288,7 +292,7 @@ def _best(fit: Fit, ratio: float) -> float:
     return float(log_half + np.log((ratio - soft) / (rigid - ratio)))
 
 
-def _distance(fit: Fit, measured: Measured, x: Array) -> Array:
+def _distance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return ratio minus prediction at x, in units of `allowance`; it decreases with x."""
     return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
 
@@ -307,7 +311,7 @@ class Variances(NamedTuple):
     curve: Array
 
 
-def variances(fit: Fit, measured: Measured, x: Array) -> Variances:
+def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
     """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
     level = curve(fit.parameters, x)
     slopes = gradient(fit.parameters, x)
@@ -320,7 +324,7 @@ def variances(fit: Fit, measured: Measured, x: Array) -> Variances:
     )
 
 
-def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
+def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
     noise, touch, specimen, fitted = variances(fit, measured, x)
     total = noise + touch + specimen + fitted
@@ -334,7 +338,7 @@ def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
     return np.asarray(t * np.sqrt(total))
 
 
-def _crossing(fit: Fit, measured: Measured, *, inside: float, outside: float) -> float:
+def _crossing(fit: CurveFit, measured: MeasuredRatio, *, inside: float, outside: float) -> float:
     """Return x at which the distance is 1 or -1, between a point inside the interval and one outside."""
     if not (np.isfinite(inside) and np.isfinite(outside)):
         return inside if np.isfinite(inside) else outside  # beyond _REACH

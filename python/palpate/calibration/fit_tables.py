@@ -6,7 +6,7 @@ from typing import Any
 
 from palpate import number_format
 from palpate.calibration.model import Calibration
-from palpate.calibration.specimen_fit import Specimen, rises
+from palpate.calibration.specimen_fit import SpecimenTouches, rises
 from palpate.repeatability import objections
 
 # Columns of the table: the ratio of the touch with the smallest P (the paper's choice), and so on.
@@ -18,7 +18,7 @@ RATIOS = {
 }
 
 
-def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
+def specimen_records(specimens: Sequence[SpecimenTouches]) -> list[dict[str, Any]]:
     """Return a record for each specimen; a ratio is None if no touch is usable for it."""
     return [
         {
@@ -36,14 +36,14 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
     ]
 
 
-def _ratio(specimen: Specimen, by: str) -> float | None:
+def _ratio(specimen: SpecimenTouches, by: str) -> float | None:
     try:
         return specimen.choose(by).ratio
     except ValueError:
         return None
 
 
-def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
+def specimen_rows(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
     """Return the table of the specimens as text: a header, a row for each, and whether each column rises."""
     records = specimen_records(specimens)
     rows = [["specimen", "MPa", "touches", *RATIOS, "spread"]]

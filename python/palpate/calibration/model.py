@@ -15,13 +15,13 @@ from palpate._core import Touch, Tracker, __version__
 from palpate.calibration import calibration_file, verdict
 from palpate.calibration.fit import (
     Array,
-    Fit,
-    Measured,
-    Rows,
+    CurveFit,
+    MeanRatios,
+    MeasuredRatio,
     allowance,
     bounds,
     curve,
-    fit,
+    fit_curve,
     variances,
 )
 from palpate.elasticity import Elasticity
@@ -92,7 +92,7 @@ class Modulus:
         return f"{value} MPa ({low} to {high})"
 
 
-class Part(NamedTuple):
+class UncertaintyPart(NamedTuple):
     """A part of the uncertainty of a modulus.
 
     Attributes
@@ -103,7 +103,7 @@ class Part(NamedTuple):
 
     Examples
     --------
-    >>> Part("noise", 0.01, 0.02).of_modulus
+    >>> UncertaintyPart("noise", 0.01, 0.02).of_modulus
     0.02
     """
 
@@ -132,7 +132,7 @@ def check_level(level: float) -> None:
         raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
 
 
-def checked(
+def checked_data(
     ratios: ArrayLike,
     moduli: ArrayLike,
     standard_errors: ArrayLike | None,
@@ -164,7 +164,7 @@ class Calibration:
 
     Attributes
     ----------
-    fitted : palpate.calibration.fit.Fit
+    fitted : palpate.calibration.fit.CurveFit
         Parameters of the curve, their covariance, and the scatter.
     ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
         The fitted data; moduli in MPa; standard errors are 0 if none were given.
@@ -180,7 +180,7 @@ class Calibration:
         Share of the standard errors of level ratios that showed in the scatter within the specimens.
     """
 
-    fitted: Fit
+    fitted: CurveFit
     ratios: Array
     moduli: Array
     standard_errors: Array
@@ -203,7 +203,7 @@ class Calibration:
         soft_ratio: float | None = 1.0,
         about: Mapping[str, str] | None = None,
     ) -> "Calibration":
-        """Fit a calibration curve, equation (2), to ratios on specimens of known modulus.
+        """CurveFit a calibration curve, equation (2), to ratios on specimens of known modulus.
 
         The weights hold the standard errors, and the scatter from touch to touch and from specimen to specimen.
 
@@ -246,7 +246,7 @@ class Calibration:
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data: dict[str, Any] = dict(checked(ratios, moduli, standard_errors, touches))
+        data: dict[str, Any] = dict(checked_data(ratios, moduli, standard_errors, touches))
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(
                 f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
@@ -256,9 +256,9 @@ class Calibration:
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
-        rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
+        rows = MeanRatios(data["ratios"], data["standard_errors"], data["touches"], specimen)
         return cls(
-            fit(np.log(known), rows, soft_ratio),
+            fit_curve(np.log(known), rows, soft_ratio),
             **data,
             about=dict(about or {}),
             version=__version__,
@@ -271,7 +271,7 @@ class Calibration:
     def _repr_html_(self) -> str:
         from palpate.calibration import plot
 
-        return str(display("cards.calibration", self, plot.picture))
+        return str(display("cards.calibration", self, plot.curve_picture))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
@@ -292,7 +292,7 @@ class Calibration:
         """
         from palpate.calibration import plot
 
-        return plot.on(ax, self)
+        return plot.draw_calibration(ax, self)
 
     @property
     def probe(self) -> Elasticity:
@@ -399,7 +399,7 @@ class Calibration:
     @property
     def sound(self) -> bool:
         """Whether the fit has no objection."""
-        return not verdict.objections(self.fitted, self.residuals)
+        return not verdict.objections_to_fit(self.fitted, self.residuals)
 
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
@@ -463,7 +463,7 @@ class Calibration:
             raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
         _check_touches(touches)
         check_level(level)
-        ends = bounds(self.fitted, Measured(ratio, error, touches, level))
+        ends = bounds(self.fitted, MeasuredRatio(ratio, error, touches, level))
         low, high = (inf if x >= _LARGEST else exp(x) for x in ends)
         if reason := _outside(self.probe, ratio):
             far = "; the difference is larger than the uncertainty" if isnan(low) else ""
@@ -478,7 +478,7 @@ class Calibration:
         *,
         touches: float = 1,
         linearity: float = 0.0,
-    ) -> list[Part]:
+    ) -> list[UncertaintyPart]:
         """Return what the uncertainty of a modulus consists of.
 
         Parameters
@@ -491,7 +491,7 @@ class Calibration:
 
         Returns
         -------
-        list of Part
+        list of UncertaintyPart
             "noise", "linearity", "scatter from touch to touch", "scatter of specimens", "fitted curve", and "together",
             the root of their sum of squares.
 
@@ -508,7 +508,7 @@ class Calibration:
         """
         _check_touches(touches)
         modulus = self.probe.modulus(ratio)
-        measured = Measured(ratio, standard_error or 0.0, touches)
+        measured = MeasuredRatio(ratio, standard_error or 0.0, touches)
         of = variances(self.fitted, measured, np.array(log(modulus)))
         squares = {
             "noise": of.noise,
@@ -520,7 +520,9 @@ class Calibration:
         squares["together"] = sum(squares.values())
         errors = {name: 100 * sqrt(square) for name, square in squares.items()}
         slope = self.probe.slope(ratio) / modulus
-        return [Part(name, error / ratio, error * slope) for name, error in errors.items()]
+        return [
+            UncertaintyPart(name, error / ratio, error * slope) for name, error in errors.items()
+        ]
 
     def agreement(self, touches: Sequence[Touch]) -> Agreement:
         """Return whether touches agree, and their mean, with the scatter of this calibration.
@@ -541,7 +543,7 @@ class Calibration:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the calibration as TOML, with units, versions and the fitted data."""
-        calibration_file.save(Path(path), self.as_dict())
+        calibration_file.write_document(Path(path), self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the contents of the file that `save` writes, as plain numbers and text."""
@@ -576,7 +578,7 @@ class Calibration:
         CalibrationError
             The file is not a calibration.
         """
-        return cls(**calibration_file.load(Path(path)))
+        return cls(**calibration_file.read_document(Path(path)))
 
 
 _BELOW, _ABOVE = (
@@ -593,4 +595,4 @@ def band(calibration: Calibration, points: int) -> tuple[Array, Array, Array]:
     low, high = calibration.range
     log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
     ratio = curve(calibration.fitted.parameters, log_modulus)
-    return log_modulus, ratio, allowance(calibration.fitted, Measured(1.0), log_modulus)
+    return log_modulus, ratio, allowance(calibration.fitted, MeasuredRatio(1.0), log_modulus)

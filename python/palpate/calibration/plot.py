@@ -14,7 +14,7 @@ from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes,
 _POINTS = 400
 
 
-def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
+def draw_curve(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
     """Draw the curve and the band for a single touch, over a logarithmic axis of moduli."""
     x, level, reach = band(calibration, _POINTS)
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
@@ -28,10 +28,10 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
     ax.set_ylabel("capacitance ratio")
 
 
-def on(ax: Any, calibration: Calibration) -> Any:
+def draw_calibration(ax: Any, calibration: Calibration) -> Any:
     """Draw the curve, the measured ratios and the mean of each specimen on axes, or on new ones; return the axes."""
     with axes(ax) as drawn:
-        draw(drawn, calibration)
+        draw_curve(drawn, calibration)
         drawn.plot(
             calibration.moduli,
             calibration.ratios,
@@ -55,10 +55,10 @@ def moduli_axis(ax: Any) -> None:
     ax.set_xlabel("Young's modulus, MPa")
 
 
-def save(calibration: Calibration, path: Path) -> None:
+def save_plot(calibration: Calibration, path: Path) -> None:
     """Write the plot; the suffix selects the format."""
     with written(path, 1.3 * COLUMN_IN, 0.9 * COLUMN_IN) as figure:
-        on(figure.add_subplot(), calibration)
+        draw_calibration(figure.add_subplot(), calibration)
 
 
 _LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
@@ -66,7 +66,9 @@ _GRID: dict[str, Any] = {"stroke": "currentColor", "stroke_opacity": 0.15}
 _BAR: dict[str, Any] = {"stroke": "currentColor", "stroke_width": 1.2}
 
 
-def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]] = ()) -> Markup:
+def curve_picture(
+    calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]] = ()
+) -> Markup:
     """Return SVG: the curve, the band for a touch, and the data; `seen`: names, ratios and moduli, as rings."""
     log_E, level, reach = band(calibration, 80)
     rigid, low, high = (

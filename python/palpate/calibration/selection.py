@@ -33,8 +33,8 @@ class Track(NamedTuple):
     specimens: Mapping[int, str]
 
 
-class Choice(NamedTuple):
-    """Which ratio of a touch a calibration is of; made by `choose`.
+class RatioChoice(NamedTuple):
+    """Which ratio of a touch a calibration is of; made by `choose_ratio`.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Choice(NamedTuple):
 
     Examples
     --------
-    >>> Choice("level", {"contact_exponent": 1.0, "age": 0.0}, {}).ratio_of.__name__
+    >>> RatioChoice("level", {"contact_exponent": 1.0, "age": 0.0}, {}).ratio_of.__name__
     'level'
     """
 
@@ -72,9 +72,9 @@ class _Candidate(NamedTuple):
     freedom: int
 
 
-def choose(
+def choose_ratio(
     tracks: Sequence[Track], *, ratio: str | None = None, accept: Collection[str] = ()
-) -> Choice:
+) -> RatioChoice:
     """Return the ratio, exponent and age whose ratios scatter least within the specimens.
 
     One that is not the simplest (the hold, an exponent of 1, the whole touch) has to reduce the scatter by more than a
@@ -91,7 +91,7 @@ def choose(
 
     Returns
     -------
-    Choice
+    RatioChoice
 
     Examples
     --------
@@ -99,7 +99,7 @@ def choose(
     >>> from palpate.simulation.hand import session
     >>> runs = session(0, moduli={"gel": 1.1, "rubber": 3.0})
     >>> starts = {name: [touch.start for touch in palpate.touches(run)] for name, run in runs.items()}
-    >>> found = choose([Track(runs[name], {}, dict.fromkeys(at, name)) for name, at in starts.items()])
+    >>> found = choose_ratio([Track(runs[name], {}, dict.fromkeys(at, name)) for name, at in starts.items()])
     >>> found.ratio, dict(found.settings)
     ('hold', {'contact_exponent': 1.0, 'age': 0.0})
     """
@@ -107,7 +107,7 @@ def choose(
         "contact_exponent" in Tracker(track.tracking.get("scene", "handheld")).settings
         for track in tracks
     ):
-        return Choice("hold", {}, {})
+        return RatioChoice("hold", {}, {})
     given = {name: value for track in tracks for name, value in track.tracking.items()}
     exponents = [given["contact_exponent"]] if "contact_exponent" in given else EXPONENTS
     ages = [given["age"]] if "age" in given else AGES_S
@@ -135,7 +135,7 @@ def choose(
             else ", as given"
         )
         about["age"] = f"{best.age_s:g} s{beside}"
-    return Choice(best.kind, {"contact_exponent": best.exponent, "age": best.age_s}, about)
+    return RatioChoice(best.kind, {"contact_exponent": best.exponent, "age": best.age_s}, about)
 
 
 def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[str]) -> float:

@@ -29,7 +29,7 @@ def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, fl
             power = without_unit(" ".join(cells[1:2]), f"{path}, line 1: ")[1]
         elif any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
-            if bare(name) in map(bare, moduli):
+            if name_key(name) in map(name_key, moduli):
                 raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
             moduli[name] = modulus * 10.0 ** (power or 0)
     if not moduli:
@@ -99,19 +99,19 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
 
 
 def specimen_in(file: Path, names: Mapping[str, str]) -> str:
-    """Return the specimen in the name of a file, of names by bare name; else the name without a number at its end."""
+    """Return the specimen in the name of a file, of names by `name_key`; else the name without a number at its end."""
     # The name of the file is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
     # `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` are of `30 OO`.
     stem = file.stem
     ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
-    found = (names[bare(stem[:end])] for end in ends if bare(stem[:end]) in names)
+    found = (names[name_key(stem[:end])] for end in ends if name_key(stem[:end]) in names)
     return next(found, "") or re.sub(r"[-_ .]\d{1,3}$", "", file.name.partition(".")[0]) or stem
 
 
 _SEPARATORS = dict.fromkeys(map(ord, "-_ ."))
 
 
-def bare(name: str) -> str:
+def name_key(name: str) -> str:
     """Return a name without what is no difference between two: blanks, dashes, underscores, dots and capitals."""
     return name.translate(_SEPARATORS).casefold()
 

@@ -17,7 +17,7 @@ CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance
 
 
 @dataclass(frozen=True)
-class Chosen:
+class CombinedRatio:
     """One ratio computed from several touches on one object.
 
     Attributes
@@ -30,7 +30,7 @@ class Chosen:
 
     Examples
     --------
-    >>> Chosen(4.1, 0.002).touches
+    >>> CombinedRatio(4.1, 0.002).touches
     1.0
     """
 
@@ -40,7 +40,7 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class Specimen:
+class SpecimenTouches:
     """The touches on one specimen of known modulus.
 
     Attributes
@@ -57,7 +57,7 @@ class Specimen:
     --------
     >>> import palpate
     >>> from palpate.simulation import scenarios
-    >>> specimen = Specimen("70 A", 8.68, palpate.touches(scenarios.run("stiff-steady")))
+    >>> specimen = SpecimenTouches("70 A", 8.68, palpate.touches(scenarios.run("stiff-steady")))
     >>> specimen.mean == specimen.touches[0].ratio
     True
     """
@@ -78,9 +78,9 @@ class Specimen:
         """The touches without a flag that excludes them."""
         return usable(self.touches, self.accept, self.ratio_of)
 
-    def choose(self, by: str) -> Chosen:
-        """Return one ratio for the touches, as `choose` does."""
-        return choose(self.touches, by, self.accept, self.ratio_of)
+    def choose(self, by: str) -> CombinedRatio:
+        """Return one ratio for the touches, as `combined_ratio` does."""
+        return combined_ratio(self.touches, by, self.accept, self.ratio_of)
 
     @property
     def spread(self) -> float:
@@ -89,9 +89,9 @@ class Specimen:
         return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
 
 
-def choose(
+def combined_ratio(
     touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold
-) -> Chosen:
+) -> CombinedRatio:
     """Return one ratio for several touches on one object.
 
     Parameters
@@ -107,7 +107,7 @@ def choose(
 
     Returns
     -------
-    Chosen
+    CombinedRatio
 
     Raises
     ------
@@ -119,32 +119,32 @@ def choose(
     >>> import palpate
     >>> from palpate.simulation import scenarios
     >>> four = palpate.touches(scenarios.run("four-specimens"))
-    >>> choose(four, "mean").touches
+    >>> combined_ratio(four, "mean").touches
     4.0
     """
     if by not in ("mean", "weighted"):
-        return _chosen(
+        return _single_ratio(
             ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of))
         )
-    each = [_chosen(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
+    each = [_single_ratio(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
     errors = np.array([one.standard_error for one in each])
     weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(each))
-    return weighted(each, weights)
+    return weighted_mean(each, weights)
 
 
-def weighted(each: Sequence[Chosen], weights: Array) -> Chosen:
+def weighted_mean(each: Sequence[CombinedRatio], weights: Array) -> CombinedRatio:
     """Return the mean of ratios with these weights."""
     weights = weights / weights.sum()
     ratios, errors = np.array([(one.ratio, one.standard_error) for one in each]).T
-    return Chosen(
+    return CombinedRatio(
         float(weights @ ratios),
         float(np.sqrt(weights**2 @ errors**2)),
         float(1 / (weights**2).sum()),
     )
 
 
-def _chosen(known: tuple[float, float]) -> Chosen:
-    return Chosen(known[0], known[1] if np.isfinite(known[1]) else 0.0)
+def _single_ratio(known: tuple[float, float]) -> CombinedRatio:
+    return CombinedRatio(known[0], known[1] if np.isfinite(known[1]) else 0.0)
 
 
 def rises(ratios: Sequence[float]) -> bool:
@@ -152,8 +152,8 @@ def rises(ratios: Sequence[float]) -> bool:
     return all(after > before for before, after in pairwise(ratios))
 
 
-def calibrate(
-    specimens: Sequence[Specimen],
+def fit_specimens(
+    specimens: Sequence[SpecimenTouches],
     *,
     by: str = "all",
     soft_ratio: float | None = 1.0,
@@ -163,7 +163,7 @@ def calibrate(
 
     Parameters
     ----------
-    specimens : sequence of Specimen
+    specimens : sequence of SpecimenTouches
         Their touches with one age and, for the level ratio, one exponent: the calibration has them.
     by : str
         One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to touch.
@@ -187,8 +187,8 @@ def calibrate(
     >>> from palpate.elasticity import SORBOTHANE_MPA
     >>> from palpate.simulation.hand import session
     >>> runs = session(0, touches=2)
-    >>> specimens = [Specimen(name, E, palpate.touches(runs[name])) for name, E in SORBOTHANE_MPA.items()]
-    >>> calibrate(specimens).about["fitted on"]
+    >>> specimens = [SpecimenTouches(name, E, palpate.touches(runs[name])) for name, E in SORBOTHANE_MPA.items()]
+    >>> fit_specimens(specimens).about["fitted on"]
     'all'
     """
     if by not in CHOICES:
@@ -213,7 +213,7 @@ def calibrate(
         (chosen, specimen.modulus)
         for specimen in specimens
         for chosen in (
-            [_chosen(specimen.ratio_of(touch)) for touch in specimen.usable]
+            [_single_ratio(specimen.ratio_of(touch)) for touch in specimen.usable]
             if by == "all"
             else [specimen.choose(by)]
         )

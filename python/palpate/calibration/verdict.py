@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from palpate import number_format
-from palpate.calibration.fit import Array, Fit, Rows, curve, means
+from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, specimen_means
 from palpate.errors import need
 from palpate.repeatability import TOUCH_SCATTER
 
@@ -53,11 +53,13 @@ class Residual:
 
 
 def residuals(
-    fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array
+    fit: CurveFit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array
 ) -> list[Residual]:
     """Return the distance of each specimen from the curve, in order of modulus."""
     known, specimen = np.unique(moduli, return_inverse=True)
-    mean, variance = means(Rows(ratios, standard_errors, touches, specimen), fit.touch_variance)
+    mean, variance = specimen_means(
+        MeanRatios(ratios, standard_errors, touches, specimen), fit.touch_variance
+    )
     level = curve(fit.parameters, np.log(known))
     error = np.sqrt(variance + fit.specimen_variance * level**2)
     count = np.bincount(specimen, touches).astype(int)
@@ -68,7 +70,7 @@ def residuals(
     ]
 
 
-def objections(fit: Fit, rows: list[Residual]) -> list[str]:
+def objections_to_fit(fit: CurveFit, rows: list[Residual]) -> list[str]:
     """Return the objections against a fit; empty if there are none."""
     found = []
     if (misfit := _misfit_probability(fit)) < DOUBT:
@@ -107,9 +109,9 @@ def percent(row: Residual) -> str:
     return text if text.startswith("-") else f"+{text}"
 
 
-def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
+def verdict(fit: CurveFit, rows: list[Residual], count: int) -> str:
     """Return the complete verdict as text."""
-    against = objections(fit, rows)
+    against = objections_to_fit(fit, rows)
     spread = f"{_share(fit.touch_variance)} %"
     scatter = f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
     scatter += "scatter of the touches and the misfit of the curve cannot be separated."
@@ -125,12 +127,12 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])
 
 
-def _soft(fit: Fit) -> str:
+def _soft(fit: CurveFit) -> str:
     ratio, error = float(fit.parameters[2]), float(fit.covariance[2, 2]) ** 0.5
     return number_format.number(ratio, error) if error else f"{ratio:g}"  # given, not fitted
 
 
-def _misfit_probability(fit: Fit) -> float:
+def _misfit_probability(fit: CurveFit) -> float:
     """Return the probability of such a misfit by chance; 1 if it is unknown."""
     if not fit.touch_freedom:
         return 1.0

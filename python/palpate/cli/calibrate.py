@@ -9,12 +9,11 @@ from typing import Any
 import click
 
 from palpate import Calibration, Touch
-from palpate.calibration import specimen_fit
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
-from palpate.calibration.plot import save as save_plot
-from palpate.calibration.selection import EXPONENTS, Choice, Track, choose
+from palpate.calibration.plot import save_plot
+from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
-from palpate.calibration.specimen_fit import Specimen
+from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
 from palpate.cli.output import aligned, progress, say
 from palpate.cli.paths import (
@@ -32,7 +31,13 @@ from palpate.files import write
 from palpate.flags import FLAGS
 from palpate.repeatability import FEWEST, KINDS, objections
 from palpate.report import calibration_page
-from palpate.report.findings import Run, assigned, known_moduli, run_again, run_of
+from palpate.report.findings import (
+    AnalysedRecording,
+    analyse_again,
+    analyse_recording,
+    assigned,
+    known_moduli,
+)
 from palpate.simulation.hand import Hand, session
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"
@@ -114,7 +119,7 @@ def calibrate(
         if moduli is None or file.resolve() != moduli.resolve()
     ]
     known, chosen = _chosen(runs, moduli, ratio, accept)
-    runs = [run_again(run, {**run.tracking, **chosen.settings}) for run in runs]
+    runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _specimens(runs, known, accept, chosen)
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(
         runs
@@ -124,7 +129,7 @@ def calibrate(
     about |= chosen.about
     with usage_errors():
         soft = None if free_soft_ratio else 1.0
-        found = specimen_fit.calibrate(specimens, by=by, soft_ratio=soft, about=about)
+        found = fit_specimens(specimens, by=by, soft_ratio=soft, about=about)
         if plot:
             save_plot(found, plot)
         if report:
@@ -139,7 +144,7 @@ def calibrate(
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
 
 
-def _copies(runs: Sequence[Run]) -> list[str]:
+def _copies(runs: Sequence[AnalysedRecording]) -> list[str]:
     """Return which recordings have the same touches as one before, and print it."""
     first, found = dict[str, Path](), list[str]()
     for run in runs:
@@ -153,7 +158,7 @@ def _copies(runs: Sequence[Run]) -> list[str]:
     return found
 
 
-def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) -> str:
+def _fit_table(found: Calibration, specimens: list[SpecimenTouches], chosen: RatioChoice) -> str:
     why = [f"{name}: {text}" for name, text in chosen.about.items()]
     parameters = [
         f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)
@@ -171,17 +176,20 @@ def _fit_table(found: Calibration, specimens: list[Specimen], chosen: Choice) ->
     )
 
 
-def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
+def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> AnalysedRecording:
     """Measure the touches of a recording, and print the notes on it."""
     with usage_errors(f"{file}: "):
-        run = run_of(file, file.name, how, **asked)
+        run = analyse_recording(file, file.name, how, **asked)
     show_notes(file, [run.recording.understood, *run.recording.notes])
     return run
 
 
 def _chosen(
-    runs: Sequence[Run], table: Path | None, ratio: str | None, accept: Collection[str]
-) -> tuple[dict[str, float], Choice]:
+    runs: Sequence[AnalysedRecording],
+    table: Path | None,
+    ratio: str | None,
+    accept: Collection[str],
+) -> tuple[dict[str, float], RatioChoice]:
     """Return the moduli of a table, else of the sidecars, and which ratio of the touches to use; print differences."""
     unnamed = next(
         (run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)),
@@ -203,12 +211,15 @@ def _chosen(
         Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)
     ]
     with usage_errors():
-        return moduli, choose(tracks, ratio=ratio, accept=accept)
+        return moduli, choose_ratio(tracks, ratio=ratio, accept=accept)
 
 
 def _specimens(
-    runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...], chosen: Choice
-) -> list[Specimen]:
+    runs: Sequence[AnalysedRecording],
+    moduli: Mapping[str, float],
+    accept: tuple[str, ...],
+    chosen: RatioChoice,
+) -> list[SpecimenTouches]:
     """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
     found = _touches(runs, moduli, accept, chosen)
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
@@ -218,7 +229,7 @@ def _specimens(
     kept = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
-            kept.append(Specimen(name, modulus, found[name], accept, chosen.ratio_of))
+            kept.append(SpecimenTouches(name, modulus, found[name], accept, chosen.ratio_of))
         else:
             none = (
                 f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
@@ -228,7 +239,10 @@ def _specimens(
 
 
 def _touches(
-    runs: Sequence[Run], moduli: Mapping[str, float], accept: tuple[str, ...], chosen: Choice
+    runs: Sequence[AnalysedRecording],
+    moduli: Mapping[str, float],
+    accept: tuple[str, ...],
+    chosen: RatioChoice,
 ) -> dict[str, list[Touch]]:
     """Return the touches on each specimen, without those left out by hand; print what is left out, and why."""
     found: dict[str, list[Touch]] = {name: [] for name in moduli}

@@ -305,12 +305,12 @@ def report(
     Example:
       palpate report gel/gel.csv --calibration probe.toml -o gel.html --operator "A. Bee"
     """  # noqa: D301
-    from palpate.report import write
+    from palpate.report import write_report
 
     path = output or recordings[0].with_name(f"{recordings[0].stem}-report.html")
     require_free([path], [*recordings, *filter(None, (calibration, moduli))], force=force)
     try:
-        made = write(path, recordings, calibration, moduli=moduli, notes=notes, **head)
+        made = write_report(path, recordings, calibration, moduli=moduli, notes=notes, **head)
     except (ValueError, TypeError) as error:
         said = str(error).splitlines()[0]
         convert = ": use palpate convert, and report what it writes" if "--map" in said else ""

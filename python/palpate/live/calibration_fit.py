@@ -13,8 +13,8 @@ from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.fit_tables import parameter_rows
 from palpate.calibration.model import band
-from palpate.calibration.selection import Choice, Track, choose
-from palpate.calibration.specimen_fit import Specimen, calibrate
+from palpate.calibration.selection import RatioChoice, Track, choose_ratio
+from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write
 from palpate.live.feed import Document, RefusedCommand
@@ -110,17 +110,19 @@ class GuidedCalibration:
 
     def _fit(
         self, known: Sequence[KnownSpecimen]
-    ) -> tuple[list[KnownSpecimen], list[Specimen], Calibration]:
+    ) -> tuple[list[KnownSpecimen], list[SpecimenTouches], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
         recorder, how = self._measurement.newest_recorder, self._measurement.how
         about = {"scene": how.get("scene", "handheld")}
         if recorder and (track := _track(Recorded(recorder.path), how, known)):
-            chosen = choose([track])
+            chosen = choose_ratio([track])
             about, known = {**about, **chosen.about}, _measured_again(known, track, chosen)
         specimens = [
-            Specimen(e.name, e.modulus, e.kept, ratio_of=e.ratio_of) for e in known if e.usable
+            SpecimenTouches(e.name, e.modulus, e.kept, ratio_of=e.ratio_of)
+            for e in known
+            if e.usable
         ]
-        return list(known), specimens, calibrate(specimens, about=about)
+        return list(known), specimens, fit_specimens(specimens, about=about)
 
     def _finished(self) -> Document:
         """Save the calibration, and a report of the recording if there is one."""
@@ -172,7 +174,7 @@ def _track(
 
 
 def _measured_again(
-    known: Sequence[KnownSpecimen], track: Track, chosen: Choice
+    known: Sequence[KnownSpecimen], track: Track, chosen: RatioChoice
 ) -> list[KnownSpecimen]:
     """Return the specimens with the touches as the chosen settings measure them."""
     touches = tracked(track.recording, **{**track.tracking, **chosen.settings}).touches

@@ -7,7 +7,14 @@ from statistics import fmean
 
 from palpate.calibration import Calibration
 from palpate.live.feed import Document, RefusedCommand
-from palpate.report.findings import Found, Result, Run, findings, run_again, run_of
+from palpate.report.findings import (
+    AnalysedRecording,
+    ReportedTouch,
+    SpecimenResult,
+    analyse_again,
+    analyse_recording,
+    findings,
+)
 
 LETTERS = "ABCD"
 _NONE = "compare: no touch of {} is on a named specimen, allowed: open each recording, and name its touches"
@@ -19,9 +26,9 @@ def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document
         raise RefusedCommand(
             f"compare: got {len(paths)} recordings, allowed: two or more; palpate live A.csv B.csv"
         )
-    runs = [run_of(path, letter) for letter, path in zip(LETTERS, paths, strict=False)]
+    runs = [analyse_recording(path, letter) for letter, path in zip(LETTERS, paths, strict=False)]
     runs = (
-        [run_again(run, calibration.for_tracking(run.tracking)) for run in runs]
+        [analyse_again(run, calibration.for_tracking(run.tracking)) for run in runs]
         if calibration
         else runs
     )
@@ -42,7 +49,7 @@ def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document
     }
 
 
-def _specimen(one: Result, runs: Sequence[Run]) -> Document:
+def _specimen(one: SpecimenResult, runs: Sequence[AnalysedRecording]) -> Document:
     """Return the touches of a specimen, each with the number of its recording, and what `palpate.agreement` says."""
     found, firsts = one.agreement, accumulate((len(run.found.touches) for run in runs), initial=0)
     before, apart = (
@@ -67,7 +74,7 @@ def _specimen(one: Result, runs: Sequence[Run]) -> Document:
     }
 
 
-def _apart(touches: list[Found], run: Run) -> float:
+def _apart(touches: list[ReportedTouch], run: AnalysedRecording) -> float:
     """Return how far the mean of a recording is from the mean of the others, relative to it; 0: there is only one."""
     own, rest = (
         [one.ratio for one in touches if (one.run is run) is inside] for inside in (True, False)

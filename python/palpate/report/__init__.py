@@ -4,6 +4,6 @@
 specimens, and `writing` makes tables and texts of them and fills the template.
 """
 
-from palpate.report.report_html import Written, calibration_page, write
+from palpate.report.report_html import WrittenReport, calibration_page, write_report
 
-__all__ = ["Written", "calibration_page", "write"]
+__all__ = ["WrittenReport", "calibration_page", "write_report"]

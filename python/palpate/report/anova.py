@@ -59,7 +59,7 @@ class Repeatability:
         )
 
 
-def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
+def one_way_anova(groups: Sequence[Sequence[float]]) -> Repeatability:
     """Return the repeatability of values in groups, finite and one at least, by a one-way analysis of variance."""
     # ICC(1,1) = (MSB - MSW) / (MSB + (k - 1) MSW), with k values in a group. With different numbers n_i of values k is
     # n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval follows from F = MSB / MSW (McGraw and Wong, Table 7), exact

@@ -11,22 +11,22 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.ad7746.registers import linearity_pF
-from palpate.calibration.model import Calibration, Modulus, Part
-from palpate.calibration.specimen_files import bare, specimen_in
+from palpate.calibration.model import Calibration, Modulus, UncertaintyPart
+from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, reasons
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
-from palpate.report.anova import Repeatability, repeatability
+from palpate.report.anova import Repeatability, one_way_anova
 from palpate.samples import Block
 from palpate.tracking import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
 
 @dataclass(frozen=True)
-class Run:
+class AnalysedRecording:
     """A recording, what the scene and settings of its measurement find in it, what `check` says of it, its session."""
 
     # first_s, period_s: the first time, and the mean time from pair to pair; nan: unknown.
@@ -41,13 +41,13 @@ class Run:
     period_s: float
 
 
-def run_of(
+def analyse_recording(
     path: Path,
     name: str,
     how: dict[str, Any] | None = None,
     tell: Callable[[str], None] = lambda _: None,
     **asked: Any,
-) -> Run:
+) -> AnalysedRecording:
     """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own.
 
     `tell` gets the progress; an error that it raises ends the work.
@@ -67,12 +67,12 @@ def run_of(
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
-    return Run(
+    return AnalysedRecording(
         name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times
     )
 
 
-def run_again(run: Run, tracking: dict[str, Any]) -> Run:
+def analyse_again(run: AnalysedRecording, tracking: dict[str, Any]) -> AnalysedRecording:
     """Send a recording through the estimator again, if scene or settings are other ones."""
     same = tracking == run.tracking
     return (
@@ -81,11 +81,11 @@ def run_again(run: Run, tracking: dict[str, Any]) -> Run:
 
 
 @dataclass(frozen=True)
-class Found:
+class ReportedTouch:
     """A touch: its number through all recordings, its specimen ("": unknown), why it is left out, and its sentences."""
 
     number: int
-    run: Run
+    run: AnalysedRecording
     touch: Touch
     specimen: str
     left_out: tuple[str, ...]
@@ -105,7 +105,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Result:
+class SpecimenResult:
     """All touches on one specimen, and what the kept ones say."""
 
     # known: its modulus, MPa, if it was known before.
@@ -116,13 +116,13 @@ class Result:
 
     name: str
     known: float | None
-    touches: list[Found]
-    kept: list[Found]
+    touches: list[ReportedTouch]
+    kept: list[ReportedTouch]
     agreement: Agreement | None
     mean: Agreement | None
     modulus: Modulus | None
     variation: float
-    budget: list[Part]
+    budget: list[UncertaintyPart]
 
     @property
     def inside(self) -> bool | None:
@@ -148,10 +148,10 @@ class Result:
 def _result(
     name: str,
     known: float | None,
-    touches: list[Found],
+    touches: list[ReportedTouch],
     calibration: Calibration | None,
     scatter: Scatter,
-) -> Result:
+) -> SpecimenResult:
     kept = [one for one in touches if not one.left_out]
     ratios = [one.touch for one in kept]
     found = mean = modulus = None
@@ -166,22 +166,22 @@ def _result(
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
     logarithms = _logarithms(kept)
     variation = float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
-    budget = list[Part]()
+    budget = list[UncertaintyPart]()
     if calibration and mean and modulus and 0 < modulus.value < inf:
         linearity = fmean(one.uncertainty(scatter).linearity for one in kept)  # no mean reduces it
         budget = calibration.budget(
             mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
         )
-    return Result(name, known, touches, kept, found, mean, modulus, variation, budget)
+    return SpecimenResult(name, known, touches, kept, found, mean, modulus, variation, budget)
 
 
 @dataclass(frozen=True)
 class Findings:
     """All that a report shows; the results are in the order in which the specimens were touched first."""
 
-    runs: list[Run]
-    touches: list[Found]
-    results: list[Result]
+    runs: list[AnalysedRecording]
+    touches: list[ReportedTouch]
+    results: list[SpecimenResult]
     calibration: Calibration | None
     scatter: Scatter  # from touch to touch, of the calibration, or of these touches
 
@@ -190,18 +190,18 @@ class Findings:
         groups = [
             _logarithms(result.touches if all_touches else result.kept) for result in self.results
         ]
-        return repeatability(groups) if any(groups) else None
+        return one_way_anova(groups) if any(groups) else None
 
 
 def findings(
-    runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]
+    runs: list[AnalysedRecording], calibration: Calibration | None, moduli: Mapping[str, float]
 ) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
     by_level = all(run.plan.ratio == "level" for run in runs)
     ratio_of = calibration.ratio_of if calibration else level if by_level else hold
     touches = list(_touches(runs, calibration, known, ratio_of))
-    groups: dict[str, list[Found]] = {}
+    groups: dict[str, list[ReportedTouch]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
     kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
@@ -215,13 +215,13 @@ def findings(
 
 
 def known_moduli(
-    runs: Iterable[Run], table: Mapping[str, float]
+    runs: Iterable[AnalysedRecording], table: Mapping[str, float]
 ) -> tuple[dict[str, float], list[str]]:
     """Return the modulus of each specimen, MPa: of a table, else of the sessions; and where a session differs from the table."""
-    moduli, names, differences = dict(table), {bare(name): name for name in table}, list[str]()
+    moduli, names, differences = dict(table), {name_key(name): name for name in table}, list[str]()
     for run in runs:
         for given, modulus in run.plan.moduli.items():
-            name = names.setdefault(bare(given), given)
+            name = names.setdefault(name_key(given), given)
             known = moduli.setdefault(name, modulus)
             said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
             if known != modulus and name not in table:
@@ -232,26 +232,28 @@ def known_moduli(
     return moduli, differences
 
 
-def assigned(run: Run, moduli: Mapping[str, float]) -> Iterator[tuple[Touch, str, str]]:
+def assigned(
+    run: AnalysedRecording, moduli: Mapping[str, float]
+) -> Iterator[tuple[Touch, str, str]]:
     """Yield each touch, its specimen ("": unknown), and why it was left out by hand ("": it was not).
 
     The session in the sidecar says it. Where it names no specimen of a touch, the name of the file does.
     """
-    touches, names = run.found.touches, {bare(name): name for name in moduli}
+    touches, names = run.found.touches, {name_key(name): name for name in moduli}
     entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
     named = any(entry.specimen for entry in run.plan.touches)
     of_file = "" if named else specimen_in(run.recording.path, names)
     for touch, entry in zip(touches, entries, strict=True):
         given = of_file or (entry and entry.specimen) or ""
-        yield touch, names.get(bare(given), given), (entry and entry.left_out) or ""
+        yield touch, names.get(name_key(given), given), (entry and entry.left_out) or ""
 
 
 def _touches(
-    runs: Iterable[Run],
+    runs: Iterable[AnalysedRecording],
     calibration: Calibration | None,
     moduli: Mapping[str, float],
     ratio_of: RatioOf,
-) -> Iterator[Found]:
+) -> Iterator[ReportedTouch]:
     number = 0
     for run in runs:
         told = advice_at_end(run.found.touches, cut=run.found.cut)
@@ -265,9 +267,9 @@ def _touches(
                 else objections(touch, ratio_of=ratio_of)
             )
             left_out = (*filter(None, [by_hand]), *reasons(said, against))
-            yield Found(number, run, touch, specimen, left_out, said, ratio_of)
+            yield ReportedTouch(number, run, touch, specimen, left_out, said, ratio_of)
 
 
-def _logarithms(touches: Iterable[Found]) -> list[float]:
+def _logarithms(touches: Iterable[ReportedTouch]) -> list[float]:
     ratios = (one.ratio for one in touches)
     return [log(ratio) for ratio in ratios if isfinite(ratio) and ratio > 0]

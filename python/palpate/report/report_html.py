@@ -17,16 +17,23 @@ from palpate.calibration import plot, verdict
 from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.model import Calibration, Modulus
 from palpate.calibration.specimen_files import read_moduli
-from palpate.calibration.specimen_fit import Specimen
+from palpate.calibration.specimen_fit import SpecimenTouches
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
 from palpate.errors import need, shortened
-from palpate.files import write as write_file
+from palpate.files import write
 from palpate.flags import doubts_of_calibration
 from palpate.importers.compression import unpacked_name
 from palpate.materials import shore_a_of_modulus
 from palpate.recording import sidecar
-from palpate.report.findings import Findings, Result, Run, findings, run_again, run_of
+from palpate.report.findings import (
+    AnalysedRecording,
+    Findings,
+    SpecimenResult,
+    analyse_again,
+    analyse_recording,
+    findings,
+)
 
 _PathLike = str | os.PathLike[str]
 _Event = tuple[float, str, str]
@@ -36,7 +43,7 @@ _MOST_NAMED = 3  # specimens in the first sentence
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenReport:
     """A report that was written.
 
     Attributes
@@ -56,7 +63,7 @@ class Written:
     results: dict[str, Any]
 
 
-def write(
+def write_report(
     path: _PathLike,
     recordings: Sequence[_PathLike],
     calibration: _PathLike | None = None,
@@ -70,7 +77,7 @@ def write(
     shore: bool = False,
     notes: Sequence[str] = (),
     tell: Callable[[str], None] = lambda _: None,
-) -> Written:
+) -> WrittenReport:
     """Write a report of recordings as one HTML file, which needs no other file; one of this name is replaced.
 
     The same files and arguments give the same bytes: there is no date of the report in it.
@@ -100,7 +107,7 @@ def write(
 
     Returns
     -------
-    Written
+    WrittenReport
 
     Raises
     ------
@@ -114,7 +121,7 @@ def write(
     Examples
     --------
     >>> import tempfile
-    >>> made = write(Path(tempfile.mkdtemp()) / "report.html", ["tests/data/four-specimens.csv"])
+    >>> made = write_report(Path(tempfile.mkdtemp()) / "report.html", ["tests/data/four-specimens.csv"])
     >>> made.results["touches"], made.path.name
     (4, 'report.html')
     """
@@ -123,8 +130,13 @@ def write(
     curve, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
     fitted = Calibration.load(curve) if curve else None
-    runs = [run_of(each, name, tell=tell) for name, each in _recordings(recordings, table).items()]
-    runs = [run_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
+    runs = [
+        analyse_recording(each, name, tell=tell)
+        for name, each in _recordings(recordings, table).items()
+    ]
+    runs = (
+        [analyse_again(run, fitted.for_tracking(run.tracking)) for run in runs] if fitted else runs
+    )
     found = findings(runs, fitted, known)
     files = [("calibration", curve), ("moduli", table)]
     head = {
@@ -145,18 +157,16 @@ def write(
         [file for _, file in files if file],
         tell,
     )
-    write_file(
-        Path(path), _render(shown).encode(errors="replace")
-    )  # a name of a file may be no text
+    write(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
     results: dict[str, Any] = {"touches": len(found.touches), "kept": shown["kept"]}
     results["specimens"] = [result.as_dict() for result in found.results]
     results["repeatability"] = shown["repeatability"] and shown["repeatability"].as_dict()
-    return Written(
+    return WrittenReport(
         Path(path), " ".join([*shown["named"], shown["verdict"]]), tuple(shown["doubts"]), results
     )
 
 
-def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
+def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
     records = [dict(zip(head, row, strict=True)) for row in rows]
@@ -311,7 +321,7 @@ def _shown(
     }
 
 
-def _fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
+def _fitted(calibration: Calibration, results: Iterable[SpecimenResult] = ()) -> dict[str, Any]:
     """Return what the template shows of a calibration, and of the moduli that it gave."""
     new = [
         one for one in results if one.known is None and one.modulus and isfinite(one.modulus.value)
@@ -320,7 +330,7 @@ def _fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[st
     names = ("Parameter", "Value", "95 % interval")
     return {
         "calibration": calibration,
-        "picture": plot.picture(calibration, seen),
+        "picture": plot.curve_picture(calibration, seen),
         "rings": bool(seen),
         "parameters": [dict(zip(names, row, strict=True)) for row in parameter_rows(calibration)],
         "distances": [_distance(calibration, one) for one in calibration.residuals],
@@ -367,7 +377,7 @@ def _cells(modulus: Modulus | None, unit: str, *, shore: bool, none: str) -> dic
 
 
 def _result(
-    one: Result, calibration: Calibration | None, unit: str, *, shore: bool
+    one: SpecimenResult, calibration: Calibration | None, unit: str, *, shore: bool
 ) -> dict[str, object]:
     """Return the row of a specimen."""
     mean = one.mean
@@ -431,7 +441,7 @@ def _touches(
         yield from (said for said in one.said if said not in one.left_out)
 
 
-def _recording(run: Run) -> dict[str, object]:
+def _recording(run: AnalysedRecording) -> dict[str, object]:
     """Return the row of a recording: begin, length, rows and lost samples; and what `check` and `replay` say of it."""
     checked, survey = run.checked, run.recording.survey
     share = (
@@ -459,7 +469,7 @@ def _listed(texts: Iterable[str], between: str = ", ") -> str:
     return between.join(dict.fromkeys(filter(None, texts)))
 
 
-def _simulated(runs: list[Run]) -> str:
+def _simulated(runs: list[AnalysedRecording]) -> str:
     """Return what to say of simulated data; "": there are none."""
     devices = {run.name: run.recording.document.get("device", {}) for run in runs}
     made = [name for name, device in devices.items() if sidecar.is_simulated(device)]
@@ -476,7 +486,7 @@ def _doubts(found: Findings) -> list[str]:
     return list(dict.fromkeys(doubts)) if found.touches else [*doubts, "no touch was found"]
 
 
-def _named(results: list[Result], unit: str) -> list[str]:
+def _named(results: list[SpecimenResult], unit: str) -> list[str]:
     """Return the moduli that were not known before, a sentence each."""
     unknown = [result for result in results if result.known is None and result.modulus]
     named = [
@@ -512,7 +522,7 @@ def _is(count: int) -> str:
     return "is" if count == 1 else "are"
 
 
-def _begin(run: Run) -> str:
+def _begin(run: AnalysedRecording) -> str:
     """Return when a recording began, in the zone of the computer that made it; "": unknown.
 
     By the epoch of its clock, else by the start of the program, which says the zone; UTC without it.
@@ -527,7 +537,7 @@ def _begin(run: Run) -> str:
     return f"{at:%Y-%m-%d %H:%M:%S %Z}".strip() if at else ""
 
 
-def _board(run: Run) -> str:
+def _board(run: AnalysedRecording) -> str:
     """Return the board, and the fingerprint of its chip."""
     device = run.recording.document.get("device", {})
     inner = device["device"] if isinstance(device.get("device"), dict) else device
@@ -535,7 +545,7 @@ def _board(run: Run) -> str:
     return _listed([shortened(str(inner.get("name", ""))), shortened(chip)])
 
 
-def _happened(run: Run) -> list[_Event]:
+def _happened(run: AnalysedRecording) -> list[_Event]:
     """Return notes, marks, tares and gaps in order of time; first those without one."""
     document = run.recording.document
     raw = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
@@ -552,7 +562,7 @@ def _happened(run: Run) -> list[_Event]:
     return sorted(found, key=lambda one: -inf if isnan(one[0]) else one[0])
 
 
-def _settings(runs: list[Run]) -> list[tuple[str, list[tuple[str, str]]]]:
+def _settings(runs: list[AnalysedRecording]) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return devices and settings, each with its title; equal ones once, with the names of their recordings."""
     named: dict[tuple[str, tuple[tuple[str, str], ...]], list[str]] = {}
     for run in runs:
@@ -590,7 +600,7 @@ def _conditions(known: list[Any]) -> dict[str, str]:
     return ranges
 
 
-def _files(run: Run) -> list[tuple[str, Path]]:
+def _files(run: AnalysedRecording) -> list[tuple[str, Path]]:
     """Return a recording, and its sidecar if there is one, by their names in the report."""
     path = run.recording.path
     own = path.with_name(unpacked_name(path))
