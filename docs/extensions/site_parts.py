@@ -9,8 +9,8 @@ from typing import Any
 import click
 from docutils import nodes
 from latex2mathml.converter import convert
-from palpate.cli import COMMANDS, main
-from palpate.cli.config import keys
+from palpate.cli.config import configurable_parameters
+from palpate.cli.main import COMMANDS, palpate_command
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
@@ -26,8 +26,10 @@ class CommandHelp(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
-        context = click.Context(main, info_name="palpate", terminal_width=84, max_content_width=84)
-        return [self._section(context, main, name) for name in COMMANDS]
+        context = click.Context(
+            palpate_command, info_name="palpate", terminal_width=84, max_content_width=84
+        )
+        return [self._section(context, palpate_command, name) for name in COMMANDS]
 
     def _section(self, parent: click.Context, group: click.Group, name: str) -> nodes.section:
         command = group.get_command(parent, name)
@@ -41,7 +43,7 @@ class CommandHelp(SphinxDirective):
         section += nodes.title(text=path)
         text = command.get_help(context)
         section += nodes.literal_block(text, text, language="text")
-        options = [key for key in keys(command) if key not in ("json", "debug")]
+        options = [key for key in configurable_parameters(command) if key not in ("json", "debug")]
         if options:
             defaults = nodes.paragraph(text="Keys of its table in palpate.toml: ")
             defaults += nodes.literal(text=", ".join(options))

@@ -6,8 +6,9 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import commands, document, run
-from palpate.cli import COMMANDS, config
-from palpate.cli.config import keys
+from palpate.cli import config
+from palpate.cli.config import configurable_parameters
+from palpate.cli.main import COMMANDS
 from project import FOUR
 
 
@@ -17,8 +18,8 @@ def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(click, "get_app_dir", lambda name: str(tmp_path / "home" / name))
     (tmp_path / "home" / "palpate").mkdir(parents=True)
-    assert config.places()[1] == Path("palpate.toml")
-    return config.places()[0], tmp_path / "palpate.toml"
+    assert config.config_paths()[1] == Path("palpate.toml")
+    return config.config_paths()[0], tmp_path / "palpate.toml"
 
 
 def scene(*arguments: str, **variables: str) -> str:
@@ -132,12 +133,12 @@ def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refus
 def test_every_command_has_keys_a_short_help_and_an_example(name: str) -> None:
     command = dict(commands())[tuple(name.split())]
     assert ({"debug"} if isinstance(command, click.Group) else {"json", "debug"}) <= set(
-        keys(command)
+        configurable_parameters(command)
     )
     long = [option for p in command.params for option in p.opts if option.startswith("--")]
-    assert len(keys(command)) >= len(long)
+    assert len(configurable_parameters(command)) >= len(long)
     if name in COMMANDS:
-        assert command.get_short_help_str(limit=1000).rstrip(".") == COMMANDS[name][1].rstrip(".")
+        assert command.get_short_help_str(limit=1000).rstrip(".") == COMMANDS[name].help.rstrip(".")
     assert (
         f"palpate {name}"
         in run(*name.split(), "--help").stdout.split("Example:\n")[1].split("Options:")[0]

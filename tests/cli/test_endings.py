@@ -10,7 +10,7 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import SourceTimeout, check
-from palpate.cli import COMMANDS
+from palpate.cli.main import COMMANDS
 from project import FOUR, ROOT
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import commands, has_options, lines_of, parsed
-from palpate.cli import main
+from palpate.cli.main import palpate_command
 from project import ROOT, need
 
 TEXTS = [
@@ -84,7 +84,7 @@ def test_examples_in_the_help_of_each_command_are_parsed() -> None:
     counted = 0
     for words, command in commands():
         text = command.get_help(
-            click.Context(command, info_name=" ".join(words), **main.context_settings)
+            click.Context(command, info_name=" ".join(words), **palpate_command.context_settings)
         )
         for line in re.findall(r"^ {4}palpate (.*)$", text, re.MULTILINE):
             counted += 1

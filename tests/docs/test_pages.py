@@ -15,7 +15,7 @@ import palpate
 import pytest
 from bs4 import BeautifulSoup
 from palpate.ad7746.evalkit.udev import UDEV_RULE
-from palpate.cli import COMMANDS, main
+from palpate.cli.main import COMMANDS, palpate_command
 from project import ROOT, compiles, need
 
 DOCS = ROOT / "docs"
@@ -162,12 +162,14 @@ def test_cpp_compiles(page: Path, compiler: str, tmp_path: Path) -> None:
 
 
 def test_toml_is_what_palpate_reads(tmp_path: Path) -> None:
-    from palpate.cli.config import keys, read
+    from palpate.cli.config import configurable_parameters, read_tables
 
     for text in [text for page in PAGES for language, text in blocks(page) if language == "toml"]:
         path = tmp_path / "palpate.toml"
         path.write_text(text)
-        for name, table in read(path, COMMANDS).items():
-            command = main.get_command(click.Context(main), name)
+        for name, table in read_tables(path, COMMANDS).items():
+            command = palpate_command.get_command(click.Context(palpate_command), name)
             assert command is not None
-            assert set(table) <= set(keys(command)) | ({"logger"} if name == "import" else set())
+            assert set(table) <= set(configurable_parameters(command)) | (
+                {"logger"} if name == "import" else set()
+            )

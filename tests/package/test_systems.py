@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from palpate import files
-from palpate.cli import output
+from palpate.cli import exit_codes
 from palpate.files import REPLACE_S, replace, replacing, require_file_name, to_disk
 from palpate.recording.sidecar import sidecar_path
 from palpate.sources.options import split
@@ -184,7 +184,9 @@ def test_ctrl_break_ends_a_measurement_like_sigterm(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(signal, "SIGBREAK", signal.SIGUSR1, raising=False)
     before, came = signal.getsignal(signal.SIGUSR1), list[int]()
-    with output.signals(lambda number, _: came.append(number), signal.SIGINT, signal.SIGTERM):
+    with exit_codes.handle_signals(
+        lambda number, _: came.append(number), signal.SIGINT, signal.SIGTERM
+    ):
         signal.raise_signal(signal.SIGUSR1)
     assert came == [signal.SIGUSR1]
     assert signal.getsignal(signal.SIGUSR1) == before

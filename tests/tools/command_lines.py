@@ -12,7 +12,7 @@ from unittest.mock import patch
 import click
 from click.exceptions import Exit
 from click.testing import CliRunner, Result
-from palpate.cli import main
+from palpate.cli.main import palpate_command
 from palpate.cli.paths import InputFile, Recordings
 
 _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
@@ -20,7 +20,9 @@ _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
 
 def run(*arguments: str | Path, text: str | bytes | None = None, **environment: str) -> Result:
     """Run a command of palpate in this process; `text` is its input."""
-    return CliRunner(env=environment).invoke(main, [str(each) for each in arguments], input=text)
+    return CliRunner(env=environment).invoke(
+        palpate_command, [str(each) for each in arguments], input=text
+    )
 
 
 def document(*arguments: str | Path, **environment: str) -> Any:
@@ -29,7 +31,7 @@ def document(*arguments: str | Path, **environment: str) -> Any:
 
 
 def commands(
-    command: click.Command = main, names: tuple[str, ...] = ()
+    command: click.Command = palpate_command, names: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Yield the words and the object of `palpate` and of each command."""
     yield names, command
@@ -64,7 +66,7 @@ def parsed(line: str) -> str:
                     patch.object(parameter.type, "convert", lambda value, *_: Path(value))
                 )
         with suppress(Exit):  # --help
-            command.make_context(f"palpate {name}", words, **main.context_settings)
+            command.make_context(f"palpate {name}", words, **palpate_command.context_settings)
     return f"palpate {name}"
 
 
@@ -86,7 +88,7 @@ def has_options(line: str) -> str | None:
 
 def _command(words: list[str]) -> tuple[click.Command, list[str], str]:
     """Return the command that words begin with, the other words, and its name."""
-    command: click.Command = main
+    command: click.Command = palpate_command
     names = []
     while words and isinstance(command, click.Group) and not words[0].startswith("-"):
         inner = command.get_command(click.Context(command), words[0])

@@ -40,7 +40,8 @@ with imports:
     from palpate.ad7746.evalkit.usb_bus import RAM_BYTES, read_hex
     from palpate.ad7746.simulator.usb_backend import TwinBackend
     from palpate.calibration.specimen_files import read_moduli, specimen_in
-    from palpate.cli import COMMANDS, config
+    from palpate.cli import config
+    from palpate.cli.main import COMMANDS
     from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
     from palpate.recording.foreign import recorded
@@ -127,7 +128,7 @@ def calibration(data: bytes) -> None:
 def config_file(data: bytes) -> None:
     """Parse a palpate.toml; an accepted one has a table for each of some commands."""
     with suppress(click.UsageError, OSError):
-        assert set(config.read(_file("palpate.toml", data), COMMANDS)) <= set(COMMANDS)
+        assert set(config.read_tables(_file("palpate.toml", data), COMMANDS)) <= set(COMMANDS)
 
 
 def moduli(data: bytes) -> None:

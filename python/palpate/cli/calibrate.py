@@ -14,8 +14,15 @@ from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
-from palpate.cli.main import Exit, json_option, show, show_notes, usage_errors
-from palpate.cli.output import aligned, progress, say
+from palpate.cli.exit_codes import ExitCode, usage_errors
+from palpate.cli.output import (
+    format_table,
+    json_option,
+    print_message,
+    print_notes,
+    print_result,
+    progress_bar,
+)
 from palpate.cli.paths import (
     OUTPUT,
     OUTPUT_FOLDER,
@@ -24,7 +31,12 @@ from palpate.cli.paths import (
     require_free,
     require_free_in,
 )
-from palpate.cli.shared_options import named_numbers, recording_options
+from palpate.cli.shared_options import (
+    SourceOptions,
+    TrackerOptions,
+    parse_numbers,
+    recording_options,
+)
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, listed, nearest, need, shortened
 from palpate.files import write
@@ -44,7 +56,7 @@ _SHORT = f"short, below {FEWEST} samples or without a standard error"
 _YOUNG = "short, it did not reach the age"
 
 
-@click.command()
+@click.command("calibrate")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=InputFile())
 @click.option("--moduli", type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa. Default: "
               "those of the sidecars.")  # fmt: skip
@@ -68,7 +80,7 @@ _YOUNG = "short, it did not reach the age"
 @force_option
 @recording_options
 @json_option
-def calibrate(
+def calibrate_command(
     files: tuple[Path, ...],
     moduli: Path | None,
     output: Path,
@@ -81,8 +93,8 @@ def calibrate(
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
-    asked: dict[str, Any],
-    how: dict[str, Any],
+    reading: SourceOptions,
+    tracker: TrackerOptions,
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
 
@@ -108,13 +120,9 @@ def calibrate(
     if report:
         need("jinja2", "report")
     exponent = float(contact_exponent) if contact_exponent else None
-    how |= {
-        name: value
-        for name, value in {"contact_exponent": exponent, "age": age}.items()
-        if value is not None
-    }
+    how = tracker.with_settings(contact_exponent=exponent, age=age).keywords()
     runs = [
-        _run(file, asked, how)
+        _run(file, reading.keywords(), how)
         for file in files
         if moduli is None or file.resolve() != moduli.resolve()
     ]
@@ -137,11 +145,11 @@ def calibrate(
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
-    show(
+    print_result(
         {"calibration": str(output), **found.as_dict(), **more},
         _fit_table(found, specimens, chosen),
     )
-    sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
+    sys.exit(0 if found.sound and not doubts else ExitCode.NOT_RELIABLE)
 
 
 def _copies(runs: Sequence[AnalysedRecording]) -> list[str]:
@@ -154,7 +162,7 @@ def _copies(runs: Sequence[AnalysedRecording]) -> list[str]:
         path = run.recording.path
         if run.found.touches and first.setdefault(touches, path) is not path:
             found.append(f"{path}: has the touches of {first[touches]}: each of them counts again")
-            say(found[-1])
+            print_message(found[-1])
     return found
 
 
@@ -165,7 +173,7 @@ def _fit_table(found: Calibration, specimens: list[SpecimenTouches], chosen: Rat
     ]
     return "\n".join(
         [
-            aligned(specimen_rows(specimens)),
+            format_table(specimen_rows(specimens)),
             "",
             *why,
             *[""] * bool(why),
@@ -180,7 +188,7 @@ def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> AnalysedReco
     """Measure the touches of a recording, and print the notes on it."""
     with usage_errors(f"{file}: "):
         run = analyse_recording(file, file.name, how, **asked)
-    show_notes(file, [run.recording.understood, *run.recording.notes])
+    print_notes(file, [run.recording.understood, *run.recording.notes])
     return run
 
 
@@ -200,9 +208,9 @@ def _chosen(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
             f"whose sidecar names no specimens, as {unnamed}"
         )
-    moduli, differences = known_moduli(runs, read_moduli(table, say) if table else {})
+    moduli, differences = known_moduli(runs, read_moduli(table, print_message) if table else {})
     for difference in differences:
-        say(f"{difference}, as {table} says")
+        print_message(f"{difference}, as {table} says")
     named = [
         {t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out}
         for run in runs
@@ -225,7 +233,7 @@ def _specimens(
     flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
         there = " ".join(sorted(flags)) or "none"
-        say(f"--accept {flag}: no touch has this flag; those found: {there}")
+        print_message(f"--accept {flag}: no touch has this flag; those found: {there}")
     kept = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
         if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
@@ -234,7 +242,7 @@ def _specimens(
             none = (
                 f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
             )
-            say(f"{name}: {none}: the specimen is left out")
+            print_message(f"{name}: {none}: the specimen is left out")
     return kept
 
 
@@ -251,7 +259,7 @@ def _touches(
         for number, (touch, name, left_out) in enumerate(assigned(run, moduli), 1):
             place = f"touch {number} of {run.name}"
             if not name:
-                say(f"{place} is left out: {left_out or 'no specimen is named for it'}")
+                print_message(f"{place} is left out: {left_out or 'no specimen is named for it'}")
             elif name not in moduli and not any(one.specimen for one in run.plan.touches):
                 allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
                 raise CalibrationError(
@@ -268,16 +276,16 @@ def _touches(
                 ):
                     short = _YOUNG if touch.age_s else _SHORT
                     reasons = ", ".join(short if flag == "short" else flag for flag in against)
-                    say(f"{name}: {place} is left out: {reasons}")
+                    print_message(f"{name}: {place} is left out: {reasons}")
     for name in sorted(unknown):
-        say(f"{name}: no modulus is known: the specimen is left out")
+        print_message(f"{name}: no modulus is known: the specimen is left out")
     return found
 
 
 def _objects(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
-    found = named_numbers(texts, "gel=1.1")
+    found = parse_numbers(texts, "gel=1.1")
     for name, modulus in found.items():
         if not name or set(name) & set("/\\") or not 0 < modulus < math.inf:
             raise click.BadParameter(
@@ -286,7 +294,7 @@ def _objects(
     return found
 
 
-@click.command()
+@click.command("simulate")
 @click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
               help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
@@ -303,7 +311,7 @@ def _objects(
               help="The same seed gives the same files.")  # fmt: skip
 @force_option
 @json_option
-def simulate(
+def simulate_command(
     folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, force: bool
 ) -> None:
     """Write simulated recordings of touches on known objects.
@@ -318,11 +326,11 @@ def simulate(
     """  # noqa: D301
     moduli = objects or SORBOTHANE_MPA
     require_free_in(folder, session_files(folder, moduli), force=force)
-    with progress("simulate", len(moduli)) as bar:
+    with progress_bar("simulate", len(moduli)) as bar:
         tell = lambda done, _: bar.update(done - bar.pos)
         made = session(
             seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=tell
         )
     blocks = {name: run.block() for name, run in made.items()}
     paths = [str(path) for path in write_session(folder, blocks, moduli)]
-    show({"files": paths}, "\n".join(paths))
+    print_result({"files": paths}, "\n".join(paths))

@@ -1,60 +1,122 @@
 """Defaults of options, from palpate.toml and from the environment.
 
-Priority, highest first: the command line, the environment, palpate.toml in the working folder, palpate.toml in the
-user's configuration folder.
+Priority, highest first: the command line, the environment, palpate.toml in the working folder,
+palpate.toml in the user's configuration folder.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import click
 
-from palpate.cli.output import say
+from palpate.cli.output import print_message
 from palpate.errors import listed, nearest, quoted, unlike
 
 NAME = "palpate.toml"
 GUARDED = frozenset({"no-token", "host", "firmware", "force", "install-udev"})
-"""Options that open the page to more people, run a firmware or replace files: not from the working folder, whose palpate.toml
-may be of somebody else."""
+"""Options that weaken security, run a firmware or replace files: refused in the palpate.toml of the
+working folder, which may come from somebody else."""
+
+Values = dict[str, object]
+"""A table of TOML: key and value."""
 
 
-def places() -> list[Path]:
+@dataclass(frozen=True)
+class DefaultsTable:
+    """The defaults of one command from one place."""
+
+    place: str
+    """The file, or "the environment"."""
+    section: str
+    """Name of the command, as "kit.noise"."""
+    values: Mapping[str, object]
+    is_trusted: bool = True
+    """Whether keys in `GUARDED` are allowed."""
+
+    def parameters(self, command: click.Command) -> Values:
+        """Return the values by the names of click's parameters; a group has a table for each command.
+
+        Raises
+        ------
+        click.UsageError
+            An unknown key, a table in place of a value, or a key in `GUARDED` that is not allowed.
+        """
+        options = configurable_parameters(command)
+        inner_commands = _subcommands(command)
+        parameters: Values = {}
+        for key, value in self.values.items():
+            if key in inner_commands and isinstance(value, dict):
+                section = f"{self.section}.{key}"
+                inner = DefaultsTable(self.place, section, value, self.is_trusted)
+                parameters[key] = inner.parameters(inner_commands[key])
+                continue
+            if key not in options:
+                raise self._error(unlike(key, [*options, *inner_commands]))
+            if key in GUARDED and not self.is_trusted:
+                allowed = f"--{key} in the command line, or this key in {config_paths()[0]}"
+                raise self._error(f"{key}: got it in the working folder, allowed: {allowed}")
+            if isinstance(value, dict):
+                raise self._error(f"{key}: got a table, allowed: a value or a list of values")
+            option = options[key]
+            if isinstance(option, click.Option) and option.multiple and isinstance(value, str):
+                value = value.split()
+            parameters[option.name or key] = value
+        return parameters
+
+    def _error(self, message: str) -> click.UsageError:
+        return click.UsageError(f"{self.place}: [{self.section}]: {message}")
+
+
+def config_paths() -> list[Path]:
     """Return the paths of palpate.toml, the one with the highest priority last."""
     return [Path(click.get_app_dir("palpate")) / NAME, Path(NAME)]
 
 
-def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -> None:
-    """Set click's map of defaults for the command that runs, and print where they are from.
+def load_defaults(context: click.Context, chosen: Path | None, commands: Collection[str]) -> None:
+    """Set click's defaults for the command that runs, and print where they come from.
 
     Raises
     ------
     click.UsageError
-        The file is not valid; for the command that runs: an unknown key or variable. The message lists the allowed ones.
+        The file is not valid; for the command that runs: an unknown key or variable. The message
+        lists the allowed ones.
     """
-    group, run = context.command, context.invoked_subcommand
-    if not (
-        isinstance(group, click.Group) and run and (command := group.get_command(context, run))
-    ):
+    group = context.command
+    name = context.invoked_subcommand
+    if not isinstance(group, click.Group) or not name:
         return
-    paths = [chosen] if chosen else [*filter(Path.exists, places())]
-    tables = {str(path): read(path, commands).get(run) for path in paths}
-    guarded = "" if chosen else NAME
-    tables["the environment"] = _of_environment(command)
-    merged: dict[str, Any] = {}
-    for place, table in tables.items():
-        if table:
-            say(f"defaults of {run} from {place}: {listed(table)}")
-            for key, value in parameters(
-                place, run, command, table, is_own=place != guarded
-            ).items():
-                merged[key] = {**merged.get(key, {}), **value} if isinstance(value, dict) else value
-    context.default_map = {run: merged}
+    command = group.get_command(context, name)
+    if command is None:
+        return
+    paths = [chosen] if chosen else [path for path in config_paths() if path.exists()]
+    tables = []
+    for path in paths:
+        is_trusted = chosen is not None or str(path) != NAME
+        values = read_tables(path, commands).get(name, {})
+        tables.append(DefaultsTable(str(path), name, values, is_trusted))
+    tables.append(DefaultsTable("the environment", name, _environment_values(command)))
+    defaults: Values = {}
+    for table in tables:
+        if table.values:
+            print_message(f"defaults of {name} from {table.place}: {listed(table.values)}")
+            _update(defaults, table.parameters(command))
+    context.default_map = {name: defaults}
 
 
-def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """Return a file's tables, one for each command.
+def _update(defaults: Values, parameters: Values) -> None:
+    """Replace values; the values of an inner command are replaced one by one."""
+    for key, value in parameters.items():
+        earlier = defaults.get(key)
+        if isinstance(value, dict) and isinstance(earlier, dict):
+            defaults[key] = {**earlier, **value}
+        else:
+            defaults[key] = value
+
+
+def read_tables(path: Path, commands: Collection[str]) -> dict[str, Values]:
+    """Return the tables of a file, one for each command.
 
     Raises
     ------
@@ -71,76 +133,43 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
         raise click.UsageError(f"{path}: not TOML: {error}") from error
     for name, table in tables.items():
         if name not in commands or not isinstance(table, dict):
-            allowed = ", ".join(f"[{command}]" for command in commands)
-            raise click.UsageError(
-                f"{path}: got {quoted(name)}, allowed: tables {allowed}{nearest(name, commands)}"
-            )
+            names = ", ".join(f"[{command}]" for command in commands)
+            allowed = f"tables {names}{nearest(name, commands)}"
+            raise click.UsageError(f"{path}: got {quoted(name)}, allowed: {allowed}")
     return tables
 
 
-def keys(command: click.Command) -> dict[str, click.Parameter]:
+def configurable_parameters(command: click.Command) -> dict[str, click.Parameter]:
     """Return the parameters that can have a default: long options without dashes, and the source."""
     found: dict[str, click.Parameter] = {}
     for parameter in command.params:
-        long = [name[2:] for name in parameter.opts if name.startswith("--") and len(name) > 3]
-        if long or parameter.name == "source":
-            found[long[0] if long else "source"] = parameter
+        long_names = [name for name in parameter.opts if name.startswith("--") and len(name) > 3]
+        if long_names:
+            found[long_names[0].removeprefix("--")] = parameter
+        elif parameter.name == "source":
+            found["source"] = parameter
     return found
 
 
-def parameters(
-    place: object,
-    section: str,
-    command: click.Command,
-    table: dict[str, Any],
-    *,
-    is_own: bool = True,
-) -> dict[str, Any]:
-    """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
-
-    Raises
-    ------
-    click.UsageError
-        An unknown key (the message lists the allowed ones), a table in place of a value, or a key in `GUARDED` in a file
-        that is not the user's own.
-    """
-    allowed, inner, found = keys(command), _commands_of(command), dict[str, Any]()
-    for key, value in table.items():
-        where = f"{place}: [{section}]: "
-        if key in inner and isinstance(value, dict):
-            found[key] = parameters(place, f"{section}.{key}", inner[key], value, is_own=is_own)
-        elif key not in allowed:
-            raise click.UsageError(where + unlike(key, [*allowed, *inner]))
-        elif key in GUARDED and not is_own:
-            allowed_in = f"--{key} in the command line, or this key in {places()[0]}"
-            raise click.UsageError(
-                f"{where}{key}: got it in the working folder, allowed: {allowed_in}"
-            )
-        elif isinstance(value, dict):
-            raise click.UsageError(
-                f"{where}{key}: got a table, allowed: a value or a list of values"
-            )
-        else:
-            several = getattr(allowed[key], "multiple", False) and isinstance(value, str)
-            found[allowed[key].name or key] = value.split() if several else value
-    return found
-
-
-def _of_environment(command: click.Command) -> dict[str, Any]:
+def _environment_values(command: click.Command) -> Values:
     """Return the table of a command from the variables PALPATE_COMMAND_OPTION."""
-    begin, inner, table = (
-        f"PALPATE_{command.name}_".upper(),
-        _commands_of(command),
-        dict[str, Any](),
-    )
-    for variable in sorted(name for name in os.environ if name.startswith(begin)):
-        key = variable.removeprefix(begin).lower().replace("_", "-")
-        name, _, option = key.partition("-")
-        group, key = (table.setdefault(name, {}), option) if name in inner else (table, key)
-        group[key] = os.environ[variable]
-    return table
+    prefix = f"PALPATE_{command.name}_".upper()
+    inner_commands = _subcommands(command)
+    inner_tables: dict[str, Values] = {}
+    values: Values = {}
+    for variable in sorted(os.environ):
+        if not variable.startswith(prefix):
+            continue
+        key = variable.removeprefix(prefix).lower().replace("_", "-")
+        inner_name, _, inner_key = key.partition("-")
+        if inner_name in inner_commands:
+            inner_table = inner_tables.setdefault(inner_name, {})
+            inner_table[inner_key] = os.environ[variable]
+            values[inner_name] = inner_table
+        else:
+            values[key] = os.environ[variable]
+    return values
 
 
-def _commands_of(command: click.Command) -> dict[str, click.Command]:
-    """Return the commands of a group; none for a command."""
-    return getattr(command, "commands", {})
+def _subcommands(command: click.Command) -> Mapping[str, click.Command]:
+    return command.commands if isinstance(command, click.Group) else {}

@@ -17,19 +17,19 @@ import click
 
 from palpate import MissingExtra, PalpateError, __version__
 from palpate.ad7746.evalkit import udev
-from palpate.cli.main import Exit, as_json, code_of, json_option, said_of, show, show_notes
-from palpate.cli.output import aligned
+from palpate.cli.exit_codes import ExitCode, error_exit_code, error_text
+from palpate.cli.output import format_table, is_json, json_option, print_notes, print_result
 
 INSTALL_UDEV = "palpate doctor --install-udev"
 _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
 _FOR_DEVELOPERS = {"test", "docs", "all"}  # extras; the last is the sum of all
 
 
-@click.command()
+@click.command("devices")
 @click.option("--lsl", is_flag=True,
               help="List the streams of Lab Streaming Layer in the network, too; takes some seconds.")  # fmt: skip
 @json_option
-def devices(lsl: bool) -> None:
+def devices_command(lsl: bool) -> None:
     """List the connected devices.
 
     Prints the names for `palpate record`. No device is opened. Exit code 3: no device found. `sim:` needs no device.
@@ -46,18 +46,18 @@ def devices(lsl: bool) -> None:
         more, why = look_for(streams)
         found, notes = [*found, *more], [*notes, *why]
     document = {"devices": [device._asdict() for device in found], "notes": notes}
-    show(document, aligned(found, "<"))
-    show_notes("not searched", notes)
+    print_result(document, format_table(found, "<"))
+    print_notes("not searched", notes)
     if not found:
         click.echo("no device found; use a simulated board: sim:four-specimens", err=True)
-        sys.exit(Exit.NO_DEVICE)
+        sys.exit(ExitCode.NO_DEVICE)
 
 
-@click.command()
+@click.command("doctor")
 @click.option("--install-udev", is_flag=True,
               help="Linux: write the udev rule that lets users open the board; asks sudo.")  # fmt: skip
 @json_option
-def doctor(install_udev: bool) -> None:
+def doctor_command(install_udev: bool) -> None:
     """Check installation, board and permissions, and print what to type.
 
     A board is opened for a moment. "ok": nothing to do; "--": optional, or could be better; "!!": wrong. Exit codes: 0,
@@ -73,14 +73,14 @@ def doctor(install_udev: bool) -> None:
     findings = []
     for finding in udev_steps() if install_udev else diagnosis():
         findings.append(finding)
-        if not as_json():
+        if not is_json():
             indented = [f"      {line}" for line in finding.do.splitlines()]
             click.echo(
                 "\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *indented])
             )
     codes = [finding.code for finding in findings if finding.code]
     plain = [{"what": f.what, "state": f.state, "text": f.text, "do": f.do} for f in findings]
-    show({"palpate": __version__, "wrong": len(codes), "findings": plain}, "")
+    print_result({"palpate": __version__, "wrong": len(codes), "findings": plain}, "")
     sys.exit(next(iter(codes), 0))
 
 
@@ -112,11 +112,11 @@ def checked(what: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Findi
     try:
         yield from check()
     except (PalpateError, OSError) as error:
-        yield Finding(what, said_of(error), code=code_of(error))
+        yield Finding(what, error_text(error), code=error_exit_code(error))
     except Exception as error:  # noqa: BLE001 (the other checks shall still run)
         again = f"{sys.executable} -m palpate --debug doctor"
         yield Finding(
-            what, f"check failed: {type(error).__name__}: {error}", again, Exit.UNEXPECTED
+            what, f"check failed: {type(error).__name__}: {error}", again, ExitCode.UNEXPECTED
         )
 
 
@@ -130,7 +130,7 @@ def _installation() -> Iterator[Finding]:
         )
     else:
         text = f"the compiled core is {__version__}, the package {installed}"
-        yield Finding("palpate", text, "pip install --force-reinstall palpate", Exit.UNEXPECTED)
+        yield Finding("palpate", text, "pip install --force-reinstall palpate", ExitCode.UNEXPECTED)
 
 
 def extras() -> Iterator[Finding]:
@@ -172,7 +172,7 @@ def _usb() -> Iterator[Finding]:
     except MissingExtra as error:
         text, _, do = str(error).partition(": ")
         free = not _version("pyusb")
-        yield Finding("libusb", text, do, 0 if free else Exit.MISSING_EXTRA, free)
+        yield Finding("libusb", text, do, 0 if free else ExitCode.MISSING_EXTRA, free)
         return
     boards = discovery.boards(backend)
     yield Finding("libusb", str(getattr(getattr(backend, "lib", None), "_name", "found")))
@@ -184,7 +184,9 @@ def _usb() -> Iterator[Finding]:
     for board in boards:
         if board in refused:
             yield Finding(
-                f"board usb:{board}", "connected, but no permission to open it", code=Exit.NO_DEVICE
+                f"board usb:{board}",
+                "connected, but no permission to open it",
+                code=ExitCode.NO_DEVICE,
             )
         else:
             yield from checked(f"board usb:{board}", partial(_board, board, backend))
@@ -208,12 +210,14 @@ def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
     if needed and files:
         text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "
         text += f"screen, the user has to be in the group {udev.GROUP}, and to log in again after joining it"
-        yield Finding("permission", text, udev.JOIN_GROUP, Exit.NO_DEVICE)
+        yield Finding("permission", text, udev.JOIN_GROUP, ExitCode.NO_DEVICE)
     elif files:
         yield Finding("permission", f"udev rule in {named}")
     elif needed or wanted:
         text = "no udev rule for the board: only root can open it"
-        yield Finding("permission", text, INSTALL_UDEV, Exit.NO_DEVICE if needed else 0, free=True)
+        yield Finding(
+            "permission", text, INSTALL_UDEV, ExitCode.NO_DEVICE if needed else 0, free=True
+        )
 
 
 def firmware() -> Iterator[Finding]:
@@ -239,12 +243,15 @@ def packages() -> Iterator[Finding]:
         except PalpateError as error:
             free = isinstance(error, MissingExtra)
             yield Finding(
-                f"source {point.name}", str(error), code=0 if free else Exit.UNEXPECTED, free=free
+                f"source {point.name}",
+                str(error),
+                code=0 if free else ExitCode.UNEXPECTED,
+                free=free,
             )
         else:
             yield Finding(f"source {point.name}", f"of {package_of(point)}")
     for note in look_for(*of_packages())[1]:
-        yield Finding("search of another package", note, code=Exit.UNEXPECTED)
+        yield Finding("search of another package", note, code=ExitCode.UNEXPECTED)
 
 
 def udev_steps() -> Iterator[Finding]:
@@ -254,7 +261,7 @@ def udev_steps() -> Iterator[Finding]:
         yield Finding(
             "udev rule",
             text + "needs the driver WinUSB, by Zadig (https://zadig.akeo.ie)",
-            code=Exit.USAGE,
+            code=ExitCode.USAGE,
         )
         return
     try:
@@ -263,7 +270,7 @@ def udev_steps() -> Iterator[Finding]:
         if isinstance(error, PermissionError) and os.geteuid():
             yield from _through_sudo()
         else:
-            yield Finding("udev rule", said_of(error), code=Exit.BAD_DATA)
+            yield Finding("udev rule", error_text(error), code=ExitCode.BAD_DATA)
         return
     if trouble := "" if os.geteuid() else udev.reload():
         yield Finding(
@@ -281,9 +288,9 @@ def udev_steps() -> Iterator[Finding]:
 def _through_sudo() -> Iterator[Finding]:
     # -P: with -m, Python would take modules of the current folder, as root.
     command = ["sudo", sys.executable, "-P", "-m", *INSTALL_UDEV.split()]
-    if as_json() or not sys.stdin.isatty() or not shutil.which("sudo"):
+    if is_json() or not sys.stdin.isatty() or not shutil.which("sudo"):
         yield Finding(
-            "udev rule", "only root may write it: type", " ".join(command), Exit.NO_DEVICE
+            "udev rule", "only root may write it: type", " ".join(command), ExitCode.NO_DEVICE
         )
         return
     yield Finding("udev rule", "only root may write it:", " ".join(command), free=True)

@@ -15,8 +15,16 @@ from palpate.acceptance.board_under_test import PINS, Bench, open_bench
 from palpate.acceptance.report import WRONG, AcceptanceReport, Step, load, made, now, summary
 from palpate.ad7746 import register_names
 from palpate.ad7746.registers import CONVERSION_S, NOISE_PF
-from palpate.cli.main import Commands, Exit, as_json, json_option, show, usage_errors
-from palpate.cli.output import aligned, row_below, say
+from palpate.cli.exit_codes import ExitCode, usage_errors
+from palpate.cli.main import CommandGroup
+from palpate.cli.output import (
+    format_row,
+    format_table,
+    is_json,
+    json_option,
+    print_message,
+    print_result,
+)
 from palpate.cli.paths import OUTPUT, InputFile, require_free
 from palpate.cli.shared_options import complete_source, firmware_option
 from palpate.errors import quoted
@@ -44,13 +52,13 @@ BY_USER = "interrupted"
 def exit_code_of(report: AcceptanceReport) -> int:
     """Print the sum of a report, or the whole as JSON; return the exit code."""
     ended = f"; ended early: {report.stopped}" if report.stopped else ""
-    click.echo(report.text().rstrip() if as_json() else summary(report.steps) + ended)
+    click.echo(report.text().rstrip() if is_json() else summary(report.steps) + ended)
     if report.stopped:
-        return Exit.INTERRUPTED if report.stopped == BY_USER else Exit.NO_DEVICE
-    return Exit.NOT_RELIABLE if any(step.verdict == WRONG for step in report.steps) else 0
+        return ExitCode.INTERRUPTED if report.stopped == BY_USER else ExitCode.NO_DEVICE
+    return ExitCode.NOT_RELIABLE if any(step.verdict == WRONG for step in report.steps) else 0
 
 
-@click.group(cls=Commands)
+@click.group(cls=CommandGroup)
 def kit() -> None:
     """Check a board: wiring, noise, registers.
 
@@ -63,7 +71,7 @@ def kit() -> None:
     """  # noqa: D301
 
 
-@kit.command()
+@kit.command("accept")
 @board_options
 @click.option("-o", "file", type=OUTPUT,
               help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
@@ -76,7 +84,7 @@ def kit() -> None:
     help="A step to leave out; may be repeated.",
 )
 @json_option
-def accept(
+def accept_command(
     source: str,
     firmware: Path | None,
     file: Path | None,
@@ -99,12 +107,12 @@ def accept(
     path = file or Path(f"kit-report-{datetime.now():%Y%m%d-%H%M%S}.json")
     require_free([path], force=None)
     with opened(source, firmware) as bench:
-        bench.source.notify = say
+        bench.source.notify = print_message
         with path.open("xb") as output:  # before the steps: a minute of work needs a place
             asks = sys.stdin.isatty() if prompt is None else prompt
             report = _measure(bench, source, output, asks=asks, skip=skip)
     code = exit_code_of(report)
-    say(f"report: {path}")
+    print_message(f"report: {path}")
     sys.exit(code)
 
 
@@ -117,7 +125,7 @@ def _measure(
     try:
         for step in begun:
             done.append(step)
-            if not as_json():
+            if not is_json():
                 click.echo("\n".join(step.lines()))
         stopped = begun.stopped
     except (KeyboardInterrupt, click.Abort):
@@ -159,7 +167,7 @@ def _number(answer: str) -> float | None:
 _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
 
 
-@kit.command()
+@kit.command("noise")
 @board_options
 @click.option("--capf", "speeds", type=click.IntRange(0, 7), multiple=True,
               help="Speed, 0 (11 ms) to 7 (110 ms); may be repeated.  [default: all]")  # fmt: skip
@@ -178,7 +186,7 @@ _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
     help="How often to measure all.",
 )
 @json_option
-def noise(
+def noise_command(
     source: str, firmware: Path | None, speeds: tuple[int, ...], readings: int, rounds: int
 ) -> None:
     """Measure the noise of each input, beside the data sheet's.
@@ -192,7 +200,7 @@ def noise(
       palpate kit noise usb: --capf 4 --rounds 100
     """  # noqa: D301
     rows = []
-    if not as_json():
+    if not is_json():
         click.echo("  ".join(_NOISE))
     with opened(source, firmware) as bench:
         bench.chip.reset()
@@ -207,18 +215,18 @@ def noise(
                     "data_sheet_aF": round(sheet, 1),
                 }
             )
-            if not as_json():
+            if not is_json():
                 shown = ["-" if value is None else f"{value:.1f}" for value in found]
                 click.echo(
-                    row_below(
+                    format_row(
                         _NOISE, [capf, f"{1e3 * CONVERSION_S[capf]:.1f}", *shown, f"{sheet:.1f}"]
                     )
                 )
         for pin in [pin for pin in PINS if bench.level(pin) is None]:
             has = f"{bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB"
             so = "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"
-            say(f"CIN{pin} is not measured: it has {has}, {so}")
-    show({"readings": readings, "noise": rows}, "")
+            print_message(f"CIN{pin} is not measured: it has {has}, {so}")
+    print_result({"readings": readings, "noise": rows}, "")
 
 
 def _both(bench: Bench, capf: int, readings: int) -> list[float | None]:
@@ -228,10 +236,10 @@ def _both(bench: Bench, capf: int, readings: int) -> list[float | None]:
             for pin, level in levels]  # fmt: skip
 
 
-@kit.command()
+@kit.command("scan")
 @board_options
 @json_option
-def scan(source: str, firmware: Path | None) -> None:
+def scan_command(source: str, firmware: Path | None) -> None:
     """Measure the capacitance of each input with each excitation.
 
     Above 4 pF the values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
@@ -247,13 +255,13 @@ def scan(source: str, firmware: Path | None) -> None:
              "pF": None if math.isnan(level.pF) else round(level.total_pF, 5)}
             for (pin, name), level in bench.levels.items()]  # fmt: skip
     shown = [[f"CIN{pin}", *(str(bench.levels[pin, name]) for name in "AB")] for pin in PINS]
-    show({"inputs": rows}, aligned([["", "EXCA", "EXCB"], *shown]))
+    print_result({"inputs": rows}, format_table([["", "EXCA", "EXCB"], *shown]))
 
 
-@kit.command()
+@kit.command("dump")
 @board_options
 @json_option
-def dump(source: str, firmware: Path | None) -> None:
+def dump_command(source: str, firmware: Path | None) -> None:
     """Print the registers by name, with their bits in words.
 
     Nothing is written to the chip; a conversion that is running may be lost.
@@ -266,13 +274,13 @@ def dump(source: str, firmware: Path | None) -> None:
         found = register_names.named(bench.chip.registers())
     rows = [{**register._asdict(), "content": register.content.hex()} for register in found]
     shown = [(f"{each.address:02X}", each.name, each.content.hex(), each.words) for each in found]
-    show({"registers": rows}, aligned(shown, "<"))
+    print_result({"registers": rows}, format_table(shown, "<"))
 
 
-@kit.command()
+@kit.command("report")
 @click.argument("file", type=InputFile())
 @json_option
-def report(file: Path) -> None:
+def kit_report_command(file: Path) -> None:
     """Print the report of an acceptance.
 
     Exit codes as those of `palpate kit accept`: 0, all is right; 3, it was stopped by the board; 5, a step is wrong;
@@ -283,6 +291,6 @@ def report(file: Path) -> None:
       palpate kit report kit-report-20261122-110500.json
     """  # noqa: D301
     found = load(file)
-    if not as_json():
+    if not is_json():
         click.echo("\n".join(found.lines()))
     sys.exit(exit_code_of(found))

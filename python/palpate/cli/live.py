@@ -8,15 +8,28 @@ import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
-from palpate.cli.main import Exit, json_option, one_line, show, show_notes, usage_errors
-from palpate.cli.output import say, signals
+from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
+from palpate.cli.output import (
+    json_option,
+    output_settings,
+    print_message,
+    print_notes,
+    print_result,
+)
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
-from palpate.cli.shared_options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.shared_options import (
+    SourceOptions,
+    TrackerOptions,
+    board_options,
+    complete_source,
+    lsl_option,
+    recording_options,
+)
 from palpate.errors import need
 from palpate.flags import doubts_of_calibration
 from palpate.repeatability import TOUCH_SCATTER
@@ -28,7 +41,7 @@ if TYPE_CHECKING:
 DEMO = "sim:demo"
 
 
-@click.command()
+@click.command("live")
 @click.argument("sources", metavar="[SOURCE] [FILE...]", nargs=-1, shell_complete=complete_source)
 @click.option("--record", "file", type=OUTPUT,
               help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
@@ -53,15 +66,15 @@ DEMO = "sim:demo"
               help="No token in the address: any user of this machine can open the page. Not with --host.")  # fmt: skip
 @click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
-def live(
+def live_command(
     sources: tuple[str, ...],
     file: Path | None,
     folder: Path | None,
     calibration: Path | None,
     scatter: float,
     lsl: str | None,
-    asked: dict[str, Any],
-    how: dict[str, Any],
+    reading: SourceOptions,
+    tracker: TrackerOptions,
     port: int,
     host: str,
     no_token: bool,
@@ -106,6 +119,8 @@ def live(
         raise click.UsageError(
             f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once"
         )
+    asked = reading.keywords()
+    how = tracker.keywords()
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
     how = {**calibrated.for_tracking(how), **how} if calibrated else how
     measurement: LiveMeasurement | RecordedMeasurement
@@ -128,12 +143,12 @@ def live(
         listening = unless_started.enter_context(listen(host, port))
         measurement.start()
         unless_started.pop_all()
-    with _ending(measurement), listening, library_logs(debug="palpate.debug" in context.meta):
+    with _ending(measurement), listening, library_logs(debug=output_settings().debug):
         ticket = new_token() if token else None
         page, port = PageApp(bench), listening.getsockname()[1]
         address = address_of(listening, host, token)
         document = {"address": address, "source": source, "recording": str(file) if file else None}
-        show(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
+        print_result(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))
@@ -141,7 +156,7 @@ def live(
 
 
 def _say_line(message: str) -> None:
-    say(one_line(message))
+    print_message(message_line(message))
 
 
 def _plugged_in() -> str:
@@ -152,7 +167,7 @@ def _plugged_in() -> str:
     if found:
         click.echo(f"{found[0].uri}: {found[0].what}", err=True)
         return found[0].uri
-    show_notes("not searched", notes)
+    print_notes("not searched", notes)
     click.echo(
         "no board found: this is a demo, a simulated hand; with your board: palpate doctor",
         err=True,
@@ -165,7 +180,7 @@ def _calibration(path: Path, scene: str) -> "Calibration":
 
     need("scipy", "science")  # now, not during the measurement
     found = Calibration.load(path)
-    show_notes(path, doubts_of_calibration(found, scene))
+    print_notes(path, doubts_of_calibration(found, scene))
     return found
 
 
@@ -195,12 +210,12 @@ def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[No
     try:
         yield
     except KeyboardInterrupt:
-        with signals(
+        with handle_signals(
             lambda *_: None, signal.SIGINT, signal.SIGTERM
         ):  # another one changes nothing: it ends
-            say("ended")
+            print_message("ended")
             measurement.close()
-            sys.exit(Exit.BAD_DATA if measurement.failed else Exit.INTERRUPTED)
+            sys.exit(ExitCode.BAD_DATA if measurement.failed else ExitCode.INTERRUPTED)
     finally:
         measurement.close()
 

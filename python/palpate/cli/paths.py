@@ -1,4 +1,7 @@
-"""Files that a command reads or writes: the types of its arguments. A wrong file is an OSError: exit code 4."""
+"""Files that a command reads or writes: the types of its arguments.
+
+A wrong file is an OSError: exit code 4.
+"""
 
 import errno
 import os
@@ -12,7 +15,7 @@ import click
 
 from palpate.files import require_file_name
 
-_NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
+_NO_RECORDING = "moduli.csv"  # `palpate simulate` writes it beside its recordings
 
 
 class InputFile(click.Path):
@@ -24,54 +27,59 @@ class InputFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Return the path of a file that can be read."""
         path = Path(value)
-        if (
-            not (self.allow_dash and str(path) == "-") and not path.is_fifo()
-        ):  # which would wait for its writer
+        is_standard_input = self.allow_dash and str(path) == "-"
+        if not is_standard_input and not path.is_fifo():  # opening a FIFO waits for its writer
             path.open("rb").close()
         return path
 
 
-class Named(NamedTuple):
-    """The files that one argument names; `several`: a folder or a pattern, any number of files."""
+class FileArgument(NamedTuple):
+    """The files that one argument names."""
 
     files: list[Path]
-    several: bool
+    is_pattern: bool
+    """Whether it is a folder or a pattern."""
 
 
 class Recordings(click.Path):
-    """The type of an argument that names recordings: FILE, a folder with all below it, or a pattern: `monday/**.csv`."""
+    """The type of an argument that names recordings.
+
+    FILE, a folder with everything below it, or a pattern: `monday/**.csv`.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the files that an argument names."""
+        """Return the files that an argument names, as `FileArgument`."""
         if not value:
             self.fail("got an empty name, allowed: a file, a folder or a pattern", param, ctx)
         path = Path(value)
         if path.is_dir():
-            found = _recordings(f"{escape(path.as_posix())}/**/*")
+            pattern = f"{escape(path.as_posix())}/**/*"
         elif has_magic(value) and not path.exists():
-            found = _recordings(
-                re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", path.as_posix())
-            )  # **.csv: in all folders
+            # **.csv stands for **/*.csv: in all folders.
+            pattern = re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", path.as_posix())
         else:
-            return Named([path], several=False)
-        if not found:
+            return FileArgument([path], is_pattern=False)
+        files = _find_recordings(pattern)
+        if not files:
             reason = "no recording there, allowed: a folder or pattern with tables, as *.csv"
             raise FileNotFoundError(errno.ENOENT, reason, value)
-        return Named(found, several=True)
+        return FileArgument(files, is_pattern=True)
 
 
-def _recordings(pattern: str) -> list[Path]:
-    """Return the files that may be recordings, sorted: no sidecars, nothing hidden, no files of a repair."""
+def _find_recordings(pattern: str) -> list[Path]:
+    """Return the files that may be recordings, sorted; no sidecar, hidden file or repair's copy."""
     from palpate.importers.formats import readable
 
-    paths = sorted(map(Path, glob(pattern, recursive=True)))  # noqa: PTH207 (Path.glob finds hidden files, too)
-    return [
-        path for path in paths if readable(path) and path.name != _NO_RECORDING and path.is_file()
-    ]
+    names = glob(pattern, recursive=True)  # noqa: PTH207 (Path.glob finds hidden files, too)
+    files = []
+    for path in sorted(map(Path, names)):
+        if readable(path) and path.name != _NO_RECORDING and path.is_file():
+            files.append(path)
+    return files
 
 
 class _Output(click.Path):
-    """The type of an option that is a file or a folder to write; `require_free` says what is wrong with it."""
+    """The type of an option that is a file or a folder to write; `require_free` checks it."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         return Path(value)
@@ -90,20 +98,23 @@ force_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
 def require_free(
     outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force: bool | None
 ) -> None:
-    """Check the names of output files, before anything is computed or a device is opened; `force` None: a measurement."""
-    read = [file for path in inputs for file in with_sidecar(path) if file.exists()]
+    """Check the names of output files, before anything is computed or a device is opened.
+
+    With `force` None, for a measurement, the error does not propose --force.
+    """
+    input_files = [file for path in inputs for file in with_sidecar(path) if file.exists()]
     for path in outputs:
         _require_folder(path.parent)
         require_file_name(path)
-        if path.exists() and any(map(path.samefile, read)):
+        if path.exists() and any(path.samefile(file) for file in input_files):
             raise FileExistsError(errno.EEXIST, "is an input file: choose another name", str(path))
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))
         if os.path.lexists(path) and not force:
-            how = "" if force is None else ", or use --force"
-            raise FileExistsError(
-                errno.EEXIST, f"already exists: choose another name{how}", str(path)
-            )
+            reason = "already exists: choose another name"
+            if force is not None:
+                reason += ", or use --force"
+            raise FileExistsError(errno.EEXIST, reason, str(path))
 
 
 def with_sidecar(path: Path) -> list[Path]:
@@ -116,11 +127,13 @@ def with_sidecar(path: Path) -> list[Path]:
     """
     from palpate.recording.sidecar import sidecar_path
 
-    return [path, sidecar_path(path)] if path.suffix.lower() == ".csv" else [path]
+    if path.suffix.lower() == ".csv":
+        return [path, sidecar_path(path)]
+    return [path]
 
 
 def require_free_in(folder: Path, outputs: Iterable[Path], *, force: bool) -> None:
-    """Check the same of files in a folder that is made with them, if it does not exist."""
+    """Check files in a folder in the same way; a folder that does not exist is made with them."""
     if os.path.lexists(folder):
         require_free(outputs, force=force)
     else:
@@ -129,10 +142,8 @@ def require_free_in(folder: Path, outputs: Iterable[Path], *, force: bool) -> No
 
 def _require_folder(path: Path) -> None:
     if not path.is_dir():
-        raise NotADirectoryError(
-            errno.ENOTDIR, "is no folder: make it, or name another one", str(path)
-        )
+        reason = "is no folder: make it, or name another one"
+        raise NotADirectoryError(errno.ENOTDIR, reason, str(path))
     if not os.access(path, os.W_OK):
-        raise PermissionError(
-            errno.EACCES, f"cannot be written: {os.strerror(errno.EACCES)}", str(path)
-        )
+        reason = f"cannot be written: {os.strerror(errno.EACCES)}"
+        raise PermissionError(errno.EACCES, reason, str(path))

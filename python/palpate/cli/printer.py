@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ import click
 from palpate import PalpateError, Touch, Uncertainty
 from palpate.ad7746.registers import linearity_pF
 from palpate.cli import touch_table
-from palpate.cli.main import failure
-from palpate.cli.output import say
+from palpate.cli.exit_codes import ErrorReport
+from palpate.cli.output import print_message
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listener
@@ -87,7 +88,7 @@ class Printer(Listener):
             try:
                 self._stream.centre()
             except RuntimeError as error:
-                say(str(error))
+                print_message(str(error))
         self._outside = outside
 
     def document(self, file: Path, error: PalpateError | None) -> dict[str, Any]:
@@ -98,7 +99,7 @@ class Printer(Listener):
             "seconds": self.elapsed_s,
             "counters": self._stream.counters.as_dict(),
             "touches": touch_table.records(touches, self._uncertainties(touches), cut=self._cut),
-            "error": failure(error) if error else None,
+            "error": asdict(ErrorReport.of_file(error)) if error else None,
         }
 
     def _uncertainties(self, touches: Iterable[Touch]) -> list[Uncertainty]:
@@ -109,7 +110,7 @@ class Printer(Listener):
     def clear(self) -> None:
         """Clear the line of the state."""
         if self._width:
-            say("\r" + " " * self._width + "\r", nl=False)
+            print_message("\r" + " " * self._width + "\r", nl=False)
             self._width = 0
 
     def _show_state(self) -> None:
@@ -119,5 +120,5 @@ class Printer(Listener):
             text = f"{self.elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}"
             if tracker.state == "contact":
                 text += f", ratio {Uncertainty.of_ratio(tracker.ratio, tracker.standard_error)}"
-            say(f"\r{text:{self._width}}", nl=False)
+            print_message(f"\r{text:{self._width}}", nl=False)
             self._shown_s, self._width = now, len(text)

@@ -7,15 +7,22 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from math import inf
 from pathlib import Path
 from threading import Timer
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from palpate import PalpateError
-from palpate.cli.main import Exit, as_json, json_option, show, usage_errors
-from palpate.cli.output import say, signals
+from palpate.cli.exit_codes import ExitCode, handle_signals, usage_errors
+from palpate.cli.output import is_json, json_option, print_message, print_result
 from palpate.cli.paths import OUTPUT, require_free, with_sidecar
-from palpate.cli.shared_options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.shared_options import (
+    SourceOptions,
+    TrackerOptions,
+    board_options,
+    complete_source,
+    lsl_option,
+    recording_options,
+)
 
 if TYPE_CHECKING:
     from palpate.cli.printer import Printer
@@ -25,7 +32,7 @@ if TYPE_CHECKING:
 _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 
 
-@click.command()
+@click.command("record")
 @click.argument("source", shell_complete=complete_source)
 @click.option(
     "-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file."
@@ -51,7 +58,7 @@ _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts f
               "set the range again.")  # fmt: skip
 @recording_options
 @json_option
-def record(
+def record_command(
     source: str,
     file: Path,
     touches: int | None,
@@ -59,8 +66,8 @@ def record(
     notes: tuple[str, ...],
     lsl: str | None,
     recentre: bool,
-    asked: dict[str, Any],
-    how: dict[str, Any],
+    reading: SourceOptions,
+    tracker: TrackerOptions,
 ) -> None:
     """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
 
@@ -83,15 +90,22 @@ def record(
 
     require_free(with_sidecar(file), force=None)
     with usage_errors():
-        opened = sources.open(source, **asked)
+        opened = sources.open(source, **reading.keywords())
         # A file or a simulation is read ahead, and what is read is recorded: not beyond the end that is asked for, nor in another range.
         ahead = 2 if (touches or seconds or recentre) and not opened.live else None
-        stream = Stream(opened, record=file, notes=list(notes), notify=say, capacity=ahead, **how)
+        stream = Stream(
+            opened,
+            record=file,
+            notes=list(notes),
+            notify=print_message,
+            capacity=ahead,
+            **tracker.keywords(),
+        )
         outlets = Outlets(stream, lsl) if lsl else None
     for note in notes:
         if outlets:
             outlets.mark("note", note)
-    printer = Printer(stream, quiet=as_json())
+    printer = Printer(stream, quiet=is_json())
     stream.listen(printer)
     failure: PalpateError | None = None
     with _interruptible(stream) as came:
@@ -102,15 +116,15 @@ def record(
             failure = error
         if stream.recorder:
             printer.clear()
-            show(printer.document(file, failure), "")
-            say(f"{file}: {_counted(stream)}; file closed")
+            print_result(printer.document(file, failure), "")
+            print_message(f"{file}: {_counted(stream)}; file closed")
     if failure:
         raise failure
     if came:
-        sys.exit(Exit.INTERRUPTED)
+        sys.exit(ExitCode.INTERRUPTED)
     if missing := _missing(source, stream, touches or 0):
         click.echo(missing, err=True)
-        sys.exit(Exit.NOT_RELIABLE)
+        sys.exit(ExitCode.NOT_RELIABLE)
 
 
 def _missing(source: str, stream: "Stream", touches: int) -> str:
@@ -177,5 +191,5 @@ def _interruptible(stream: "Stream") -> Iterator[list[int]]:
         if not stream.stop():
             raise KeyboardInterrupt
 
-    with signals(handle, signal.SIGINT, signal.SIGTERM):
+    with handle_signals(handle, signal.SIGINT, signal.SIGTERM):
         yield came

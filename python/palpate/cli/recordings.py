@@ -1,30 +1,32 @@
 """`palpate check`, `import`, `convert`, `plot` and `report`: commands about whole recordings and tables."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
 
 from palpate import RecordingError, Uncertainty, touches
-from palpate.cli.main import (
-    Exit,
-    as_json,
-    failure,
+from palpate.cli.exit_codes import ErrorReport, ExitCode, message_line, usage_errors
+from palpate.cli.output import (
+    format_table,
+    is_json,
     json_option,
-    one_line,
-    show,
-    show_notes,
-    usage_errors,
+    print_message,
+    print_notes,
+    print_result,
+    print_text,
+    reading_progress,
 )
-from palpate.cli.output import aligned, echo, reading, say
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
 from palpate.cli.shared_options import (
     INPUT,
+    SourceOptions,
+    TrackerOptions,
     reading_options,
     replaying_options,
-    simulated,
-    tracking_of,
+    simulation_note,
 )
 from palpate.errors import listed, shortened
 from palpate.flags import advice_at_end
@@ -41,7 +43,7 @@ _TOUCHES = 8  # in one line
 _WIDTH = 24  # characters of a cell
 
 
-@click.command()
+@click.command("check")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=INPUT)
 @reading_options
 @click.option(
@@ -51,7 +53,7 @@ _WIDTH = 24  # characters of a cell
 )
 @click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too.")
 @json_option
-def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: bool) -> None:
+def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool, yes: bool) -> None:
     """Check that recordings are complete, without gaps and not saturated.
 
     --repair never removes a row that can be read. The files before the repair are kept in NAME.csv.unrepaired and
@@ -67,36 +69,38 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
         raise click.UsageError("--yes: got it without --repair, allowed: both")
     reports: list[Verification] = []
     unreadable: dict[Path, Exception] = {}
-    with reading("check", files) as done:
+    with reading_progress("check", files) as done:
         for file in files:
             try:
-                reports.append(_checked(file, repair, yes, asked))
+                reports.append(_checked(file, repair, yes, reading))
             except RecordingError as error:
                 unreadable[file] = error
             except (ValueError, TypeError) as error:  # a table that leaves a question
                 if len(files) == 1:
-                    raise click.UsageError(f"{file}: {one_line(str(error))}") from error
+                    raise click.UsageError(f"{file}: {message_line(str(error))}") from error
                 unreadable[file] = error
             done(file)
-    failed = [{"file": str(file), "error": failure(wrong)} for file, wrong in unreadable.items()]
-    show(
+    failed = [
+        {"file": str(file), "error": asdict(ErrorReport.of_file(wrong))}
+        for file, wrong in unreadable.items()
+    ]
+    print_result(
         {"recordings": [each.as_dict() for each in reports], "unreadable": failed},
         "\n".join(map(_lines, reports)),
     )
     for file, wrong in unreadable.items():
-        message = failure(wrong)["message"]
-        say(f"Error: {message if message.startswith(str(file)) else f'{file}: {message}'}")
+        print_message(ErrorReport.of_file(wrong).line(file))
     if unreadable or any(report.faults for report in reports):
-        sys.exit(Exit.BAD_DATA)
-    sys.exit(Exit.NOT_RELIABLE if any(report.findings for report in reports) else 0)
+        sys.exit(ExitCode.BAD_DATA)
+    sys.exit(ExitCode.NOT_RELIABLE if any(report.findings for report in reports) else 0)
 
 
-def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Verification:
-    recording = recorded(file, **asked)
+def _checked(file: Path, repair: bool, yes: bool, reading: SourceOptions) -> Verification:
+    recording = recorded(file, **reading.keywords())
     report = verified(recording, repair=repair, remove_damage=yes)
-    show_notes(file, [simulated(recording)])
+    print_notes(file, [simulation_note(recording)])
     if repair and not yes and report.damaged and not report.running:
-        say(f"{file}: --yes takes out what is damaged, and keeps it in a file")
+        print_message(f"{file}: --yes takes out what is damaged, and keeps it in a file")
     return report
 
 
@@ -120,7 +124,7 @@ def _lines(report: Verification) -> str:
 @click.argument("file", type=INPUT)
 @reading_options
 @json_option
-def import_(file: Path, asked: dict[str, Any]) -> None:
+def import_command(file: Path, reading: SourceOptions) -> None:
     """Show how a table of another program is read.
 
     FILE is a table with two channels: text, Excel, Parquet, Arrow, XDF, also packed as .gz. Prints its first rows, and how
@@ -138,11 +142,11 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         )
 
     with usage_errors():
-        wanted = Asked(**asked)
+        wanted = Asked(**reading.keywords())
         table = read_table(file, wanted)
-        if not as_json():  # before it is understood: what is shown helps to say the rest
+        if not is_json():  # before it is understood: what is shown helps to say the rest
             size = f"{len(table.columns)} columns, {len(table)} rows"
-            echo(f"{file}: {size}\n{_preview(table)}")
+            print_text(f"{file}: {size}\n{_preview(table)}")
         found = of_table(file, table, wanted)
     measured = touches(found)
     swapped = {
@@ -155,12 +159,15 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         "rows": len(table),
         "understood": found.understood,
         "notes": notes,
-        "asked": {name: str(value) if name == "soft" else value for name, value in asked.items()},
+        "asked": {
+            name: str(value) if name == "soft" else value
+            for name, value in reading.keywords().items()
+        },
     }
     ratios = [str(Uncertainty.of(touch)) for touch in measured]
     values = f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
     count = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}"
-    show(document, "\n".join([found.understood, *notes, count + values]))
+    print_result(document, "\n".join([found.understood, *notes, count + values]))
 
 
 def _preview(table: Table) -> str:
@@ -169,19 +176,19 @@ def _preview(table: Table) -> str:
         [shortened(str(cell), _WIDTH) for cell in column.cells[:_SHOWN]] for column in table.columns
     ]
     names = [[f"{position:5}", column.name] for position, column in enumerate(table.columns, 1)]
-    return aligned(
+    return format_table(
         [[*name, "  ".join(shown)] for name, shown in zip(names, cells, strict=True)], "<"
     )
 
 
-@click.command()
+@click.command("convert")
 @click.argument("file", type=INPUT)
 @click.option("-o", "output", required=True, type=OUTPUT,
               help="NAME.parquet, NAME.arrow, or NAME.csv for palpate's own format.")  # fmt: skip
 @reading_options
 @force_option
 @json_option
-def convert(file: Path, output: Path, asked: dict[str, Any], force: bool) -> None:
+def convert_command(file: Path, output: Path, reading: SourceOptions, force: bool) -> None:
     """Convert a recording to Parquet, Arrow, or palpate's own CSV.
 
     FILE is a recording, or a table of another logger. Every row is kept; a row without a value is marked as lost. A Parquet or Arrow file has the sidecar in its metadata, under the key palpate, and
@@ -195,9 +202,9 @@ def convert(file: Path, output: Path, asked: dict[str, Any], force: bool) -> Non
       palpate convert run.csv -o run.parquet
       palpate convert other.csv --map "hard=C1 (pF),soft=C2 (pF)" -o run.csv
     """  # noqa: D301
-    require_free(with_sidecar(output), filter(None, [file, asked.get("soft")]), force=force)
+    require_free(with_sidecar(output), filter(None, [file, reading.soft]), force=force)
     with usage_errors():
-        recording = recorded(file, **asked)
+        recording = recorded(file, **reading.keywords())
         rows = convert_recording(recording, output, force=force)
     notes, counts = _convert_notes(recording), {"rows": rows, "lost": recording.survey.refused}
     sys.exit(_print_written(file, output, recording, counts, notes))
@@ -207,11 +214,11 @@ def _print_written(
     file: Path, output: Path, recording: AnyRecording, counts: dict[str, int], notes: list[str]
 ) -> int:
     """Print what was made of a recording, the first of `counts`, or all as JSON; return the exit code."""
-    show_notes(file, dict.fromkeys([recording.understood, *notes]))
+    print_notes(file, dict.fromkeys([recording.understood, *notes]))
     what, count = next(iter(counts.items()))
     document = {"file": str(file), "written": str(output), **counts, "notes": notes}
-    show(document, f"{output}: {count} {what}")
-    return Exit.NOT_RELIABLE if recording.doubts else 0
+    print_result(document, f"{output}: {count} {what}")
+    return ExitCode.NOT_RELIABLE if recording.doubts else 0
 
 
 def _convert_notes(recording: AnyRecording) -> list[str]:
@@ -225,13 +232,15 @@ def _convert_notes(recording: AnyRecording) -> list[str]:
     return notes
 
 
-@click.command()
+@click.command("plot")
 @click.argument("file", type=INPUT)
 @click.option("-o", "output", required=True, type=OUTPUT, help="NAME.png, NAME.pdf or NAME.svg.")
 @replaying_options
 @force_option
 @json_option
-def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], force: bool) -> None:
+def plot_command(
+    file: Path, output: Path, reading: SourceOptions, tracker: TrackerOptions, force: bool
+) -> None:
     """Draw a recording, with the ratio of each touch.
 
     Above are the changes of both channels over time, below is the ratio of each touch at its begin. The touches
@@ -248,14 +257,14 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
     with usage_errors():
         require_free([output], [file], force=force)
         plots.check(output)
-        recording = recorded(file, **asked)
-        found = tracked(recording, **tracking_of(recording, how))
+        recording = recorded(file, **reading.keywords())
+        found = tracked(recording, **tracker.for_recording(recording))
         plots.save(recording.recording, found.touches, output)
     notes = [note for note in [recording.understood, *found.touches.notes] if note]
     sys.exit(_print_written(file, output, recording, {"touches": len(found.touches)}, notes))
 
 
-@click.command()
+@click.command("report")
 @click.argument("recordings", metavar="FILE...", nargs=-1, required=True, type=InputFile())
 @click.option(
     "--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli."
@@ -282,7 +291,7 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
 )
 @force_option
 @json_option
-def report(
+def report_command(
     recordings: tuple[Path, ...],
     calibration: Path | None,
     moduli: Path | None,
@@ -315,7 +324,7 @@ def report(
         said = str(error).splitlines()[0]
         convert = ": use palpate convert, and report what it writes" if "--map" in said else ""
         raise click.UsageError(f"{said}{convert}") from error
-    show_notes(f"{path}: results may be wrong", made.doubts)
+    print_notes(f"{path}: results may be wrong", made.doubts)
     document = {"report": str(path), "doubts": made.doubts, **made.results}
-    show(document, f"{path}\n{made.verdict}")
-    sys.exit(Exit.NOT_RELIABLE if made.doubts else 0)
+    print_result(document, f"{path}\n{made.verdict}")
+    sys.exit(ExitCode.NOT_RELIABLE if made.doubts else 0)

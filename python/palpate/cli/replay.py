@@ -2,7 +2,7 @@
 
 import math
 import sys
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -14,10 +14,22 @@ import palpate
 from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
 from palpate.cli import touch_table
-from palpate.cli.main import Exit, failure, json_option, show, show_notes, usage_errors
-from palpate.cli.output import reading, say
-from palpate.cli.paths import InputFile, Named, Recordings
-from palpate.cli.shared_options import INPUT, replaying_options, simulated, tracking_of
+from palpate.cli.exit_codes import ErrorReport, ExitCode, usage_errors
+from palpate.cli.output import (
+    json_option,
+    print_message,
+    print_notes,
+    print_result,
+    reading_progress,
+)
+from palpate.cli.paths import FileArgument, InputFile, Recordings
+from palpate.cli.shared_options import (
+    INPUT,
+    SourceOptions,
+    TrackerOptions,
+    replaying_options,
+    simulation_note,
+)
 from palpate.flags import doubts_of_calibration
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
@@ -28,9 +40,8 @@ from palpate.uncertainty import Scatter, Uncertainty
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, OfflineTouch
 
-_Given = dict[str, Any]
 _Windows = list[tuple[float, float]] | None
-_WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE, 0)
+_WORST = (ExitCode.UNEXPECTED, ExitCode.MISSING_EXTRA, ExitCode.BAD_DATA, ExitCode.NOT_RELIABLE, 0)
 """Exit codes of several recordings: the first code here that one of them has is returned."""
 
 
@@ -46,7 +57,7 @@ def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> _
         ) from None
 
 
-@click.command()
+@click.command("replay")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=Recordings())
 @replaying_options
 @click.option("--calibration", type=InputFile(),
@@ -64,10 +75,10 @@ def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> _
 @click.option("--jobs", default=1, show_default=True, type=click.IntRange(min=1),
               help="Recordings at a time, each in a thread.")  # fmt: skip
 @json_option
-def replay(
-    files: tuple[Named, ...],
-    asked: dict[str, Any],
-    how: dict[str, Any],
+def replay_command(
+    files: tuple[FileArgument, ...],
+    reading: SourceOptions,
+    tracker: TrackerOptions,
     calibration: Path | None,
     is_offline: bool,
     windows: _Windows,
@@ -101,11 +112,16 @@ def replay(
         raise click.UsageError("--offline and --window: allowed one of them")
     made = palpate.Calibration.load(calibration) if calibration else None
     one = partial(
-        replayed, asked=asked, how=how, offline=is_offline, calibration=made, windows=windows
+        replayed,
+        reading=reading,
+        tracker=tracker,
+        offline=is_offline,
+        calibration=made,
+        windows=windows,
     )
     [first, *others] = dict.fromkeys(file for named in files for file in named.files)
-    if others or any(named.several for named in files):
-        if asked.get("soft"):
+    if others or any(named.is_pattern for named in files):
+        if reading.soft:
             raise click.UsageError(
                 f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE"
             )
@@ -116,9 +132,9 @@ def replay(
         sys.exit(_replay_all([first, *others], one, jobs))
     with usage_errors():
         found = one(INPUT.convert(first, None, None))
-    show(found.document, "\n".join([*found.table, *found.below]))
-    show_notes(first, [found.understood, *found.notes])
-    sys.exit(0 if found.reliable else Exit.NOT_RELIABLE)
+    print_result(found.document, "\n".join([*found.table, *found.below]))
+    print_notes(first, [found.understood, *found.notes])
+    sys.exit(0 if found.reliable else ExitCode.NOT_RELIABLE)
 
 
 @dataclass
@@ -177,8 +193,8 @@ class Replayed:
 
 def replayed(
     file: Path,
-    asked: _Given,
-    how: _Given,
+    reading: SourceOptions,
+    tracker: TrackerOptions,
     offline: bool,
     calibration: "Calibration | None",
     windows: _Windows,
@@ -190,8 +206,8 @@ def replayed(
     RecordingError, ValueError, TypeError
         As from `palpate.touches`.
     """
-    recording = recorded(file, **asked)
-    tracking = tracking_of(recording, how, calibration)
+    recording = recorded(file, **reading.keywords())
+    tracking = tracker.for_recording(recording, calibration)
     again = palpate.offline(recording, **tracking) if offline else None
     of_tracker = tracked(recording, windows=windows, **tracking)
     touches, notes, plan = (
@@ -224,7 +240,7 @@ def replayed(
     }
     reliable = bool(touches) and not recording.doubts
     rows = map(touch_table.row, count(1), touches, uncertainties)
-    understood = recording.understood or simulated(recording)
+    understood = recording.understood or simulation_note(recording)
     found = Replayed(document, touch_table.table([*rows]), understood, notes, reliable)
     if (calibration or plan).ratio == "level":
         document["ratio_used"] = "level_ratio"
@@ -268,7 +284,7 @@ def _replay_all(files: list[Path], one: partial[Replayed], jobs: int) -> int:
     results: dict[Path, Replayed | Exception] = {}
     work = in_order(one, files, jobs)
     try:
-        with reading("replay", files) as done:
+        with reading_progress("replay", files) as done:
             for file, result in zip(files, work, strict=True):
                 results[file] = result
                 done(file)
@@ -294,25 +310,21 @@ def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
     )
     for file, result in results.items():
         if isinstance(result, Exception):
-            found = failure(result)
-            codes.add(found["code"])
-            errors.append(
-                found["message"]
-                if found["message"].startswith(str(file))
-                else f"{file}: {found['message']}"
-            )
-            documents.append({"file": str(file), "error": found})
+            found = ErrorReport.of_file(result)
+            codes.add(found.code)
+            errors.append(found.line(file))
+            documents.append({"file": str(file), "error": asdict(found)})
             continue
         documents.append(result.document)
-        codes.add(0 if result.reliable else Exit.NOT_RELIABLE)
-        show_notes(
+        codes.add(0 if result.reliable else ExitCode.NOT_RELIABLE)
+        print_notes(
             file, [result.understood if result.understood != understood else "", *result.notes]
         )
         understood = result.understood
         begin = [] if lines or not result.table else [f"{'file':{width}}  {result.table[0]}"]
         lines += [*begin, *(f"{file!s:{width}}  {row}" for row in result.table[1:])]
         below += [f"{file}: {line}" for line in result.below]
-    show(documents, "\n".join([*lines, *below]))
+    print_result(documents, "\n".join([*lines, *below]))
     for error in errors:
-        say(f"Error: {error}")
+        print_message(error)
     return codes

@@ -1,7 +1,9 @@
-"""Options and arguments that several commands share."""
+"""Options and arguments that several commands share, and their values as objects."""
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import reduce, wraps
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import wraps
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,197 +16,300 @@ if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
     from palpate.calibration import Calibration
+    from palpate.recording.foreign import AnyRecording
 
-_Adding = Callable[[Callable[..., Any]], Callable[..., Any]]
+_Function = Callable[..., Any]
+_Decorator = Callable[[_Function], _Function]
 _SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
 _LSL_NAME = "palpate"
 
 
+@dataclass(frozen=True)
+class SourceOptions:
+    """Options for reading a file or opening a device; None: not set."""
+
+    columns: Mapping[str, str] | None = None
+    unit: str | None = None
+    time_unit: str | None = None
+    rate: float | None = None
+    decimal: str | None = None
+    soft: Path | None = None
+    part: str | None = None
+    firmware: Path | None = None
+    excitation: str | None = None
+
+    def keywords(self) -> dict[str, Any]:
+        """Return the options that are set, as keywords of `palpate.read` and `palpate.open`."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class TrackerOptions:
+    """Scene and settings of the tracker; None: not set."""
+
+    scene: str | None = None
+    touch_seconds: float | None = None
+    samples: int | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that the length of a touch is set once."""
+        if len(self._changed_settings().keys() & {"seconds", "samples"}) > 1:
+            raise click.UsageError(
+                "got a length of a touch in seconds and in samples, allowed: only one of them"
+            )
+
+    def keywords(self) -> dict[str, Any]:
+        """Return keywords of `palpate.Stream`; a length replaces that of scene and recording.
+
+        Examples
+        --------
+        >>> TrackerOptions("paper", samples=60, settings={"threshold": 6.0}).keywords()
+        {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 6.0}
+        """
+        changed = self._changed_settings()
+        keywords: dict[str, Any] = {}
+        if self.scene is not None:
+            keywords["scene"] = self.scene
+        if changed.keys() & {"seconds", "samples"}:
+            keywords |= {"seconds": None, "samples": None}
+        return keywords | changed
+
+    def for_recording(
+        self, recording: "AnyRecording", calibration: "Calibration | None" = None
+    ) -> dict[str, Any]:
+        """Return keywords for a recording: without a scene its own; then the calibration's."""
+        options = self.keywords()
+        keywords = options
+        if self.scene is None:
+            keywords = {"scene": "handheld"} | recording.settings | options
+        if calibration is not None:
+            keywords = calibration.for_tracking(keywords) | options
+        return keywords
+
+    def with_settings(self, **settings: float | None) -> "TrackerOptions":
+        """Return the options with more settings, without those that are None."""
+        more = {name: value for name, value in settings.items() if value is not None}
+        return replace(self, settings={**self.settings, **more})
+
+    def _changed_settings(self) -> dict[str, float]:
+        changed = dict(self.settings)
+        if self.touch_seconds is not None:
+            changed["seconds"] = self.touch_seconds
+        if self.samples is not None:
+            changed["samples"] = self.samples
+        return changed
+
+
+def simulation_note(recording: "AnyRecording") -> str:
+    """Return a note if a simulator made a recording, else ""."""
+    from palpate.recording.sidecar import is_simulated
+
+    if is_simulated(recording.document.get("device", {})):
+        return "simulated: no probe was used"
+    return ""
+
+
 def complete_source(
-    _context: click.Context, _parameter: click.Parameter, begun: str
+    _context: click.Context, _parameter: click.Parameter, begin: str
 ) -> "list[CompletionItem]":
-    """Return what the shell offers: schemes; after a scheme, scenarios or connected devices; else files."""
+    """Return the shell's proposals: schemes; after a scheme, scenarios or devices; else files."""
     from click.shell_completion import CompletionItem
 
     words: Iterable[str] = _SCHEMES
-    if begun.startswith("sim:"):
+    if begin.startswith("sim:"):
         from palpate.simulation.board_input import known
 
         words = [f"sim:{name}" for name in known()]
-    elif begun.startswith(_SCHEMES):
+    elif begin.startswith(_SCHEMES):
         from palpate.sources.devices import devices
 
         words = [device.uri for device in devices()[0]]
-    found = [CompletionItem(word) for word in words if word.startswith(begun)]
-    return found or [CompletionItem(begun, type="file")]
+    proposals = [CompletionItem(word) for word in words if word.startswith(begin)]
+    return proposals or [CompletionItem(begin, type="file")]
 
 
-def _scene_names(_context: click.Context, _parameter: click.Parameter, begun: str) -> list[str]:
-    return [scene for scene in scenes if scene.startswith(begun)]
+def _complete_scene(_context: click.Context, _parameter: click.Parameter, begin: str) -> list[str]:
+    return [scene for scene in scenes if scene.startswith(begin)]
 
 
-def _columns(
+def _parse_columns(
     _context: click.Context, _parameter: click.Parameter, text: str | None
 ) -> dict[str, str] | None:
     from palpate.importers.table import parsed_map
 
+    if text is None:
+        return None
     try:
-        return None if text is None else parsed_map(text)
+        return parsed_map(text)
     except ValueError as error:
         raise click.BadParameter(str(error).removeprefix("map: ")) from None
 
 
-def named_numbers(texts: Iterable[str], example: str) -> dict[str, float]:
-    """Parse NAME=NUMBER, given any number of times."""
-    found = {}
+def parse_numbers(texts: Iterable[str], example: str) -> dict[str, float]:
+    """Parse NAME=NUMBER, any number of times."""
+    numbers = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
-            found[name.strip()] = float(value)
+            numbers[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(
-                f"got {quoted(text)}, allowed: NAME=NUMBER, for example {example}"
-            ) from None
-    return found
+            allowed = f"NAME=NUMBER, for example {example}"
+            raise click.BadParameter(f"got {quoted(text)}, allowed: {allowed}") from None
+    return numbers
 
 
-def _settings(
+def _parse_settings(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
-    return named_numbers(texts, "threshold=6")
+    return parse_numbers(texts, "threshold=6")
 
 
-def _lsl_name(_context: click.Context, _parameter: click.Parameter, text: str | None) -> str | None:
+def _check_lsl_name(
+    _context: click.Context, _parameter: click.Parameter, text: str | None
+) -> str | None:
     if text is not None and (":" in text or not text):
         allowed = "a name without a colon; write --lsl after SOURCE, or --lsl=NAME"
         raise click.BadParameter(f"got {quoted(text)}, allowed: {allowed}")
     return text
 
 
-def _given(**values: Any) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def tracking(
-    scene: str | None, touch_seconds: float | None, samples: int | None, settings: dict[str, float]
-) -> dict[str, Any]:
-    """Return scene and settings of the tracker that a user gave; a length replaces the one of the scene, or of a recording.
-
-    Examples
-    --------
-    >>> tracking("paper", None, 60, {"threshold": 6.0})
-    {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 6.0}
-    """
-    given = settings | _given(seconds=touch_seconds, samples=samples)
-    lengths = given.keys() & {"seconds", "samples"}
-    if len(lengths) > 1:
-        raise click.UsageError(
-            "got a length of a touch in seconds and in samples, allowed: only one of them"
-        )
-    other_length = {"seconds": None, "samples": None} if lengths else {}
-    return _given(scene=scene) | other_length | given
-
-
-def tracking_of(
-    recording: Any, how: dict[str, Any], calibration: "Calibration | None" = None
-) -> dict[str, Any]:
-    """Return scene and settings for a recording: without a given scene its own; of a calibration; and those that are given."""
-    found = how if "scene" in how else {"scene": "handheld"} | recording.settings | how
-    return calibration.for_tracking(found) | how if calibration else found
-
-
-def simulated(recording: Any) -> str:
-    """Return what to print of a recording that a simulator made; "": it is of a probe, or not known."""
-    from palpate.recording.sidecar import is_simulated
-
-    return "simulated: no probe was used" * is_simulated(recording.document.get("device", {}))
-
-
 INPUT = InputFile(allow_dash=True)
 """The type of an argument that is a recording; - is standard input."""
-lsl_option: _Adding = click.option(
-    "--lsl", is_flag=False, flag_value=_LSL_NAME, callback=_lsl_name, metavar="[NAME]",
-    help="Send the measurement to Lab Streaming Layer, as the streams NAME (samples), NAME-estimates and NAME-marks. "
-    f"Without a name: {_LSL_NAME}.",
-)  # fmt: skip
+lsl_option: _Decorator = click.option(
+    "--lsl",
+    is_flag=False,
+    flag_value=_LSL_NAME,
+    callback=_check_lsl_name,
+    metavar="[NAME]",
+    help="Send the measurement to Lab Streaming Layer, as the streams NAME (samples), "
+    f"NAME-estimates and NAME-marks. Without a name: {_LSL_NAME}.",
+)
 """Adds lsl, the name of the streams or None, to a command."""
-firmware_option: _Adding = click.option(
+firmware_option: _Decorator = click.option(
     "--firmware", type=InputFile(), help="Firmware file of the evaluation kit."
 )
 """Adds firmware to a command."""
-_EXCITATION = click.option("--excitation", metavar="PINS", help="Excitation pins that the bumps are wired to: A, B, AB, "
-                           "or HARD,SOFT as B,A.  [default: B]")  # fmt: skip
-_READING = [
-    click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
-                 help="Columns of a table of another program: names, or positions counted from 1; also time=COL."),
-    click.option("--unit", help="Unit of the capacitances, aF to F; or of two other signals, as N.  [default: from the header, else by size]"),
-    click.option("--time-unit", help="Unit of the times, ns to d.  [default: from the header, else by size]"),
-    click.option("--rate", type=click.FloatRange(min=0, min_open=True),
-                 help="Pairs a second, for a table without usable times."),
-    click.option("--decimal", type=click.Choice(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
-    click.option("--soft", type=INPUT, help="File of the soft channel, if FILE has the hard channel only."),
-    click.option("--part", metavar="NAME", help="Sheet of a workbook, or stream of an XDF file, if several fit."),
-]  # fmt: skip
+_BOARD: Sequence[_Decorator] = [
+    firmware_option,
+    click.option(
+        "--excitation",
+        metavar="PINS",
+        help="Excitation pins that the bumps are wired to: A, B, AB, or HARD,SOFT as B,A.  "
+        "[default: B]",
+    ),
+]
+_READING: Sequence[_Decorator] = [
+    click.option(
+        "--map",
+        "columns",
+        callback=_parse_columns,
+        metavar="hard=COL,soft=COL",
+        help="Columns of a table of another program: names, or positions counted from 1; also "
+        "time=COL.",
+    ),
+    click.option(
+        "--unit",
+        help="Unit of the capacitances, aF to F; or of two other signals, as N.  "
+        "[default: from the header, else by size]",
+    ),
+    click.option(
+        "--time-unit",
+        help="Unit of the times, ns to d.  [default: from the header, else by size]",
+    ),
+    click.option(
+        "--rate",
+        type=click.FloatRange(min=0, min_open=True),
+        help="Pairs a second, for a table without usable times.",
+    ),
+    click.option(
+        "--decimal",
+        type=click.Choice(["point", "comma"]),
+        help="Decimal mark, if the numbers leave it open.",
+    ),
+    click.option(
+        "--soft",
+        type=INPUT,
+        help="File of the soft channel, if FILE has the hard channel only.",
+    ),
+    click.option(
+        "--part",
+        metavar="NAME",
+        help="Sheet of a workbook, or stream of an XDF file, if several fit.",
+    ),
+]
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
-_SCENE = click.option(
-    "--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=_scene_names
+_SCENE: _Decorator = click.option(
+    "--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=_complete_scene
 )
-_SCENE_AGAIN = click.option("--scene", shell_complete=_scene_names,
-                            help=f"{_SCENES}  [default: from the recording, else handheld]")  # fmt: skip
-_ESTIMATING = [
-    click.option("--touch-seconds", type=click.FloatRange(min=0, min_open=True),
-                 help="Length of a touch, s.  [default: from the scene]"),
-    click.option("--samples", type=click.IntRange(min=1), help="Length of a touch in samples, in place of seconds."),
-    click.option("--set", "settings", callback=_settings, multiple=True, metavar="NAME=VALUE",
-                 help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
-]  # fmt: skip
+_SCENE_OF_RECORDING: _Decorator = click.option(
+    "--scene",
+    shell_complete=_complete_scene,
+    help=f"{_SCENES}  [default: from the recording, else handheld]",
+)
+_SETTINGS: Sequence[_Decorator] = [
+    click.option(
+        "--touch-seconds",
+        type=click.FloatRange(min=0, min_open=True),
+        help="Length of a touch, s.  [default: from the scene]",
+    ),
+    click.option(
+        "--samples",
+        type=click.IntRange(min=1),
+        help="Length of a touch in samples, in place of seconds.",
+    ),
+    click.option(
+        "--set",
+        "settings",
+        callback=_parse_settings,
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all.",
+    ),
+]
 
 
-def _adding(options: Sequence[_Adding]) -> _Adding:
-    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
+def _add_options(command: _Function, options: Sequence[_Decorator]) -> _Function:
+    """Add options to a command, in the order in which --help lists them."""
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
-def _together(
-    command: Callable[..., Any], name: str, make: Callable[..., Any], *parts: str
-) -> Callable[..., Any]:
-    """Pass the values of those of these options that a command has as one argument, which a function makes of them."""
+def _pass_as(
+    argument: str, options_class: type[SourceOptions | TrackerOptions], command: _Function
+) -> _Function:
+    """Pass the options of a command that are fields of a class as one argument, its object."""
+    names = [each.name for each in fields(options_class)]
 
     @wraps(command)
-    def called(*args: Any, **given: Any) -> Any:
-        made = make(**{part: given.pop(part) for part in parts if part in given})
-        return command(*args, **{name: made}, **given)
+    def with_object(*args: Any, **values: Any) -> Any:
+        own = {name: values.pop(name) for name in names if name in values}
+        return command(*args, **{argument: options_class(**own)}, **values)
 
-    return called
-
-
-board_options: _Adding = _adding([firmware_option, _EXCITATION])
-"""Adds firmware and excitation to a command with `reading_options`: they are in `asked`, too."""
+    return with_object
 
 
-def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `asked` to a command: the keywords of `palpate.read`, or of `palpate.open`, that were given."""
-    names = (
-        "columns",
-        "unit",
-        "time_unit",
-        "rate",
-        "decimal",
-        "soft",
-        "part",
-        "firmware",
-        "excitation",
-    )
-    return _adding(_READING)(_together(command, "asked", _given, *names))
+def board_options(command: _Function) -> _Function:
+    """Add firmware and excitation to a command that has the argument `reading`."""
+    return _add_options(command, _BOARD)
 
 
-def recording_options(command: Callable[..., Any], scene: _Adding = _SCENE) -> Callable[..., Any]:
-    """Add `asked` and `how`, as of `tracking`, to a command."""
-    names = ("scene", "touch_seconds", "samples", "settings")
-    return reading_options(
-        _adding([scene, *_ESTIMATING])(_together(command, "how", tracking, *names))
-    )
+def reading_options(command: _Function) -> _Function:
+    """Add the argument `reading` to a command, of `SourceOptions`."""
+    return _add_options(_pass_as("reading", SourceOptions, command), _READING)
 
 
-def replaying_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the same; `how` has a scene only if it is given: see `tracking_of`."""
-    return recording_options(command, _SCENE_AGAIN)
+def recording_options(command: _Function) -> _Function:
+    """Add `reading` and `tracker`, of `TrackerOptions`, to a command that measures."""
+    return _add_tracker(command, _SCENE)
+
+
+def replaying_options(command: _Function) -> _Function:
+    """Add `reading` and `tracker` to a command for recordings, which have their own scene."""
+    return _add_tracker(command, _SCENE_OF_RECORDING)
+
+
+def _add_tracker(command: _Function, scene: _Decorator) -> _Function:
+    with_tracker = _pass_as("tracker", TrackerOptions, command)
+    return reading_options(_add_options(with_tracker, [scene, *_SETTINGS]))

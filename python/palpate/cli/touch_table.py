@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate import Touch, number_format
-from palpate.cli.output import row_below
+from palpate.cli.output import format_row
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def offline_row(number: int, touch: "OfflineTouch") -> str:
 def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *more: object) -> str:
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
     flags = f"{' '.join(touch.flags):{len('flags')}}"
-    return row_below(header, [number, start, touch.samples, *more, flags])
+    return format_row(header, [number, start, touch.samples, *more, flags])
 
 
 def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
@@ -65,7 +65,7 @@ def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
 
 def table(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
     """Return lines with their header; none without lines."""
-    return [row_below(header, header), *lines] if lines else []
+    return [format_row(header, header), *lines] if lines else []
 
 
 def methods(touches: "Iterable[OfflineTouch]") -> list[str]:
