@@ -1,20 +1,33 @@
-"""Opens and parses files that anyone may have made, and replaces a file as a whole, as each system allows it."""
+"""Read files that anyone may have made, also packed ones, and replace a file as a whole."""
 
 import errno
+import gzip
+import io
 import os
 import re
 import stat
 import sys
 import time
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO, TextIO
 
-MOST_TOML = 200_000  # characters
+from palpate.errors import RecordingError
+
+LARGEST_TOML = 200_000  # characters
+LARGEST_TABLE = 500_000_000
+"""Largest table, bytes, also after decompression or from standard input: it is read as a whole."""
 REPLACE_S = 2.0
-"""How long a file that another program has open is tried to be replaced, s."""
+"""How long palpate tries to replace a file that another program has open, s."""
+STANDARD_INPUT = Path("-")
+"""This name is standard input in every command and in `palpate.read`; ./folder/- is a file."""
+EXISTS = "already exists: choose another name"
 _AGAIN_S = 0.02
+_PART = 1 << 22  # bytes
+_GZIP = b"\x1f\x8b"
 _DEVICE = re.compile(
     r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE
 )
@@ -27,7 +40,7 @@ _KINDS = {
 
 
 def open_regular(path: Path) -> BinaryIO:
-    """Open a file to read bytes; never waits, as for a pipe that nobody writes.
+    """Open a file to read bytes, and never wait, for example for a pipe that nobody writes.
 
     Raises
     ------
@@ -40,9 +53,7 @@ def open_regular(path: Path) -> BinaryIO:
     Traceback (most recent call last):
     OSError: [Errno 22] a device, not a file: use a file in place of it: '/dev/zero'
     """
-    _require_regular(
-        path, path.stat().st_mode
-    )  # before it is opened, which a device may already act on
+    _require_regular(path, path.stat().st_mode)  # a device may act already when it is opened
     return path.open("rb")
 
 
@@ -78,13 +89,102 @@ def read_bytes(path: Path, most: int) -> bytes:
         return file.read()
 
 
+def open_unpacked(path: Path) -> BinaryIO:
+    """Open a file, a .gz file or standard input, to read the unpacked bytes.
+
+    Raises
+    ------
+    OSError
+        As `open_regular`; or a .gz file is damaged or too large.
+    """
+    if path == STANDARD_INPUT:
+        file: BinaryIO = io.BytesIO(_standard_input(sys.stdin))
+    else:
+        file = open_regular(path)
+    begin = file.read(len(_GZIP))
+    file.seek(0)
+    if begin != _GZIP:
+        return file
+    try:
+        with file, gzip.GzipFile(fileobj=file) as unpacked:
+            return io.BytesIO(_read_limited(unpacked))
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        reason = f"damaged, or not complete ({error}): make the .gz file again"
+        raise OSError(errno.EIO, reason) from error
+
+
+def read_unpacked(path: Path) -> bytes:
+    """Return the unpacked bytes of a file, a .gz file or standard input.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read, or is empty.
+    """
+    with file_errors(path, "cannot be read"), open_unpacked(path) as file:
+        data = _read_limited(file)
+    if not data:
+        raise RecordingError(path, "is empty")
+    return data
+
+
+@contextmanager
+def file_errors(path: Path, failure: str) -> Iterator[None]:
+    """Turn OSError into RecordingError: the failure, such as "cannot be read", and its reason."""
+    try:
+        yield
+    except FileExistsError as error:
+        raise RecordingError(path, EXISTS) from error
+    except OSError as error:
+        raise RecordingError(path, f"{failure}: {error.strerror or error}") from error
+
+
+def unpacked_name(path: Path) -> str:
+    """Return the name of a file without .gz."""
+    return path.stem if path.suffix.lower() == ".gz" else path.name
+
+
+def _read_limited(file: IO[bytes] | gzip.GzipFile) -> bytes:
+    parts = []
+    size = 0
+    while part := file.read(_PART):  # read(n) first allocates n bytes
+        parts.append(part)
+        size += len(part)
+        if size > LARGEST_TABLE:
+            reason = f"larger than {LARGEST_TABLE:,} bytes, the most that such a file may have"
+            raise OSError(errno.EFBIG, reason)
+    return b"".join(parts)
+
+
+@lru_cache(maxsize=1)
+def _standard_input(stream: TextIO) -> bytes:
+    """Return all bytes of a stream; it can be read only once, but a recording is read again."""
+    if stream.isatty():
+        reason = "standard input is a terminal: send a file to it, as in palpate check - < run.csv"
+        raise OSError(errno.EINVAL, reason)
+    return _read_limited(stream.buffer)
+
+
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the contents of a TOML file; errors as of `read_bytes` and `parse_toml`, or ValueError if it is not UTF-8."""
-    return parse_toml(read_bytes(path, MOST_TOML).decode())
+    """Return the contents of a TOML file.
+
+    Raises
+    ------
+    OSError
+        As `read_bytes`.
+    ValueError
+        As `parse_toml`; or the file is not UTF-8.
+    """
+    return parse_toml(read_bytes(path, LARGEST_TOML).decode())
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the contents of a text in TOML; ValueError: not TOML, or too large.
+    """Return the contents of a text in TOML.
+
+    Raises
+    ------
+    ValueError
+        The text is not TOML, or too large.
 
     Examples
     --------
@@ -93,24 +193,24 @@ def parse_toml(text: str) -> dict[str, Any]:
     """
     import tomllib
 
-    if len(text) > MOST_TOML:
-        raise ValueError(f"got {len(text):,} characters, allowed: {MOST_TOML:,}")
+    if len(text) > LARGEST_TOML:
+        raise ValueError(f"got {len(text):,} characters, allowed: {LARGEST_TOML:,}")
     return tomllib.loads(text)
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
-    """Write a file that takes the place of another one when it is complete: a reader sees the old one or the new one.
+    """Write a file that replaces another one when it is complete: readers see the old or the new.
 
-    It is written under a random name in the same folder; no file that exists is opened. After an error it is removed.
-    It has the permissions of the file it replaces, else those of the umask. A link is replaced; the file that it points
-    to stays as it is.
+    It is written under a random name in the same folder, and no file that exists is opened. After
+    an error it is removed. It gets the permissions of the file that it replaces, else those of the
+    umask. A link is replaced, and the file that it points to stays as it is.
 
     Raises
     ------
     OSError
-        The file cannot be written, or there is something else of this name: a pipe, a device, a folder. On Windows: it
-        stays open in another program, or the name does not belong to a file.
+        The file cannot be written, or its name belongs to a pipe, a device or a folder. On
+        Windows: another program keeps it open, or the name cannot be that of a file.
     """
     require_file_name(path)
     mode = _mode_of(path)
@@ -125,26 +225,22 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         replace(beside, path)
     except BaseException as error:
         beside.unlink(missing_ok=True)
-        if (
-            isinstance(error, OSError) and error.errno and error.filename in (None, str(beside))
-        ):  # a write knows no name
-            raise OSError(error.errno, error.strerror, str(path)) from error
+        if isinstance(error, OSError) and error.errno:
+            if error.filename in (None, str(beside)):  # the error of a write has no name
+                raise OSError(error.errno, error.strerror, str(path)) from error
         raise
-    for each in (
-        path,
-        path.parent,
-    ):  # FAT writes what a name stands for only with the file, not with the folder
-        sync(each)
+    sync(path)  # FAT writes the entry of a name only with the file, not with the folder
+    sync(path.parent)
 
 
-def write(path: Path, data: bytes) -> None:
-    """Write a file as a whole; errors as of `replacing`."""
+def write_file(path: Path, data: bytes) -> None:
+    """Write a file as a whole, with the errors of `replacing`."""
     with replacing(path) as file:
         file.write(data)
 
 
 def _mode_of(path: Path) -> int | None:
-    """Return the permissions of a file that is replaced; None: there is none, or it is a link."""
+    """Return the permissions of a file to replace; None if there is none, or it is a link."""
     with suppress(FileNotFoundError):
         _require_regular(path, path.stat().st_mode)
         mode = path.lstat().st_mode
@@ -163,7 +259,7 @@ def sync(path: Path) -> None:
 
 
 def to_disk(descriptor: int, *, data_only: bool = False) -> None:
-    """Write what the system has of an open file to the disk itself."""
+    """Write an open file from the memory of the system to the disk."""
     if sys.platform == "darwin":
         import fcntl
 
@@ -175,7 +271,7 @@ def to_disk(descriptor: int, *, data_only: bool = False) -> None:
 
 
 def replace(path: Path, target: Path, system: str = sys.platform) -> None:
-    """Give a file the name of another one, which is gone then; a reader has the old one or the new one."""
+    """Rename a file to the name of another one, which it replaces in one step."""
     until = time.monotonic() + REPLACE_S
     while True:
         try:
@@ -184,23 +280,24 @@ def replace(path: Path, target: Path, system: str = sys.platform) -> None:
             if system != "win32":
                 raise
             if time.monotonic() > until:
-                said = "another program has it open, or it is read-only: close it there, or choose another name"
-                raise PermissionError(errno.EACCES, said, str(target)) from error
+                reason = "another program has it open, or it is read-only"
+                advice = "close it there, or choose another name"
+                raise PermissionError(errno.EACCES, f"{reason}: {advice}", str(target)) from error
             time.sleep(_AGAIN_S)
         else:
             return
 
 
 def require_file_name(path: Path, system: str = sys.platform) -> None:
-    """Refuse a name that is no file on Windows: what is written there is lost, or is not found again."""
+    """Refuse a name that is no file on Windows: data written there is lost, or not found again."""
     if system != "win32":
         return
-    what = ""
+    reason = ""
     if _DEVICE.match(path.name):
-        what = "is the name of a device on Windows"
+        reason = "is the name of a device on Windows"
     elif ":" in path.name:
-        what = "has a colon, which names a hidden part of a file on Windows"
+        reason = "has a colon, which names a hidden part of a file on Windows"
     elif path.name.endswith((".", " ")):
-        what = "ends in a dot or a blank, which Windows leaves out"
-    if what:
-        raise OSError(errno.EINVAL, f"{what}: choose another name", str(path))
+        reason = "ends in a dot or a blank, which Windows leaves out"
+    if reason:
+        raise OSError(errno.EINVAL, f"{reason}: choose another name", str(path))

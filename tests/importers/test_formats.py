@@ -16,8 +16,7 @@ import palpate
 import pyarrow as pa
 import pytest
 from command_lines import run
-from palpate import RecordingError
-from palpate.importers import compression
+from palpate import RecordingError, files
 from palpate.recording.verification import check
 from project import FOUR, ROOT
 from pyarrow import feather, parquet
@@ -185,8 +184,8 @@ def test_a_damaged_xdf_file_is_refused(tmp_path: Path) -> None:
 def test_what_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, message: str
 ) -> None:
-    assert compression.LARGEST == 500_000_000
-    monkeypatch.setattr(compression, "LARGEST", 5000)
+    assert files.LARGEST_TABLE == 500_000_000
+    monkeypatch.setattr(files, "LARGEST_TABLE", 5000)
     (tmp_path / "run.csv").write_bytes(data)
     with pytest.raises(RecordingError, match=message):
         palpate.read(tmp_path / "run.csv")

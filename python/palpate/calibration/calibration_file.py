@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.calibration.fit import CurveFit
 from palpate.errors import CalibrationError, need, quoted, shortened
-from palpate.files import parse_toml, read_toml, write
+from palpate.files import parse_toml, read_toml, write_file
 
 SCHEMA = 1
 UNITS = {
@@ -45,7 +45,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
     """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
     parse_toml(text)
-    write(path, text.encode())
+    write_file(path, text.encode())
 
 
 def read_document(path: Path) -> dict[str, Any]:

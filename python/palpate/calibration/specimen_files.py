@@ -7,7 +7,7 @@ from pathlib import Path
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import CalibrationError, quoted
-from palpate.files import read_bytes, write
+from palpate.files import read_bytes, write_file
 from palpate.importers.units import to_number
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
@@ -130,9 +130,9 @@ def write_session(
     folder.mkdir(parents=True, exist_ok=True)
     for path, block in zip(paths, recordings.values(), strict=True):
         data = HEADER.encode() + format_rows(block)
-        write(path, data)
+        write_file(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
         sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(block), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
-    write(table, f"specimen,modulus_MPa\n{rows}".encode())
+    write_file(table, f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths, table]

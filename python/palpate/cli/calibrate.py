@@ -39,7 +39,7 @@ from palpate.cli.shared_options import (
 )
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, listed, nearest, need, shortened
-from palpate.files import write
+from palpate.files import write_file
 from palpate.flags import FLAGS
 from palpate.repeatability import FEWEST, KINDS, objections
 from palpate.report import calibration_page
@@ -141,7 +141,7 @@ def calibrate_command(
         if plot:
             save_plot(found, plot)
         if report:
-            write(report, calibration_page(found, specimens).encode())
+            write_file(report, calibration_page(found, specimens).encode())
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}

@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.dataframe import is_a, is_frame
 from palpate.errors import MissingExtra, PalpateError, RecordingError, listed, need, quoted
-from palpate.importers.compression import contents, unpacked_name
+from palpate.files import read_unpacked, unpacked_name
 from palpate.importers.table import DECIMALS, Asked, Question, Table, ask
 from palpate.importers.units import NONE, NUMBER, SUMMARY, TEXT, TIME, kind
 
@@ -50,7 +50,7 @@ def readable(path: Path) -> bool:
 
 def read_table(path: Path, asked: Asked) -> Table:
     """Read a file of any format as a table, also a packed one and standard input; errors as of `palpate.read`."""
-    data = contents(path)
+    data = read_unpacked(path)
     readers = {b"PK\3\4": _workbook, b"XDF:": _xdf, PARQUET: _arrow, ARROW: _arrow}
     reader = next(
         (reader for begin, reader in readers.items() if data.startswith(begin)), text_table

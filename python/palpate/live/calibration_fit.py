@@ -16,7 +16,7 @@ from palpate.calibration.model import band
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
-from palpate.files import write
+from palpate.files import write_file
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
@@ -91,7 +91,7 @@ class GuidedCalibration:
         with suppress(MissingExtra):
             text = calibration_page(found, specimens)
             beside = self._files.free(f"{path.stem}-calibration.html")
-            write(beside, text.encode())
+            write_file(beside, text.encode())
             self._files.made(beside, "report")
         self._saved = path.name
         self.use(found, path)

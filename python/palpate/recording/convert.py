@@ -9,8 +9,7 @@ import numpy as np
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, need
-from palpate.files import replacing
-from palpate.importers.compression import file_errors
+from palpate.files import file_errors, replacing
 from palpate.recording import sidecar
 from palpate.recording.csv_reader import Recorded
 from palpate.recording.integrity import Known

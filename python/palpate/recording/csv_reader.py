@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
-from palpate.importers.compression import file_errors, opened
+from palpate.files import file_errors, open_unpacked
 from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
@@ -325,7 +325,7 @@ class Recorded:
             seen.torn = 0
 
     def _opened(self) -> BinaryIO:
-        return opened(self.path) if self.data is None else io.BytesIO(self.data)
+        return open_unpacked(self.path) if self.data is None else io.BytesIO(self.data)
 
     def _block(
         self, data: bytes, line: int, offset: int, rows: int, damage: list[Damage] | None
@@ -355,7 +355,7 @@ class Recorded:
 
 def is_own(path: Path) -> bool:
     """Return whether a file is a recording made by palpate: by its header, or by its sidecar and the begin of a header."""
-    with file_errors(path, "cannot be read"), opened(path) as file:
+    with file_errors(path, "cannot be read"), open_unpacked(path) as file:
         begin = file.read(_BEGIN)
     if begin.partition(b"\n")[0].removesuffix(b"\r") in HEADERS:
         return True

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from palpate.errors import RecordingError
-from palpate.importers.compression import STANDARD_INPUT, file_errors, unpacked_name
+from palpate.files import STANDARD_INPUT, file_errors, unpacked_name
 from palpate.recording import sidecar
 from palpate.recording.writer import is_locked
 

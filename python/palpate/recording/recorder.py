@@ -17,7 +17,7 @@ import numpy as np
 
 from palpate._core import SampleRing
 from palpate.errors import RecordingError
-from palpate.importers.compression import file_errors
+from palpate.files import file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import marked

@@ -15,8 +15,7 @@ from typing import Any
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
-from palpate.files import read_bytes, require_file_name, write
-from palpate.importers.compression import file_errors, unpacked_name
+from palpate.files import file_errors, read_bytes, require_file_name, unpacked_name, write_file
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample
@@ -72,7 +71,7 @@ def made(device: dict[str, Any], rows: int, data: bytes) -> dict[str, Any]:
 
 def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
-    write(path, text_of(document).encode())
+    write_file(path, text_of(document).encode())
 
 
 def text_of(document: dict[str, Any]) -> str:

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.files import open_regular, to_disk, write
-from palpate.importers.compression import STANDARD_INPUT
+from palpate.files import STANDARD_INPUT, open_regular, to_disk, write_file
 from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import Damage, Recorded
@@ -291,7 +290,7 @@ def repair_files(recording: Recorded, damage: list[Damage]) -> None:
                 _keep(beside, suffix, undo)
             if after != before:
                 kept = _keep(path, suffix, undo)
-                write(path, after)
+                write_file(path, after)
                 undo.callback(kept.replace, path)
             done = _report(recording, damage, path.name + suffix)
             sidecar.save(beside, _document(recording, done, after))

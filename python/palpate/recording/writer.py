@@ -16,8 +16,15 @@ from threading import Lock
 from typing import IO, Any, NamedTuple
 
 from palpate.errors import RecordingError
-from palpate.files import open_regular, read_bytes, replacing, to_disk
-from palpate.importers.compression import EXISTS, STANDARD_INPUT, file_errors
+from palpate.files import (
+    EXISTS,
+    STANDARD_INPUT,
+    file_errors,
+    open_regular,
+    read_bytes,
+    replacing,
+    to_disk,
+)
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block

@@ -21,9 +21,8 @@ from palpate.calibration.specimen_fit import SpecimenTouches
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
 from palpate.errors import need, shortened
-from palpate.files import write
+from palpate.files import unpacked_name, write_file
 from palpate.flags import doubts_of_calibration
-from palpate.importers.compression import unpacked_name
 from palpate.materials import shore_a_of_modulus
 from palpate.recording import sidecar
 from palpate.report.findings import (
@@ -157,7 +156,9 @@ def write_report(
         [file for _, file in files if file],
         tell,
     )
-    write(Path(path), _render(shown).encode(errors="replace"))  # a name of a file may be no text
+    write_file(
+        Path(path), _render(shown).encode(errors="replace")
+    )  # a name of a file may be no text
     results: dict[str, Any] = {"touches": len(found.touches), "kept": shown["kept"]}
     results["specimens"] = [result.as_dict() for result in found.results]
     results["repeatability"] = shown["repeatability"] and shown["repeatability"].as_dict()

@@ -9,7 +9,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from palpate.files import read_bytes, write
+from palpate.files import read_bytes, write_file
 
 # For the user at the screen (uaccess), and for the users in a group (a machine without a screen).
 UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
@@ -49,7 +49,7 @@ def install() -> str:
         text = f"has other rules, stays as it is; move it away, or put in: {UDEV_RULE}"
         raise FileExistsError(errno.EEXIST, text, str(file))
     file.parent.mkdir(exist_ok=True)
-    write(
+    write_file(
         file,
         f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode(),
     )
