@@ -19,17 +19,12 @@ from typing import Any
 from palpate import Tracker
 from palpate.ad7746.registers import (
     CODES_PER_PF,
-    LAST_CODE,
-    SATURATED_CODES,
     SATURATED_PF,
     ZERO_CODE,
     linearity_pF,
 )
-from palpate.importers.units import PICOFARADS
 from palpate.recording.rows import COLUMNS, EARLIER
 from palpate.recording.sidecar import SCHEMAS
-from palpate.sources.line_protocol import COLUMNS as NAMES
-from palpate.sources.line_protocol import MARKS, NANOSECONDS, UNUSED, WHOLE
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -132,15 +127,9 @@ def _given() -> dict[str, Any]:
         },
         "headers": [",".join(COLUMNS), ",".join(EARLIER)],
         "schemas": SCHEMAS,
-        "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF, "largest": LAST_CODE},
-        "saturated": [SATURATED_CODES, LAST_CODE - SATURATED_CODES],
+        "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF},
         "full_scale_pF": SATURATED_PF,
         "linearity_pF": linearity_pF(SATURATED_PF),
-        "columns": {name: column for name, column in NAMES.items() if name != UNUSED},
-        "picofarads": PICOFARADS,
-        "nanoseconds": NANOSECONDS,
-        "whole": WHOLE,
-        "marks": sorted(MARKS),
     }
 
 

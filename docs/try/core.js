@@ -35,16 +35,6 @@ export class Core {
     return [this.wasm.parse(bytes.length), this.wasm.parsed()];
   }
 
-  put(number, { seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status }) {
-    const view = new DataView(this.wasm.memory.buffer, this.wasm.rows() + ROW * number, ROW);
-    [seq, t_hard_ns, t_soft_ns].forEach((value, i) => view.setBigInt64(8 * i, BigInt(value), true));
-    view.setInt32(24, hard_raw, true);
-    view.setInt32(28, soft_raw, true);
-    view.setFloat64(32, hard, true);
-    view.setFloat64(40, soft, true);
-    view.setUint8(48, status);
-  }
-
   // Gives the samples [from, to) to the tracker; yields a copy of the rows of each part.
   *take(from, to) {
     for (let at = from; at < to; ) {
@@ -68,19 +58,13 @@ export class Core {
 }
 
 const orNull = (value) => (Number.isNaN(value) ? null : value);
-const PRESSED = ["contact", "done"], NEWS_S = 10; // what happened stays in the line for so long
-const CONTACT = 2, USELESS = 8; // of a row's flags: a touch is measured; a reading has no value
+const USELESS = 8; // of a row's flags: a reading has no value
 
 export class Measurement {
-  constructor(core, { kind, name, device, scene = "handheld", settings }) {
-    Object.assign(this, { core, kind, name, device, scene, error: "", messages: [], gaps: [], marks: [], tares: [], found: [] });
-    Object.assign(this, { rows: 0, lost: 0, useless: 0, retaken: 0, origin: null, end: null, contact: null, gapAt: -Infinity, retakenAt: -Infinity });
+  constructor(core, { name, device, scene, settings }) {
+    Object.assign(this, { core, name, device, scene, settings, messages: [], gaps: [], marks: [], tares: [], found: [] });
+    Object.assign(this, { rows: 0, lost: 0, useless: 0, origin: null, end: null });
     this.parts = []; // rows that are not shown yet
-    this.set(settings);
-  }
-
-  set(settings) {
-    this.settings = settings;
     this.core.begin(settings);
   }
 
@@ -90,15 +74,10 @@ export class Measurement {
       this.origin ??= block.t[0];
       this.end = block.t[block.end - 1];
       this.rows += block.end;
-      block.flags.forEach((flags, i) => {
-        this.useless += (flags & USELESS) > 0;
-        this.contact = flags & CONTACT ? this.contact ?? block.t[i] : null;
-      });
+      for (const flags of block.flags) this.useless += (flags & USELESS) > 0;
       this.parts.push(block);
       this.note();
     }
-    const retaken = this.core.wasm.retaken();
-    if (retaken > this.retaken) [this.retaken, this.retakenAt] = [retaken, this.end];
   }
 
   // Of the ratio, by the converter: the data sheet's limit in both channels (Uncertainty.of).
@@ -111,12 +90,11 @@ export class Measurement {
     for (const touch of this.core.touches) this.found[touch.number - 1] = touch;
   }
 
-  // Measures the baseline again; false: the probe is in contact.
-  tare(forced = false) {
-    if (!this.core.wasm.tare(forced)) return false;
+  // Measures the baseline again.
+  tare() {
+    this.core.wasm.tare(true);
     this.note();
     this.tares.push(this.end);
-    return true;
   }
 
   // The samples that follow are not those after the ones before.
@@ -125,49 +103,19 @@ export class Measurement {
     this.note();
   }
 
-  showGap(from_s, to_s, lost, text) {
-    this.gaps.push({ from_s, to_s, lost, text });
-    this.gapAt = this.end;
-  }
-
-  close(error = "") {
-    if (!this.ended && this.core.wasm.finish()) this.note();
-    Object.assign(this, { ended: true, error });
+  close() {
+    if (this.core.wasm.finish()) this.note();
   }
 
   get hello() {
-    const { kind, file = null, origin: origin_s, name: source, device, scene, settings: { samples, seconds, threshold } } = this;
-    return { kind, file, origin_s, source, device, scene, samples, seconds, threshold, calibrated: false, scatter: null };
+    const { file, origin: origin_s, name: source, device, scene, settings: { samples, seconds, threshold } } = this;
+    return { kind: "file", file, origin_s, source, device, scene, samples, seconds, threshold, calibrated: false, scatter: null };
   }
 
   get state() {
-    const { wasm } = this.core, raw = this.ended ? "ended" : this.core.word(wasm.state()), measured = PRESSED.includes(raw);
-    const error = measured ? orNull(wasm.standard_error()) : null, [now, line] = this.said(raw);
-    const state = raw === "waiting" ? "no contact" : raw === "contact" && (wasm.alarm() || error === null) ? "adapting" : raw;
-    const announce = `${now.word}. ${line.title} ${line.level === "quiet" && raw === "contact" ? "" : line.text}`;
-    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, ...uncertaintyOf(wasm.ratio(), error, 0), now, line, announce, messages: this.messages };
-  }
-
-  // What to do, and what to know: the rules of the live page (python/palpate/live) that a port alone can obey.
-  said(raw) {
-    const last = this.found.at(-1), why = last ? whyOf(last) : "", baseline = raw === "baseline", wait = now("Wait", "do not touch anything", "caution");
-    const calm = this.calm(raw, last && !why ? `Touch ${last.number} is kept.` : "", last), warn = (title, text) => ({ level: "caution", title, text });
-    if (this.ended) return calm;
-    if (this.end - this.gapAt < NEWS_S) return [baseline ? wait : calm[0], warn("It goes on after a gap.", `${sentence(this.gaps.at(-1).text)} The baseline is measured again.`)];
-    if (this.end - this.retakenAt < NEWS_S) return [baseline ? wait : calm[0], warn("Baseline lost.", "It had been measured in contact, or it jumped. It is measured again; a touch before may be wrong, and is flagged.")];
-    if (why && raw !== "contact") return [now("Repeat", raw === "done" ? "lift, touch again" : "touch again", "caution", raw === "done" ? 1 : null), warn(`Touch ${last.number} is left out.`, sentence(why))];
-    return calm;
-  }
-
-  calm(raw, kept, last) {
-    const quiet = (text) => ({ level: "quiet", title: "", text: text.trim() }), { seconds } = this.settings;
-    if (raw === "baseline" && last && !last.revised) return [now("Wait", "a second without touching"), quiet(`${kept} Its result is revised when the baseline after it is known.`)];
-    if (raw === "baseline") return [now("Wait", "do not touch anything"), quiet("The baseline is being measured.")];
-    if (raw === "waiting") return [now("Touch", "press, and hold"), quiet(`Ready. ${kept}`)];
-    if (raw === "done") return [now("Lift", "the touch is complete", "good", 1), quiet(kept || "The touch is complete.")];
-    if (raw === "ended") return [now(this.file ? "File" : "Stop", this.name), quiet(this.file?.said ?? this.error)];
-    const passed = this.contact === null || !seconds ? NaN : Math.min(this.end - this.contact, seconds);
-    return [now("Hold", passed >= 0 ? `${(seconds - passed).toFixed(1)} s more` : "measuring", "busy", orNull(passed / seconds)), quiet("Measuring.")];
+    const now = { word: "File", sub: this.name, tone: "idle", share: null }, line = { level: "quiet", title: "", text: this.file.said };
+    const estimate = { ratio: null, standard_error: null, ...uncertaintyOf(null, null, 0) };
+    return { state: "ended", end_s: this.end, ...estimate, now, line, announce: `File. ${line.text}`, messages: this.messages };
   }
 
   get touches() {
@@ -191,8 +139,6 @@ export class Measurement {
 // With the scatter from touch to touch that palpate assumes without a calibration (palpate/uncertainty.py).
 const SCATTER = 0.03;
 const uncertaintyOf = (ratio, error, linear) => ({ uncertainty: error === null ? null : Math.hypot(error, linear, SCATTER * ratio), uncertainty_from: "assumed" });
-const now = (word, sub, tone = "idle", share = null) => ({ word, sub, tone, share });
-const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}`;
 
 // What each flag means and asks for; palpate.advice says it with the numbers of the touch.
 export const ADVICE = {

@@ -12,7 +12,7 @@ const LINE_END = 10;
 export function recordingOf(core, files) {
   const { name, bytes, document } = whole(files), { device, settings: given, notes, end } = document;
   const [scene, settings] = settingsOf(device, given, name), codes = device.codes ?? GIVEN.codes;
-  const got = new Measurement(core, { kind: "file", name, device: String(device.name ?? ""), scene, settings });
+  const got = new Measurement(core, { name, device: String(device.name ?? ""), scene, settings });
   const rows = new Rows(got, document.marks);
   core.wasm.form(rows.head(name, bytes), true, codes.zero, codes.per_pF);
   for (const count of rows.parts(name, bytes)) rows.take(count);
@@ -107,7 +107,7 @@ class Rows {
       this.follow(words[WORDS * i], words[WORDS * i + 1]);
       if (!this.breaks.has(Number(this.seq))) continue;
       this.got.take(begin, (begin = i + 1));
-      if (this.breaks.get(Number(this.seq)) === null) this.got.tare(true);
+      if (this.breaks.get(Number(this.seq)) === null) this.got.tare();
       else this.got.gap();
     }
     this.got.take(begin, count);
@@ -118,7 +118,7 @@ class Rows {
     const { got } = this, lost = this.seq === null ? 0 : Math.max(0, Number(seq - this.seq) - 1), text = this.seq === null ? null : this.breaks.get(Number(this.seq)) ?? null;
     const before_s = Number(this.ns) * 1e-9, now_s = Number(ns) * 1e-9;
     got.lost += lost;
-    if (text !== null || (lost && now_s - before_s >= HOLE_S)) got.showGap(before_s, now_s, lost, text ?? `${lost} pairs are missing`);
+    if (text !== null || (lost && now_s - before_s >= HOLE_S)) got.gaps.push({ from_s: before_s, to_s: now_s, lost, text: text ?? `${lost} pairs are missing` });
     [this.seq, this.ns] = [seq, ns];
   }
 }

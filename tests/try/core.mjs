@@ -5,13 +5,12 @@ import { createInterface } from "node:readline";
 import { pathToFileURL } from "node:url";
 
 const from = (name) => import(new URL(name, pathToFileURL(`${process.argv[2]}/`)));
-const [{ ADVICE, Core, Refused }, { recordingOf }, { Grammar, Serial, sampleOf }] = await Promise.all(["core.js", "recording.js", "serial.js"].map(from));
+const [{ ADVICE, Core, Refused }, { recordingOf }] = await Promise.all(["core.js", "recording.js"].map(from));
 const compiled = await WebAssembly.compile(readFileSync(`${process.argv[2]}/palpate.wasm`));
 
 const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic", "flags"];
 const joined = (parts) => Object.fromEntries(COLUMNS.map((name) => [name, parts.flatMap((block) => [...block[name]])]));
 const told = (got) => ({ rows: joined(got.parts.splice(0)), hello: got.hello, state: got.state, touches: got.touches.rows, events: got.events, lost: got.lost });
-const exact = (values) => Object.fromEntries(Object.entries(values).map(([name, value]) => [name, typeof value === "bigint" ? String(value) : Number.isNaN(value) ? "nan" : value]));
 
 // What a function returns, or why it refuses.
 async function refusing(act) {
@@ -25,17 +24,6 @@ async function refusing(act) {
 const DO = {
   advice: () => ADVICE,
   open: async ({ files }) => told(recordingOf(await Core.of(compiled), files.map(({ name, base64 }) => ({ name, bytes: new Uint8Array(Buffer.from(base64, "base64")) })))),
-  lines: ({ lines }) => Promise.all(lines.map((line) => refusing(() => {
-    const values = new Grammar().read(line);
-    return { values: exact(values), sample: exact(sampleOf(values)) };
-  }))),
-  // pieces: [text, arrival in s]
-  serial: async ({ pieces }) => {
-    const got = new Serial(await Core.of(compiled), "port");
-    const refused = await refusing(() => pieces.forEach(([text, at_s]) => got.hear(Buffer.from(text, "latin1"), at_s)));
-    got.close("The port is gone.");
-    return { ...told(got), ...refused };
-  },
 };
 
 for await (const line of createInterface({ input: process.stdin })) {
