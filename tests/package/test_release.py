@@ -12,6 +12,7 @@ import palpate
 import pytest
 from project import ROOT, need, run
 
+from release import smoke
 from release.package import (
     NEEDED,
     SYSTEMS,
@@ -193,6 +194,10 @@ def test_each_fault_of_a_wheel_is_said(tmp_path: Path, changed: dict[str, str], 
     path = wheel(tmp_path, "cp311-cp311-manylinux_2_28_x86_64", **changed)  # type: ignore[arg-type]
     found = problems_of([path], complete=False)
     assert any(said in line and path.name in line for line in found), found
+
+
+def test_the_bits_are_those_that_each_wheel_must_have() -> None:
+    assert smoke.bits() == smoke.EXPECTED
 
 
 def test_the_extension_exports_its_entry_alone() -> None:
