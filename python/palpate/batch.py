@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
 from palpate._core import Tracker
 from palpate.dataframe import Frame, is_frame
 from palpate.errors import SomeFailed
-from palpate.recording.foreign import read, recorded
+from palpate.recording.reading import read, recorded
 from palpate.recording.recording import Recording
 from palpate.tracking import Blocks, Channels, Touches, Windows, tracked
 

@@ -9,7 +9,7 @@ import pytest
 from command_lines import document, run
 from foreign_files import measurement
 from palpate import Status, check
-from palpate.recording.csv_reader import Recorded
+from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import Block
@@ -18,7 +18,7 @@ from recording_bench import killed, record, sample
 
 
 def block(path: Path) -> Block:
-    return np.concatenate(list(Recorded(path).blocks()))
+    return np.concatenate(list(RecordingFile(path).blocks()))
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from palpate.live.feed import HEADER, Kind, RefusedCommand
 from palpate.live.measurement import RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.touch_rows import TouchTable
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
 from palpate.uncertainty import Scatter
 from project import copied

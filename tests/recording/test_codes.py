@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import ProtocolError, RecordingError, Sample, Stream
 from palpate.recording import sidecar
-from palpate.recording.csv_reader import Recorded
+from palpate.recording.csv_reader import RecordingFile
 from palpate.sources import Codes
 from palpate.sources.base import described
 from recording_bench import Scripted, record, sample
@@ -82,11 +82,11 @@ def test_a_scale_that_is_none(codes: Any, message: str, tmp_path: Path) -> None:
 def test_without_a_sidecar_codes_of_another_converter_are_left_out(tmp_path: Path) -> None:
     path = record(tmp_path / "run.csv", samples_of(WIDE, [7, 2**30]), codes=WIDE._asdict())
     sidecar.sidecar_path(path).unlink()
-    read = Recorded(path)
+    read = RecordingFile(path)
     [block] = read.blocks()
     assert (read.codes, block["hard_raw"].max()) == (None, -1)
     assert block["hard"].tolist() == [s.hard for s in samples_of(WIDE, [7, 2**30])]
     assert any(note.startswith("the codes are not those of an AD7746") for note in read.notes)
     own = record(tmp_path / "own.csv", [sample(i) for i in range(9)])
     sidecar.sidecar_path(own).unlink()
-    assert Recorded(own).codes == Codes()
+    assert RecordingFile(own).codes == Codes()

@@ -11,7 +11,7 @@ from command_lines import run
 from palpate.errors import RecordingError
 from palpate.recording import check, read, recorded, sidecar
 from palpate.recording.convert import convert
-from palpate.recording.csv_reader import Recorded
+from palpate.recording.csv_reader import RecordingFile
 from palpate.samples import Status
 from palpate.simulation import scenarios
 from project import FOUR
@@ -80,7 +80,7 @@ def test_there_and_back_is_the_same_recording(own: Path, tmp_path: Path, suffix:
     assert sources == ["converted from own.csv", f"converted from run.{suffix}"]
     packed.write_bytes(gzip.compress(there.read_bytes()))
     csv, columns, unpacked = recorded(own), recorded(there), recorded(packed)
-    assert isinstance(columns, Recorded)
+    assert isinstance(columns, RecordingFile)
     assert palpate.touches(csv) == palpate.touches(columns) == palpate.touches(unpacked) != []
     assert [getattr(csv, name) for name in SAID] == [getattr(columns, name) for name in SAID]
     assert columns.integrity.verified == 400

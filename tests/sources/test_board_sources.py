@@ -9,7 +9,7 @@ from kit_bench import CENTRED, Bench
 from palpate import SourceTimeout, Status, Stream
 from palpate.ad7746 import registers
 from palpate.ad7746.simulator.evalboard import Fault
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
 
 

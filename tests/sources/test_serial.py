@@ -10,7 +10,7 @@ import palpate
 import pytest
 from command_lines import run
 from palpate import DeviceNotFound, DeviceRefused, Stream
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 
 pytest.importorskip("pty")
 

@@ -11,7 +11,7 @@ import palpate
 import pytest
 from effort import NIGHTLY, Tally, draws, random_of
 from palpate import Status, Stream
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
 from palpate.samples import Block, block_of, samples_of
 from palpate.sources.base import Gap

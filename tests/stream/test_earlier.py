@@ -9,7 +9,7 @@ import numpy as np
 import palpate
 import pytest
 from palpate import Sample, Stream, check
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.recording.sidecar import BEGUN
 from palpate.simulation import scenarios
 from palpate.sources.base import Gap

@@ -13,7 +13,7 @@ from command_lines import document, run
 from palpate import Tracker, check
 from palpate.ad7746.registers import CODES_PER_PF, capacitance_pF
 from palpate.ad7746.simulator.evalboard import Fault
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import RETAKEN, block_of

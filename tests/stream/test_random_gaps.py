@@ -19,7 +19,7 @@ from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import FACTORY, ChipTwin
 from palpate.ad7746.simulator.evalboard import Fault, KitTwin
 from palpate.ad7746.simulator.usb_backend import TwinBackend
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.sources.board import BoardSource
 from recording_bench import measured
 

@@ -7,7 +7,7 @@ import palpate
 import pytest
 from command_lines import run
 from palpate import Stream
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.stream import stream as stream_module
 from recording_bench import Scripted, four, measured, sample
 

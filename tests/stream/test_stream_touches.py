@@ -10,7 +10,7 @@ import palpate
 import pytest
 from palpate import Status, Stream
 from palpate.recording import sidecar
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.samples import RETAKEN, samples_of
 from palpate.simulation import scenarios
 from palpate.sources.files import FileSource

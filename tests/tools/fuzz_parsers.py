@@ -44,7 +44,7 @@ with imports:
     from palpate.cli.main import COMMANDS
     from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
-    from palpate.recording.foreign import recorded
+    from palpate.recording.reading import recorded
     from palpate.recording.rows import HEADER, format_rows, parse_rows, unreadable
     from palpate.recording.verification import check
     from palpate.samples import Status, block_of

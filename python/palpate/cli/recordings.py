@@ -34,7 +34,7 @@ from palpate.importers.formats import read_table
 from palpate.importers.table import Asked, Table
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
-from palpate.recording.foreign import AnyRecording, of_table, recorded
+from palpate.recording.reading import OpenedRecording, of_table, recorded
 from palpate.recording.verification import Verification, verified
 from palpate.tracking import tracked
 
@@ -211,7 +211,7 @@ def convert_command(file: Path, output: Path, reading: SourceOptions, force: boo
 
 
 def _print_written(
-    file: Path, output: Path, recording: AnyRecording, counts: dict[str, int], notes: list[str]
+    file: Path, output: Path, recording: OpenedRecording, counts: dict[str, int], notes: list[str]
 ) -> int:
     """Print what was made of a recording, the first of `counts`, or all as JSON; return the exit code."""
     print_notes(file, dict.fromkeys([recording.understood, *notes]))
@@ -221,7 +221,7 @@ def _print_written(
     return ExitCode.NOT_RELIABLE if recording.doubts else 0
 
 
-def _convert_notes(recording: AnyRecording) -> list[str]:
+def _convert_notes(recording: OpenedRecording) -> list[str]:
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
     if refused := recording.survey.refused:
         notes.append(

@@ -31,7 +31,7 @@ from palpate.cli.shared_options import (
     simulation_note,
 )
 from palpate.flags import doubts_of_calibration
-from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.reading import OpenedRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.repeatability import KINDS, objections
 from palpate.tracking import baseline_takes, timed, tracked
@@ -267,7 +267,7 @@ def _plain(value: Any) -> Any:
     return str(value) if value in (math.inf, -math.inf) else value
 
 
-def _why_not(recording: AnyRecording, *, again: bool) -> str:
+def _why_not(recording: OpenedRecording, *, again: bool) -> str:
     takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
     spans = [
         f"{name} {high - low:.3g} {recording.unit}"

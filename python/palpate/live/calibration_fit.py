@@ -20,7 +20,7 @@ from palpate.files import write_file
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
-from palpate.recording.csv_reader import Recorded
+from palpate.recording.csv_reader import RecordingFile
 from palpate.report import calibration_page
 from palpate.tracking import tracked
 
@@ -114,7 +114,7 @@ class GuidedCalibration:
         """Return the specimens with the touches as they are used, and the fit."""
         recorder, how = self._measurement.newest_recorder, self._measurement.how
         about = {"scene": how.get("scene", "handheld")}
-        if recorder and (track := _track(Recorded(recorder.path), how, known)):
+        if recorder and (track := _track(RecordingFile(recorder.path), how, known)):
             chosen = choose_ratio([track])
             about, known = {**about, **chosen.about}, _measured_again(known, track, chosen)
         specimens = [
@@ -159,7 +159,7 @@ class GuidedCalibration:
 
 
 def _track(
-    recording: Recorded, how: dict[str, Any], known: Sequence[KnownSpecimen]
+    recording: RecordingFile, how: dict[str, Any], known: Sequence[KnownSpecimen]
 ) -> Track | None:
     """Return a recording with the specimen of each kept touch, by its reading; None: it does not have all of them."""
     starts = [(touch.start_s, touch.start) for touch in tracked(recording, **how).touches]

@@ -25,8 +25,8 @@ from palpate.live.levels import Levels
 from palpate.recording import sidecar
 from palpate.recording.convert import RATE
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import Damage, Recorded
-from palpate.recording.foreign import AnyRecording
+from palpate.recording.csv_reader import Damage, RecordingFile
+from palpate.recording.reading import OpenedRecording
 from palpate.recording.recorder import Recorder
 from palpate.recording.verification import judged
 from palpate.samples import Sample, samples_of, usable
@@ -462,11 +462,11 @@ class RecordedMeasurement(Measurement):
         folder: Path | None = None,
     ) -> None:
         opened: Any = sources.open(source, **given_beside)
-        recording: AnyRecording = opened.recording
+        recording: OpenedRecording = opened.recording
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
         super().__init__(RunFiles(folder=folder or recording.path.parent), tell, whole=True)
-        if isinstance(recording, Recorded):
+        if isinstance(recording, RecordingFile):
             self.files.made(recording.path, "recording")
         self.number = 1
         own: dict[str, Any] = (

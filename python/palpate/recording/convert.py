@@ -11,7 +11,7 @@ from palpate._core import __version__
 from palpate.errors import RecordingError, need
 from palpate.files import file_errors, replacing
 from palpate.recording import sidecar
-from palpate.recording.csv_reader import Recorded
+from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import Known
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.writer import is_locked
@@ -19,7 +19,7 @@ from palpate.samples import DTYPE, Block, Status
 
 if TYPE_CHECKING:
     from palpate.importers.table import Table
-    from palpate.recording.foreign import AnyRecording
+    from palpate.recording.reading import OpenedRecording
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
@@ -60,7 +60,7 @@ def schema() -> Any:
     return arrow.schema(fields)
 
 
-def own_recording(table: "Table") -> Recorded | None:
+def own_recording(table: "Table") -> RecordingFile | None:
     """Return a recording that was converted to Parquet or Arrow, as CSV again, which its checksum is of; None: another file."""
     by_name = {column.name: column.cells for column in table.columns}
     if KEY not in table.metadata or not set(NAMES.values()) <= set(by_name):
@@ -74,15 +74,15 @@ def own_recording(table: "Table") -> Recorded | None:
             )
         rows[field] = cells
     known = Known(*sidecar.parsed(table.path, table.metadata[KEY]))
-    return Recorded(table.path, known, HEADER.encode() + format_rows(rows))
+    return RecordingFile(table.path, known, HEADER.encode() + format_rows(rows))
 
 
-def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> int:
+def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) -> int:
     """Write a recording to another format: Parquet, Arrow, or palpate's own CSV. It is complete, or not written.
 
     Parameters
     ----------
-    recording : Recorded or Foreign
+    recording : RecordingFile or ImportedRecording
     target : pathlib.Path
         NAME.parquet, NAME.arrow or NAME.feather, or NAME.csv, which gets a sidecar NAME.json.
     force : bool
@@ -133,7 +133,7 @@ def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> 
     return len(rows)
 
 
-def _require_free(recording: "AnyRecording", targets: list[Path], *, force: bool) -> None:
+def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: bool) -> None:
     for path in filter(os.path.lexists, targets):
         if path.exists() and recording.path.exists() and path.samefile(recording.path):
             raise RecordingError(path, "is an input file: choose another name")
@@ -155,7 +155,7 @@ def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: dict[str,
         whole.write_table(table)
 
 
-def _document(recording: "AnyRecording", seal: dict[str, int]) -> dict[str, Any]:
+def _document(recording: "OpenedRecording", seal: dict[str, int]) -> dict[str, Any]:
     """Return the sidecar of the output; its end says what is known of its source, which a checksum alone would hide."""
     known = recording.document
     document = dict(known or sidecar.fresh(recording.describe(), {}, list(recording.notes)))
@@ -168,7 +168,7 @@ def _document(recording: "AnyRecording", seal: dict[str, int]) -> dict[str, Any]
     document["notes"] = [*document.get("notes", []), f"{source} by palpate {__version__}"]
     document.pop("checkpoint", None)
     end = {"dropped": 0, "clean": True, **document.get("end", {}), **seal}
-    if isinstance(recording, Recorded):
+    if isinstance(recording, RecordingFile):
         found = recording.integrity
         if found.verified < seal["rows"]:
             end["verified"] = found.verified

@@ -63,7 +63,7 @@ class Damage(NamedTuple):
     reason: str
 
 
-class Recorded:
+class RecordingFile:
     """A recording made by palpate, read in blocks.
 
     Parameters
@@ -119,7 +119,7 @@ class Recorded:
 
     Examples
     --------
-    >>> recording = Recorded("tests/data/four-specimens.csv")
+    >>> recording = RecordingFile("tests/data/four-specimens.csv")
     >>> sum(len(block) for block in recording.blocks()) == recording.survey.rows
     True
     """

@@ -19,9 +19,9 @@ from palpate.errors import RecordingError
 from palpate.files import STANDARD_INPUT, open_regular, to_disk, write_file
 from palpate.recording import sidecar
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import Damage, Recorded
-from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.csv_reader import Damage, RecordingFile
 from palpate.recording.integrity import SOURCE_FAILED, judge
+from palpate.recording.reading import OpenedRecording, recorded
 
 
 @dataclass(frozen=True)
@@ -147,13 +147,13 @@ def check(
 
 
 def verified(
-    recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False
+    recording: OpenedRecording, *, repair: bool = False, remove_damage: bool = False
 ) -> Verification:
     """Check a recording that is open already, as `check`."""
     damage: list[Damage] = []
     for _ in recording.blocks(damage):
         pass
-    if not repair or not isinstance(recording, Recorded):
+    if not repair or not isinstance(recording, RecordingFile):
         return judged(recording, damage)
     refused = why_not(recording, damage, remove_damage=remove_damage)
     if refused is not None:
@@ -162,10 +162,10 @@ def verified(
     return check(recording.path)
 
 
-def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> Verification:
+def judged(recording: OpenedRecording, damage: list[Damage], refused: str = "") -> Verification:
     """Return what `check` says of a recording that was read to its end, what was left out, and why it is not repaired."""
     survey = recording.survey
-    if not isinstance(recording, Recorded):
+    if not isinstance(recording, RecordingFile):
         found = (*_findings(survey, None), *recording.notes)
         timed, understood = recording.timed, recording.understood
         return Verification(
@@ -241,7 +241,7 @@ _PACKED = (
 )
 
 
-def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -> str | None:
+def why_not(recording: RecordingFile, damage: list[Damage], *, remove_damage: bool) -> str | None:
     """Return why a recording is not to be repaired: "" if there is nothing to repair; None if it is to be."""
     known, rows = recording.known, recording.survey.rows
     if known.running:
@@ -275,7 +275,7 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
     return f"not repaired: {lines}, and {which}"
 
 
-def repair_files(recording: Recorded, damage: list[Damage]) -> None:
+def repair_files(recording: RecordingFile, damage: list[Damage]) -> None:
     """Take out what `blocks(damage)` has found, and write the end; after a RecordingError all files are as they were."""
     path, beside = recording.path.resolve(), sidecar.sidecar_path(recording.path).resolve()
     try:
@@ -300,7 +300,7 @@ def repair_files(recording: Recorded, damage: list[Damage]) -> None:
         raise RecordingError(recording.path, reason) from error
 
 
-def _without(recording: Recorded, damage: list[Damage], data: bytes) -> bytes:
+def _without(recording: RecordingFile, damage: list[Damage], data: bytes) -> bytes:
     """Return the header and the rows: without damaged places and an incomplete last row."""
     ends = [0, *(place.offset + place.bytes for place in damage)]
     begins = [*(place.offset for place in damage), len(data) - recording.seen.torn]
@@ -331,9 +331,9 @@ def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
     return kept
 
 
-def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
+def _document(recording: RecordingFile, done: str, data: bytes) -> dict[str, Any]:
     """Return the sidecar after the repair: its end counts the rows that are left, not the rows that were measured."""
-    known, again = recording.known, Recorded(recording.path, recording.known, data)
+    known, again = recording.known, RecordingFile(recording.path, recording.known, data)
     for _ in again.blocks():
         pass
     rows, found = again.survey.rows, again.integrity
@@ -363,7 +363,7 @@ def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
     return {**document, "schema": sidecar.SCHEMA, "end": end}
 
 
-def _report(recording: Recorded, damage: list[Damage], kept: str) -> str:
+def _report(recording: RecordingFile, damage: list[Damage], kept: str) -> str:
     """Return what was taken out."""
     parts, torn, removed = (
         [place for place in damage if place.bytes],

@@ -15,7 +15,7 @@ from palpate.calibration.model import Calibration, Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, reasons
-from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.reading import OpenedRecording, recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
@@ -32,7 +32,7 @@ class AnalysedRecording:
     # first_s, period_s: the first time, and the mean time from pair to pair; nan: unknown.
 
     name: str
-    recording: AnyRecording
+    recording: OpenedRecording
     tracking: dict[str, Any]
     found: Tracked
     checked: Verification

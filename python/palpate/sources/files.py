@@ -12,7 +12,7 @@ from palpate.errors import RecordingError
 from palpate.importers.table import Asked, parsed_map
 from palpate.importers.units import checked_unit
 from palpate.recording.convert import RATE
-from palpate.recording.foreign import recorded
+from palpate.recording.reading import recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import Check, anything, checked, number

@@ -15,7 +15,7 @@ from palpate.importers.table import DECIMALS, Asked, Table
 from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import Recorded, is_own
+from palpate.recording.csv_reader import RecordingFile, is_own
 from palpate.recording.recording import Recording
 from palpate.samples import UNTIMED_NS, Block, blank
 
@@ -29,7 +29,7 @@ AS_TABLE = (
 
 
 @dataclass(eq=False)
-class Foreign:
+class ImportedRecording:
     """A recording that another program wrote, read into memory, as a sequence of blocks.
 
     Attributes
@@ -102,11 +102,11 @@ class Foreign:
             yield block
 
 
-AnyRecording = Recorded | Foreign
+OpenedRecording = RecordingFile | ImportedRecording
 """A recording of any kind, as a sequence of blocks."""
 
 
-def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
+def of_table(path: Path, table: Table, wanted: Asked) -> ImportedRecording:
     """Return a table of another program, or a data frame of palpate's own, as a recording; errors as of `read`."""
     from palpate.importers.channels import channels
     from palpate.importers.formats import read_table
@@ -115,7 +115,7 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     if not len(table):
         raise RecordingError(path, "has no rows")
     if wanted == Asked() and (made := own_frame(table)) is not None:
-        return Foreign(path, made)
+        return ImportedRecording(path, made)
     table.decimal = DECIMALS[wanted.decimal] if wanted.decimal else table.decimal
     soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
     found = channels(table, wanted, soft)
@@ -130,10 +130,10 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     recording = Recording(
         *found.arrays, notes, unit=unit, zero_utc_ns=found.zero_utc_ns, understood=found.said
     )
-    return Foreign(path, recording, found.unused)
+    return ImportedRecording(path, recording, found.unused)
 
 
-def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
+def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     """Open a recording of any length, to read it in blocks; a table of another program is read as a whole.
 
     Parameters
@@ -144,7 +144,7 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
 
     Returns
     -------
-    Recorded or Foreign
+    RecordingFile or ImportedRecording
         An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
         the sidecar.
 
@@ -161,7 +161,7 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     """
     wanted, file = Asked(**asked), Path(path)
     if wanted == Asked() and is_own(file):
-        return Recorded(file)
+        return RecordingFile(file)
     from palpate.importers.formats import read_table  # a recording of palpate does not need it
 
     table = read_table(file, wanted)
