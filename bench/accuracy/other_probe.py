@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.recording_protocol import ArrayRecording
 
 Array = NDArray[np.float64]
 STEP_s = 0.001
@@ -52,7 +53,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class Recorded(ArrayRecording):
     """Readings of both channels; a recording for `palpate.touches`."""
 
     t_hard_s: Array

@@ -8,12 +8,15 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
 
+import numpy as np
+
 from palpate._core import Tracker
 from palpate.dataframe import Frame, is_frame
 from palpate.errors import SomeFailed
 from palpate.recording.reading import read, recorded
 from palpate.recording.recording import Recording
-from palpate.tracking import Blocks, Channels, Touches, Windows, tracked
+from palpate.recording_protocol import RecordingProtocol, is_like_recording
+from palpate.tracking import Touches, Windows, tracked
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
         jobs: int
 
 
-One = Channels | Blocks | Frame | str | os.PathLike[str]
+One = RecordingProtocol | Frame | str | os.PathLike[str]
 """A recording, the path of one, or a data frame."""
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -145,11 +148,9 @@ def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
 
 
 def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:
-    """Return whether this is no recording, path or table, but may contain some; a table has a shape, or Arrow's stream."""
-    whole = ("full_scale_pF", "shape", "__arrow_c_stream__")
-    return isinstance(given, Iterable) and not (
-        isinstance(given, str | bytes | Mapping) or any(hasattr(given, name) for name in whole)
-    )
+    """Return whether this is no recording, path or table, but may contain some."""
+    is_one = isinstance(given, str | bytes | np.ndarray) or is_frame(given)
+    return isinstance(given, Iterable) and not is_one and not is_like_recording(given)
 
 
 def in_order(

@@ -8,8 +8,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import palpate
 import pytest
+from palpate.recording_protocol import ArrayRecording, RecordingProtocol
 from palpate.simulation import scenarios
 from project import FOUR, copied
 
@@ -28,12 +30,45 @@ def same(
 @pytest.mark.parametrize("jobs", [1, 2, 5])
 def test_many_are_the_same_bits_as_one_by_one(jobs: int) -> None:
     runs = [scenarios.run(name, seed) for name in NAMES for seed in range(3)]
-    given = [*runs, FOUR, palpate.read(FOUR), palpate.recorded(FOUR), str(FOUR)]
+    given: list[RecordingProtocol | Path | str] = [*runs, FOUR, palpate.read(FOUR)]
+    given += [palpate.recorded(FOUR), str(FOUR)]
     expected = [palpate.touches(one, scene="paper", threshold=0.1) for one in given]
     assert sum(map(len, expected)) > len(given)
     assert same(palpate.touches(given, jobs=jobs, scene="paper", threshold=0.1), expected)
     assert same(palpate.touches(iter(given), jobs=jobs, scene="paper", threshold=0.1), expected)
     assert palpate.touches([], jobs=jobs) == []
+
+
+@pytest.mark.parametrize("missing", ["parts", "unit", "host_stamps"])
+def test_a_recording_without_a_member_is_refused_with_its_name(missing: str) -> None:
+    run = scenarios.run("stiff-steady")
+    names = {name for name in dir(RecordingProtocol) if not name.startswith("_")} - {missing}
+    incomplete: Any = type("Incomplete", (), {name: getattr(run, name) for name in names})()
+    message = (
+        f"recording: got .*Incomplete.*, without {missing}, allowed: the result of palpate.read"
+    )
+    with pytest.raises(TypeError, match=message):
+        palpate.touches(incomplete)
+    with pytest.raises(TypeError, match=message):
+        palpate.offline(incomplete)
+
+
+@pytest.mark.parametrize("wrong", [None, 3, object(), np.ones(4)])
+def test_an_object_that_is_no_recording_is_refused_with_all_missing_members(wrong: Any) -> None:
+    with pytest.raises(
+        TypeError, match=r"recording: got .*, without doubts, full_scale_pF, .*unit"
+    ):
+        palpate.touches(wrong)
+
+
+def test_a_class_with_arrays_is_a_recording() -> None:
+    run = scenarios.run("stiff-steady")
+
+    class Own(ArrayRecording):
+        t_hard_s, t_soft_s, hard, soft = run.t_hard_s, run.t_soft_s, run.hard, run.soft
+        full_scale_pF = run.full_scale_pF
+
+    assert same([palpate.touches(Own())], [palpate.touches(run)])
 
 
 def test_paths_are_read_as_asked(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ with open("/proc/self/statm") as file:
 resource.setrlimit(resource.RLIMIT_AS, (size + {MEMORY}, size + {MEMORY}))
 report = palpate.check({str(path)!r})
 assert report.survey.rows == {ROWS} and report.survey.lost == 0, report
-assert palpate.touches(palpate.open({str(path)!r})) == []
+assert palpate.touches(palpate.recorded({str(path)!r})) == []
 try:
     palpate.read({str(path)!r})
 except MemoryError:

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import pytest
-from palpate import RecordingError, check, read, recorded
+from palpate import RecordingError, check, read
 from palpate.recording import verification
+from palpate.recording.csv_reader import RecordingFile
 from recording_bench import killed, rows_of, survivors
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
@@ -75,7 +76,7 @@ def test_a_cut_table_without_a_sidecar_is_one_fault(tmp_path: Path) -> None:
 
 def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> None:
     path = killed(tmp_path / "run.csv", ROWS, SYNCED, torn=9)
-    recording = recorded(path)
+    recording = RecordingFile(path)
     for _ in recording.blocks():
         pass
     with path.open("ab") as file:
@@ -84,5 +85,5 @@ def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> 
     with pytest.raises(
         RecordingError, match="it has changed in the meantime; all files are as they were"
     ):
-        verification.repair_files(recording, [])  # type: ignore[arg-type]
+        verification.repair_files(recording)
     assert contents(tmp_path) == before

@@ -156,7 +156,7 @@ def test_a_source_says_whose_its_stamps_are(
     recording = recorded(path)
     assert (recording.host_stamps, palpate.read(path).host_stamps) == (smoothed, smoothed)
     assert recording.describe().get("stamps") == stamps
-    for again in (recording, palpate.read(path), FileSource(str(path))):
+    for again in (recording, palpate.read(path), FileSource(str(path)).recording):
         assert bits(palpate.touches(again)) == bits(stream.touches)
     assert bits(palpate.touches(recording, host_stamps=not smoothed)) != bits(stream.touches)
     with Stream(Scripted([], **described), host_stamps=not smoothed) as stream:

@@ -10,8 +10,9 @@ import numpy as np
 from palpate import number_format
 from palpate._core import Tracker
 from palpate.offline_touches import offline
+from palpate.recording_protocol import RecordingProtocol
 from palpate.repeatability import KINDS, RatioOf, objections
-from palpate.tracking import Blocks, Channels, tracked
+from palpate.tracking import tracked
 from palpate.uncertainty import within_groups
 
 AGES_S = (0.0, 0.5, 0.8, 1.3, 2.0)
@@ -28,7 +29,7 @@ _NOT_COMPARED = ("offset", "drift", "creep")  # flags of what a level ratio, or 
 class Track(NamedTuple):
     """A recording of a calibration: scene and settings of its tracker, and the specimen of each kept touch, by its `start`."""
 
-    recording: Channels | Blocks
+    recording: RecordingProtocol
     tracking: Mapping[str, Any]
     specimens: Mapping[int, str]
 

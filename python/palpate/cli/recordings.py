@@ -34,7 +34,8 @@ from palpate.importers.formats import read_table
 from palpate.importers.table import Asked, Table
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
-from palpate.recording.reading import OpenedRecording, of_table, recorded
+from palpate.recording.opened import OpenedRecording
+from palpate.recording.reading import of_table, recorded
 from palpate.recording.verification import Verification, verified
 from palpate.tracking import tracked
 
@@ -227,8 +228,8 @@ def _convert_notes(recording: OpenedRecording) -> list[str]:
         notes.append(
             f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost"
         )
-    if unused := getattr(recording, "unused", None):
-        notes.append(f"columns left out: {', '.join(unused)}")
+    if recording.unused:
+        notes.append(f"columns left out: {', '.join(recording.unused)}")
     return notes
 
 
@@ -259,7 +260,7 @@ def plot_command(
         plots.check(output)
         recording = recorded(file, **reading.keywords())
         found = tracked(recording, **tracker.for_recording(recording))
-        plots.save(recording.recording, found.touches, output)
+        plots.save(recording.in_memory(), found.touches, output)
     notes = [note for note in [recording.understood, *found.touches.notes] if note]
     sys.exit(_print_written(file, output, recording, {"touches": len(found.touches)}, notes))
 

@@ -31,10 +31,11 @@ from palpate.cli.shared_options import (
     simulation_note,
 )
 from palpate.flags import doubts_of_calibration
-from palpate.recording.reading import OpenedRecording, recorded
+from palpate.recording.opened import OpenedRecording
+from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.repeatability import KINDS, objections
-from palpate.tracking import baseline_takes, timed, tracked
+from palpate.tracking import baseline_takes, tracked
 from palpate.uncertainty import Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
@@ -268,7 +269,7 @@ def _plain(value: Any) -> Any:
 
 
 def _why_not(recording: OpenedRecording, *, again: bool) -> str:
-    takes = baseline_takes(recording.survey.period_s if timed(recording) else 0)
+    takes = baseline_takes(recording.survey.period_s if recording.timed else 0)
     spans = [
         f"{name} {high - low:.3g} {recording.unit}"
         for name, (low, high) in recording.survey.spans_pF.items()

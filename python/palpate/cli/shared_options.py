@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
     from palpate.calibration import Calibration
-    from palpate.recording.foreign import AnyRecording
+    from palpate.recording.opened import OpenedRecording
 
 _Function = Callable[..., Any]
 _Decorator = Callable[[_Function], _Function]
@@ -76,7 +76,7 @@ class TrackerOptions:
         return keywords | changed
 
     def for_recording(
-        self, recording: "AnyRecording", calibration: "Calibration | None" = None
+        self, recording: "OpenedRecording", calibration: "Calibration | None" = None
     ) -> dict[str, Any]:
         """Return keywords for a recording: without a scene its own; then the calibration's."""
         options = self.keywords()
@@ -101,7 +101,7 @@ class TrackerOptions:
         return changed
 
 
-def simulation_note(recording: "AnyRecording") -> str:
+def simulation_note(recording: "OpenedRecording") -> str:
     """Return a note if a simulator made a recording, else ""."""
     from palpate.recording.sidecar import is_simulated
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
 from itertools import count
 from math import nan
 from pathlib import Path
@@ -25,8 +24,8 @@ from palpate.live.levels import Levels
 from palpate.recording import sidecar
 from palpate.recording.convert import RATE
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import Damage, RecordingFile
-from palpate.recording.reading import OpenedRecording
+from palpate.recording.csv_reader import RecordingFile
+from palpate.recording.opened import OpenedRecording
 from palpate.recording.recorder import Recorder
 from palpate.recording.verification import judged
 from palpate.samples import Sample, samples_of, usable
@@ -475,7 +474,8 @@ class RecordedMeasurement(Measurement):
         settings: Any = own | {
             name: value for name, value in how.items() if name != "scene" or value
         }
-        self.recording, self._damage = recording, list[Damage]()
+        recording.skip_damage()
+        self.recording = recording
         self.tracker = tracker_of(recording, settings.pop("scene"), settings)
         self.document = recording.document or {}
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
@@ -509,11 +509,9 @@ class RecordedMeasurement(Measurement):
 
     def cut(self, from_s: float, to_s: float) -> Touch:
         """Return the touch between two times; as `palpate.touches` with a window."""
-        opened: Any = copy(self.recording)
-        vars(opened)["blocks"] = partial(opened.blocks, list[Damage]())
         settings: Any = self.tracker.settings
         [touch] = tracked(
-            opened, scene=self.tracker.scene, windows=[(from_s, to_s)], **settings
+            copy(self.recording), scene=self.tracker.scene, windows=[(from_s, to_s)], **settings
         ).touches
         return touch
 
@@ -539,7 +537,7 @@ class RecordedMeasurement(Measurement):
         tracker, gaps, tares = self.tracker, dict(self.recording.gap_marks), self.recording.tares
         for seq, text in sorted(gaps.items()):  # each is shown when its sample comes
             self.events.tell("gap", Gap(seq + 1, text))
-        for block in self.recording.blocks(self._damage):
+        for block in self.recording.blocks():
             readings = usable(block, tracker.settings["full_scale"])
             estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
             self.events.batch(Batch(block, estimates, (), 0))
@@ -557,7 +555,7 @@ class RecordedMeasurement(Measurement):
         self.tracker.finish()
         self.touches = self.tracker.touches
         self.events.tell("ended", None)
-        found = judged(self.recording, self._damage)
+        found = judged(self.recording)
         long = "too long to show every sample: at first only lowest and highest values are shown"
         for line in (
             self.recording.understood,

@@ -11,7 +11,8 @@ from palpate import number_format
 from palpate._core import Touch
 from palpate.offline_touches.fit import HARD, SOFT, Sweep, aligned, fitted, since_change, sweep
 from palpate.offline_touches.idle import IdleLevel, Readings, idle, level_of, pause
-from palpate.tracking import Blocks, Channels, feed_recording, timed, tracker_of
+from palpate.recording_protocol import RecordingProtocol, require_recording
+from palpate.tracking import Fed, feed_recording, tracker_of
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -112,7 +113,7 @@ class OfflineTouch:
 
 
 def offline(
-    recording: Channels | Blocks,
+    recording: RecordingProtocol,
     *,
     scene: "_Scene" = "handheld",
     **settings: Unpack["_AnySettings"],
@@ -173,7 +174,8 @@ def offline(
         raise ValueError(
             "scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'"
         )
-    if hasattr(recording, "full_scale_pF") and not timed(recording):
+    require_recording(recording)
+    if not recording.timed:
         raise ValueError(
             "recording: got one without times, allowed: one with times; name its column, as time=COL"
         )
@@ -181,18 +183,18 @@ def offline(
     if not 1 <= exponent <= 3:
         raise ValueError(f"contact_exponent: got {exponent}, allowed: 1 to 3")
     tracker = tracker_of(recording, scene, settings)
-    parts = list(feed_recording(tracker, recording))
+    whole = Fed.joined(feed_recording(tracker, recording))
     tracker.finish()
-    if not tracker.touches:
+    if whole is None or not tracker.touches:
         return []
-    t_hard, t_soft, hard, soft, rows, era = (
-        np.concatenate(part) for part in zip(*parts, strict=True)
-    )
+    t_hard, t_soft = whole.t_hard_s, whole.t_soft_s
     if tracker.settings.get("host_stamps"):
-        t_hard, t_soft = smooth(t_hard), smooth(t_soft)
+        t_hard = smooth(t_hard)
+        t_soft = smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
-    channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
-    found = _estimated(tracker.touches, rows, era, channels)
+    hard = _readings(t_hard, whole.hard, full_scale)
+    soft = _readings(t_soft, whole.soft, full_scale)
+    found = _estimated(tracker.touches, whole.rows, whole.era, (hard, soft))
     levels = [one.level(exponent) for one in found]
     return [
         replace(one, level_ratio=r, level_standard_error=e)

@@ -19,7 +19,7 @@ from palpate.samples import DTYPE, Block, Status
 
 if TYPE_CHECKING:
     from palpate.importers.table import Table
-    from palpate.recording.reading import OpenedRecording
+    from palpate.recording.opened import OpenedRecording
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""

@@ -76,7 +76,7 @@ class Survey:
         return "in 1 gap" if self.gaps == 1 else f"in {self.gaps} gaps"
 
     @property
-    def told_pause(self) -> str:
+    def pause_note(self) -> str:
         """A note on a pause without a mark, above a second and 20 periods; "" if there is none."""
         seconds, seq = self.pause
         if not seconds > max(1.0, 20 * self.period_s):

@@ -1,15 +1,15 @@
-"""A recording as a sequence of blocks, only a part of which is in memory."""
+"""Palpate's own recordings, NAME.csv with its sidecar, read in blocks: only a part is in memory."""
 
 import io
 import math
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
@@ -17,6 +17,7 @@ from palpate.files import file_errors, open_unpacked
 from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
+from palpate.recording.opened import Damage, GapMark, OpenedRecording
 from palpate.recording.recording import Mark, Recording
 from palpate.recording.rows import (
     COLUMNS,
@@ -28,61 +29,48 @@ from palpate.recording.rows import (
     unreadable,
 )
 from palpate.recording.session import plan_of
-from palpate.samples import DTYPE, Block, usable
+from palpate.recording_protocol import PartEnd
+from palpate.samples import DTYPE, Block
 
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
 _BEGIN = 256  # bytes in which a file is recognised
 _FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
-_CHUNK = (
-    1 << 18
-)  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
+# Bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block.
+_CHUNK = 1 << 18
 _MOST_GAPS = 5  # in the notes
 _ROUNDED_PF = 1e-3  # by a spreadsheet
 _MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
 
 
-class Damage(NamedTuple):
-    """A place in a file that is no row, and was not left by a writer that was stopped.
+@dataclass
+class _Position:
+    """The next line of a file: its number, its offset in bytes, and the number of rows before it."""
 
-    Attributes
-    ----------
-    line, lines : int
-        Number of its first line, from 1; number of lines.
-    offset, bytes : int
-        Where it begins in the file, and its length.
-    rows_before : int
-        Rows of the file before it.
-    reason : str
-    """
+    line: int = 1
+    offset: int = 0
+    rows: int = 0
 
-    line: int
-    lines: int
-    offset: int
-    bytes: int
-    rows_before: int
-    reason: str
+    def skip(self, lines: int, size: int) -> None:
+        """Go on by some lines, of a size in bytes."""
+        self.line += lines
+        self.offset += size
 
 
-class RecordingFile:
-    """A recording made by palpate, read in blocks.
+class RecordingFile(OpenedRecording):
+    """A recording made by palpate, read in blocks; more attributes are those of `OpenedRecording`.
 
     Parameters
     ----------
     path : path-like
     known : Known, optional
-        With `data`: what its sidecar says.
+        With `data`: the content of its sidecar.
     data : bytes, optional
         The rows as text, of a recording that was converted to another format.
 
     Attributes
     ----------
-    path : pathlib.Path
     known : Known
-        What the sidecar says; read once, when the recording is opened.
-    document : dict
-        The sidecar; empty without a valid one.
-    survey : Survey
-        Counts over the blocks of the last `blocks()`.
+        The content of the sidecar; read once, when the recording is opened.
     seen : Bytes
         Counts over the bytes of the last `blocks()`, if it came to the end.
     integrity : Integrity
@@ -93,24 +81,6 @@ class RecordingFile:
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
     codes : Codes or None
         Scale of the codes: from the sidecar; else the AD7746 if the first rows agree with it; else None.
-    full_scale_pF : float
-        Full scale, pF: from the sidecar; else the range of the AD7746 if rows have codes; else inf.
-    settings : dict
-        Scene and settings of the live measurement; empty if unknown.
-    host_stamps : bool
-        Whether the computer stamped the samples when they arrived, from the sidecar.
-    period_s : float
-        From pair to pair, as the live measurement knew it, else the device, s; 0: unknown.
-    zero_utc_ns : int or None
-        UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown.
-    tares : frozenset of int
-        Numbers of the samples after which the baseline was measured again; each is the last of a block.
-    gap_marks : list of (int, str)
-        Those of `tares` that are before a gap, each with what happened there: the board was opened again, ...
-    timed : bool
-        True: every row has its times. A table of another program may have none.
-    understood : str
-        Empty: nothing had to be understood, as it has for a table of another program.
 
     Raises
     ------
@@ -124,13 +94,10 @@ class RecordingFile:
     True
     """
 
-    timed = True
-    understood = ""
-
     def __init__(
         self, path: str | os.PathLike[str], known: Known | None = None, data: bytes | None = None
     ) -> None:
-        self.path: Path = Path(path)
+        super().__init__(Path(path))
         self.data = data
         if data is None and not is_own(self.path):
             reason = (
@@ -138,32 +105,25 @@ class RecordingFile:
             )
             raise RecordingError(self.path, reason)
         self.known: Known = known or known_of(self.path)
-        self.document: dict[str, Any] = self.known.document
-        self.survey: Survey = Survey()
+        self.document = self.known.document
         self.seen: Bytes = Bytes()
         self.integrity: Integrity = Integrity()
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
         self.codes: Codes | None = None
-        self.full_scale_pF: float = math.inf
-        self.unit: str = str(self.describe().get("unit", "pF"))
-        self.settings: dict[str, Any] = sidecar.settings_of(self.document)
-        self.host_stamps: bool = self.describe().get("stamps") == "host"
-        self.period_s: float = float(
-            self.settings.get("period", self.describe().get("period_s", 0.0))
-        )
-        self.zero_utc_ns: int | None = sidecar.zero_of(self.document)[0]
+        self._skips_damage = False
+        device = self.describe()
+        self.unit = str(device.get("unit", "pF"))
+        self.settings = sidecar.settings_of(self.document)
+        self.host_stamps = device.get("stamps") == "host"
+        self.period_s = float(self.settings.get("period", device.get("period_s", 0.0)))
+        self.zero_utc_ns, self._zero_at_end_ns = sidecar.zero_of(self.document)
         tares = sidecar.tares_of(self.document)
-        self.tares: frozenset[int] = frozenset(seq for seq, _, _ in tares)
-        self.gap_marks: list[tuple[int, str]] = [
-            (seq, text) for seq, text, is_gap in tares if is_gap
-        ]
+        self.tares = frozenset(seq for seq, _, _ in tares)
+        self.gap_marks = [GapMark(seq, text) for seq, text, is_gap in tares if is_gap]
         if self.document:
-            device = self.document["device"]
-            self.codes, self.full_scale_pF = (
-                codes_of(device),
-                float(device.get("full_scale_pF", math.inf)),
-            )
+            self.codes = codes_of(device)
+            self.full_scale_pF = float(device.get("full_scale_pF", math.inf))
         else:
             self._recognise_codes()
 
@@ -172,79 +132,97 @@ class RecordingFile:
         written = self._first_rows()
         self.codes = Codes()
         computed = self._first_rows()
-        near: dict[str, Any] = {"rtol": 0, "atol": _ROUNDED_PF, "equal_nan": True}
-        if not all(np.allclose(written[name], computed[name], **near) for name in ("hard", "soft")):
-            self.codes = None
-        elif (computed["hard_raw"][:1] >= 0).any():
+        for name in ("hard", "soft"):
+            near = np.isclose(
+                written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True
+            )
+            if not near.all():
+                self.codes = None
+                return
+        if (computed["hard_raw"][:1] >= 0).any():
             self.full_scale_pF = SATURATED_PF
 
     def _first_rows(self) -> Block:
-        return next(self._parsed(Bytes(), _FIRST, []), np.zeros(0, DTYPE))
+        parsed = self._parsed(Bytes(), _FIRST, skips_damage=True)
+        return next(parsed, np.zeros(0, DTYPE))
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What is not as it was written, after `blocks()`: results may be wrong. They are in `notes`, too."""
+        """Differences from the file as it was written, after `blocks()`: results may be wrong. They are in `notes`, too."""
         return self.integrity.doubts
 
     @property
-    def told(self) -> tuple[str, ...]:
-        """What the recorder said: it began late, or had gaps."""
-        marks, more = self.gap_marks[:_MOST_GAPS], len(self.gap_marks) - _MOST_GAPS
-        gaps = [
-            f"gap after sample {seq}: {text}: the baseline was measured again"
-            for seq, text in marks
-        ]
-        begun = [
+    def recorder_notes(self) -> tuple[str, ...]:
+        """Notes of the recorder: it began late, or had gaps."""
+        notes = [
             str(note)
             for note in self.document.get("notes", [])
             if str(note).startswith(sidecar.BEGUN)
         ]
-        return (*begun, *gaps, *([f"{more} more gaps"] if more > 0 else []))
+        for mark in self.gap_marks[:_MOST_GAPS]:
+            notes.append(
+                f"gap after sample {mark.seq}: {mark.text}: the baseline was measured again"
+            )
+        more = len(self.gap_marks) - _MOST_GAPS
+        if more > 0:
+            notes.append(f"{more} more gaps")
+        return tuple(notes)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
-        survey, found = self.survey, self.integrity
-        begin, end = sidecar.zero_of(self.document)
-        moved_s = 0.0 if begin is None or end is None else (end - begin) / 1e9
-        moved = f"the wall clock was moved by {moved_s:+.3f} s during the recording: UTC is by the clock at its begin"
-        order = "the order of the file is used"
-        notes = {
-            f"{survey.refused} of {survey.rows} rows have no value in a channel: left out": survey.refused,
-            f"{survey.lost} samples are missing {survey.in_gaps}": survey.lost,
-            f"time goes back at {survey.backward} of {survey.rows} rows: {order}": survey.backward,
-            survey.told_pause: survey.told_pause,
-            "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes
-            is None,
-            moved: abs(moved_s) > _MOVED_S,
-        }
-        said = (note for note, is_so in notes.items() if is_so)
-        return (*found.doubts, *found.limits, *found.remarks, *self.told, *said)
+        found = self.integrity
+        return (
+            *found.doubts,
+            *found.limits,
+            *found.remarks,
+            *self.recorder_notes,
+            *self._row_notes(),
+        )
+
+    def _row_notes(self) -> Iterator[str]:
+        survey = self.survey
+        if survey.refused:
+            yield (f"{survey.refused} of {survey.rows} rows have no value in a channel: left out")
+        if survey.lost:
+            yield f"{survey.lost} samples are missing {survey.in_gaps}"
+        if survey.backward:
+            yield (
+                f"time goes back at {survey.backward} of {survey.rows} rows: "
+                "the order of the file is used"
+            )
+        if survey.pause_note:
+            yield survey.pause_note
+        if self.codes is None:
+            yield (
+                "the codes are not those of an AD7746, and no sidecar says their scale: left out"
+            )
+        if self.zero_utc_ns is not None and self._zero_at_end_ns is not None:
+            moved_s = (self._zero_at_end_ns - self.zero_utc_ns) / 1e9
+            if abs(moved_s) > _MOVED_S:
+                yield (
+                    f"the wall clock was moved by {moved_s:+.3f} s during the recording: "
+                    "UTC is by the clock at its begin"
+                )
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
-        return (
-            dict(self.document["device"])
-            if self.document
-            else {"name": "recording", "file": self.path.name}
-        )
+        if self.document:
+            return dict(self.document["device"])
+        return {"name": "recording", "file": self.path.name}
 
-    def blocks(self, damage: list[Damage] | None = None) -> Iterator[Block]:
-        """Yield the samples in blocks of some thousand.
+    def skip_damage(self) -> None:
+        """From now on leave out damaged places, and list them in `damaged`; else the first one is an error."""
+        self._skips_damage = True
 
-        Parameters
-        ----------
-        damage : list of Damage, optional
-            Damaged places are left out and added to this list. Without it, the first one is an error.
-
-        Yields
-        ------
-        numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
-        """
+    def blocks(self) -> Iterator[Block]:
+        """Yield the samples in blocks of some thousand; a new one begins after each tare and gap."""
         self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
-        self.integrity, tares = Integrity(), sorted(self.tares)
-        for block in self._parsed(Bytes(self.known.sealed("bytes")), _CHUNK, damage):
-            self.survey.add(block)
+        self.integrity = Integrity()
+        tares = sorted(self.tares)
+        seen = Bytes(self.known.sealed("bytes"))
+        for block in self._parsed(seen, _CHUNK, skips_damage=self._skips_damage):
+            self._count(block)
             if tares:
                 cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
                 yield from np.split(block, cuts)
@@ -252,19 +230,18 @@ class RecordingFile:
                 yield block
         self.integrity = judge(self.known, self.seen)
 
-    @property
-    def recording(self) -> Recording:
-        """The whole recording in memory."""
-        parts = [self._arrays(np.zeros(0, DTYPE))]
+    def in_memory(self) -> Recording:
+        """Read the whole recording into memory."""
+        nothing = np.zeros(0)
+        columns = [(nothing, nothing, nothing, nothing)]
         rows = 0
-        rows_after_gaps = list[int]()
-        last_before_gaps = [seq for seq, _ in self.gap_marks]
-        for block in self.blocks():
-            parts.append(self._arrays(block))
-            rows += len(block)
-            if block["seq"][-1] in last_before_gaps:
-                rows_after_gaps.append(rows)
-        t_hard_s, t_soft_s, hard, soft = map(np.concatenate, zip(*parts, strict=True))
+        gap_rows = list[int]()
+        for part in self.parts(self.full_scale_pF):
+            columns.append((*part.seconds, part.hard, part.soft))
+            rows += part.pairs
+            if part.end is PartEnd.GAP:
+                gap_rows.append(rows)
+        t_hard_s, t_soft_s, hard, soft = map(np.concatenate, zip(*columns, strict=True))
         return Recording(
             t_hard_s,
             t_soft_s,
@@ -276,21 +253,18 @@ class RecordingFile:
             host_stamps=self.host_stamps,
             period_s=self.period_s,
             doubts=self.doubts,
-            gap_rows=tuple(row for row in rows_after_gaps if row < rows),
+            gap_rows=tuple(row for row in gap_rows if row < rows),
             zero_utc_ns=self.zero_utc_ns,
             marks=tuple(Mark(*mark) for mark in sidecar.marks_of(self.document)),
             plan=plan_of(self.document),
         )
 
-    def _arrays(self, block: Block) -> tuple[NDArray[np.float64], ...]:
-        """Return both times, s, and both usable readings."""
-        hard, soft = usable(block, self.full_scale_pF)
-        return block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, hard, soft
-
-    def _parsed(self, seen: Bytes, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
+    def _parsed(self, seen: Bytes, chunk: int, *, skips_damage: bool) -> Iterator[Block]:
         """Read the file once, in whole lines; yield the rows in them."""
-        self.headed, tail = False, b""
-        line, offset, rows = 1, 0, 0  # of what comes next
+        self.headed = False
+        self.damaged = []
+        at = _Position()
+        tail = b""
         with file_errors(self.path, "cannot be read"), self._opened() as file:
             while data := file.read(chunk):
                 seen.count(data)
@@ -298,59 +272,58 @@ class RecordingFile:
                 if not end:
                     tail += data
                     continue
-                lines, tail = b"".join((tail, memoryview(data)[:end])), data[end:]  # one copy
+                lines = b"".join((tail, memoryview(data)[:end]))  # one copy
+                tail = data[end:]
                 if not self.headed:
-                    first, _, lines = lines.partition(b"\n")
-                    self.columns, self.headed = (
-                        VERSIONS[HEADERS.index(first.removesuffix(b"\r"))],
-                        True,
-                    )
-                    line, offset = 2, len(first) + 1
-                block = self._block(lines, line, offset, rows, damage)
-                line += lines.count(b"\n") if damage else len(block)  # each line is a row
-                offset += len(lines)
-                rows += len(block)
+                    header, _, lines = lines.partition(b"\n")
+                    self.columns = VERSIONS[HEADERS.index(header.removesuffix(b"\r"))]
+                    self.headed = True
+                    at.skip(1, len(header) + 1)
+                block = self._block(lines, at, skips_damage=skips_damage)
                 if len(block):
                     yield block
-        seen.rows, seen.torn, self.seen = (
-            rows,
-            len(tail),
-            seen,
-        )  # torn: of an incomplete row, or zeros of a power cut
+        seen.rows = at.rows
+        seen.torn = len(tail)  # of an incomplete row, or zeros of a power cut
+        self.seen = seen
         if len(tail.rstrip(b"\0")) > _LONGEST_ROW:
-            self._add(
-                Damage(line, 1, offset, len(tail), rows, f"{len(tail)} bytes without a line end"),
-                damage,
-            )
+            reason = f"{len(tail)} bytes without a line end"
+            place = Damage(at.line, 1, at.offset, len(tail), at.rows, reason)
+            self._add(place, skips_damage=skips_damage)
             seen.torn = 0
 
     def _opened(self) -> BinaryIO:
         return open_unpacked(self.path) if self.data is None else io.BytesIO(self.data)
 
-    def _block(
-        self, data: bytes, line: int, offset: int, rows: int, damage: list[Damage] | None
-    ) -> Block:
+    def _block(self, data: bytes, at: _Position, *, skips_damage: bool) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
-            return parse_rows(data, self.columns, self.codes)
+            block = parse_rows(data, self.columns, self.codes)
         except ValueError:
-            good = list[bytes]()
-        lines = [each + b"\n" for each in data.split(b"\n")[:-1]]
-        for reason, group in groupby(lines, lambda each: unreadable(each, self.columns)):
+            return self._block_of_damaged(data, at, skips_damage=skips_damage)
+        at.skip(len(block), len(data))  # each line is a row
+        at.rows += len(block)
+        return block
+
+    def _block_of_damaged(self, data: bytes, at: _Position, *, skips_damage: bool) -> Block:
+        good = list[bytes]()
+        lines = [line + b"\n" for line in data.split(b"\n")[:-1]]
+        for reason, group in groupby(lines, lambda line: unreadable(line, self.columns)):
             alike = list(group)
             size = sum(map(len, alike))
             if reason is None:
                 good += alike
+                at.rows += len(alike)
             else:
-                self._add(Damage(line, len(alike), offset, size, rows + len(good), reason), damage)
-            line, offset = line + len(alike), offset + size
+                place = Damage(at.line, len(alike), at.offset, size, at.rows, reason)
+                self._add(place, skips_damage=skips_damage)
+            at.skip(len(alike), size)
         return parse_rows(b"".join(good), self.columns, self.codes)
 
-    def _add(self, place: Damage, damage: list[Damage] | None) -> None:
-        if damage is None:
-            advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
-            raise RecordingError(self.path, f"{place.reason}: {advice}", place.line)
-        damage.append(place)
+    def _add(self, place: Damage, *, skips_damage: bool) -> None:
+        if not skips_damage:
+            advice = "palpate check counts what can still be read, palpate check --repair takes the rest out"
+            raise RecordingError(self.path, f"{place.reason}: damaged; {advice}", place.line)
+        self.damaged.append(place)
 
 
 def is_own(path: Path) -> bool:

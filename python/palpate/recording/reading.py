@@ -1,13 +1,13 @@
 """Any recording as a sequence of blocks: palpate's own, and tables of other programs."""
 
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.dataframe import Frame
 from palpate.errors import RecordingError
@@ -16,6 +16,7 @@ from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile, is_own
+from palpate.recording.opened import GapMark, OpenedRecording
 from palpate.recording.recording import Recording
 from palpate.samples import UNTIMED_NS, Block, blank
 
@@ -28,82 +29,90 @@ AS_TABLE = (
 """Note of a recording that is read with `columns`, `unit` or the like, or without its file."""
 
 
-@dataclass(eq=False)
-class ImportedRecording:
-    """A recording that another program wrote, read into memory, as a sequence of blocks.
+class ImportedRecording(OpenedRecording):
+    """A recording of another program, read into memory; more attributes are those of `OpenedRecording`.
 
-    Attributes
+    Parameters
     ----------
     path : pathlib.Path
     recording : Recording
     unused : list of str
         Names, or positions from 1, of the columns that are not in the recording.
-    survey : Survey
-        Counts over the blocks of the last `blocks()`.
-    document, settings : dict
-        Empty: there is no sidecar.
-    doubts : tuple of str
-        Empty: what is doubtful is in `notes`.
     """
 
-    path: Path
-    recording: Recording
-    unused: list[str] = field(default_factory=list)
-    survey: Survey = field(default_factory=Survey)
-    document: dict[str, Any] = field(default_factory=dict)
-    settings: dict[str, Any] = field(default_factory=dict)
-    doubts: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Take over what a recording says of its samples."""
-        recording = self.recording
-        self.full_scale_pF: float = recording.full_scale_pF
-        self.unit: str = recording.unit
-        self.host_stamps: bool = recording.host_stamps
-        self.period_s: float = recording.period_s
-        self.zero_utc_ns: int | None = recording.zero_utc_ns
-        self.understood: str = recording.understood
-        self.gap_marks: list[tuple[int, str]] = [(row - 1, _GAP) for row in recording.gap_rows]
-        self.tares: frozenset[int] = frozenset(row for row, _ in self.gap_marks)
-        self.timed: bool = bool(np.isfinite([recording.t_hard_s, recording.t_soft_s]).all())
+    def __init__(self, path: Path, recording: Recording, unused: Sequence[str] = ()) -> None:
+        super().__init__(path)
+        self._recording = recording
+        self.unused = list(unused)
+        self.full_scale_pF = recording.full_scale_pF
+        self.unit = recording.unit
+        self.host_stamps = recording.host_stamps
+        self.period_s = recording.period_s
+        self.zero_utc_ns = recording.zero_utc_ns
+        self.timed = recording.timed
+        self.understood = recording.understood
+        self.gap_marks = [GapMark(row - 1, _GAP) for row in recording.gap_rows]
+        self.tares = frozenset(mark.seq for mark in self.gap_marks)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
-        pause = self.survey.told_pause if self.timed else ""
-        return (*self.recording.notes, *([pause] if pause else []))
+        notes = self._recording.notes
+        if self.timed and self.survey.pause_note:
+            notes += (self.survey.pause_note,)
+        return notes
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return nothing: what is doubtful is in `notes`."""
+        return ()
+
+    def skip_damage(self) -> None:
+        """Do nothing: a damaged table is refused when it is read."""
+
+    def in_memory(self) -> Recording:
+        """Return the recording in memory."""
+        return self._recording
 
     def describe(self) -> dict[str, Any]:
-        """Return what is known of the instrument: the file name and full scale."""
-        known = {
+        """Return the known properties of the instrument: file name, full scale, and others that differ from the usual."""
+        known: dict[str, Any] = {
             "name": "table of another program",
             "file": self.path.name,
             "full_scale_pF": self.full_scale_pF,
         }
-        known |= {"unit": self.unit} if self.unit != "pF" else {}
-        known |= {"period_s": self.period_s} if self.period_s else {}
-        return known | ({"stamps": "host"} if self.host_stamps else {})
+        if self.unit != "pF":
+            known["unit"] = self.unit
+        if self.period_s:
+            known["period_s"] = self.period_s
+        if self.host_stamps:
+            known["stamps"] = "host"
+        return known
 
-    def blocks(self, _damage: object = None) -> Iterator[Block]:
+    def blocks(self) -> Iterator[Block]:
         """Yield all samples, in parts, a new one after each gap; without times, pairs are `UNTIMED_NS` apart."""
         self.survey = Survey(marked=self.tares)
-        recording, rows = self.recording, len(self.recording)
-        for begin, end in pairwise(sorted({*range(0, rows, _ROWS), *recording.gap_rows, rows})):
+        recording = self._recording
+        rows = len(recording)
+        edges = sorted({*range(0, rows, _ROWS), *recording.gap_rows, rows})
+        for begin, end in pairwise(edges):
             block = blank(end - begin)
             block["seq"] += begin
-            block["hard"], block["soft"] = recording.hard[begin:end], recording.soft[begin:end]
-            block["t_hard_ns"] = block["t_soft_ns"] = block["seq"] * UNTIMED_NS
-            for name in ("t_hard", "t_soft") if self.timed else ():
-                ns = getattr(recording, f"{name}_s")[begin:end] * 1e9
-                block[f"{name}_ns"] = np.trunc(
-                    ns + np.copysign(0.5, ns)
-                )  # halves away from zero, as the tracker
-            self.survey.add(block)
+            block["hard"] = recording.hard[begin:end]
+            block["soft"] = recording.soft[begin:end]
+            if self.timed:
+                block["t_hard_ns"] = _ns(recording.t_hard_s[begin:end])
+                block["t_soft_ns"] = _ns(recording.t_soft_s[begin:end])
+            else:
+                block["t_hard_ns"] = block["t_soft_ns"] = block["seq"] * UNTIMED_NS
+            self._count(block)
             yield block
 
 
-OpenedRecording = RecordingFile | ImportedRecording
-"""A recording of any kind, as a sequence of blocks."""
+def _ns(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return times in ns, halves rounded away from zero, as the tracker does."""
+    ns = seconds * 1e9
+    return np.trunc(ns + np.copysign(0.5, ns))
 
 
 def of_table(path: Path, table: Table, wanted: Asked) -> ImportedRecording:
@@ -144,8 +153,8 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
 
     Returns
     -------
-    RecordingFile or ImportedRecording
-        An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
+    OpenedRecording
+        A `RecordingFile` or an `ImportedRecording`, an input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
         the sidecar.
 
     Raises
@@ -222,8 +231,8 @@ def read(
     """
     wanted = Asked(columns, unit, time_unit, rate, decimal, soft, part)
     if isinstance(source, str | os.PathLike):
-        return recorded(source, **vars(wanted)).recording
+        return recorded(source, **vars(wanted)).in_memory()
     from palpate.importers.formats import frame
 
     table = frame(source)
-    return of_table(table.path, table, wanted).recording
+    return of_table(table.path, table, wanted).in_memory()

@@ -1,6 +1,7 @@
 """A recording in memory: both channels as arrays."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from palpate.dataframe import Framed
 from palpate.errors import display
 from palpate.recording.session import Plan
+from palpate.recording_protocol import ArrayRecording
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -40,7 +42,7 @@ class Mark(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording(Framed):
+class Recording(ArrayRecording, Framed):
     """A recording in memory: times and capacitances of both channels.
 
     Attributes
@@ -139,6 +141,11 @@ class Recording(Framed):
             marks=tuple(mark for mark in self.marks if begin <= mark.t_s < end),
             notes=(*self.notes, note),
         )
+
+    def value_notes(self) -> Iterator[str]:
+        """Yield remarks on times and values; none of a table, which was checked when it was read."""
+        if not self.understood:
+            yield from super().value_notes()
 
     def __repr__(self) -> str:
         """Return what there is, in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""

@@ -19,9 +19,10 @@ from palpate.errors import RecordingError
 from palpate.files import STANDARD_INPUT, open_regular, to_disk, write_file
 from palpate.recording import sidecar
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import Damage, RecordingFile
+from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import SOURCE_FAILED, judge
-from palpate.recording.reading import OpenedRecording, recorded
+from palpate.recording.opened import Damage, OpenedRecording
+from palpate.recording.reading import recorded
 
 
 @dataclass(frozen=True)
@@ -150,19 +151,19 @@ def verified(
     recording: OpenedRecording, *, repair: bool = False, remove_damage: bool = False
 ) -> Verification:
     """Check a recording that is open already, as `check`."""
-    damage: list[Damage] = []
-    for _ in recording.blocks(damage):
+    recording.skip_damage()
+    for _ in recording.blocks():
         pass
     if not repair or not isinstance(recording, RecordingFile):
-        return judged(recording, damage)
-    refused = why_not(recording, damage, remove_damage=remove_damage)
+        return judged(recording)
+    refused = why_not(recording, remove_damage=remove_damage)
     if refused is not None:
-        return judged(recording, damage, refused)
-    repair_files(recording, damage)
+        return judged(recording, refused)
+    repair_files(recording)
     return check(recording.path)
 
 
-def judged(recording: OpenedRecording, damage: list[Damage], refused: str = "") -> Verification:
+def judged(recording: OpenedRecording, refused: str = "") -> Verification:
     """Return what `check` says of a recording that was read to its end, what was left out, and why it is not repaired."""
     survey = recording.survey
     if not isinstance(recording, RecordingFile):
@@ -179,7 +180,7 @@ def judged(recording: OpenedRecording, damage: list[Damage], refused: str = "") 
             timed=timed,
             understood=understood,
         )
-    known, integrity = recording.known, recording.integrity
+    known, integrity, damage = recording.known, recording.integrity, recording.damaged
     advice = refused or (_ADVICE if damage else "")
     doubts = list(integrity.doubts)
     if (
@@ -187,8 +188,8 @@ def judged(recording: OpenedRecording, damage: list[Damage], refused: str = "") 
     ):  # one sentence on the row that is cut off
         doubts[-1], advice = f"{doubts[-1]}; {refused}", ""
     faults = (*integrity.limits, *doubts, *_faults(survey, damage), *([advice] if advice else []))
-    told = [note for note in recording.told if not note.startswith(sidecar.BEGUN)]
-    pause = [survey.told_pause] if survey.told_pause else []
+    told = [note for note in recording.recorder_notes if not note.startswith(sidecar.BEGUN)]
+    pause = [survey.pause_note] if survey.pause_note else []
     repaired = "repaired" in known.end
     clean = bool(known.end.get("clean")) and not faults
     findings = (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped")))
@@ -241,9 +242,9 @@ _PACKED = (
 )
 
 
-def why_not(recording: RecordingFile, damage: list[Damage], *, remove_damage: bool) -> str | None:
+def why_not(recording: RecordingFile, *, remove_damage: bool) -> str | None:
     """Return why a recording is not to be repaired: "" if there is nothing to repair; None if it is to be."""
-    known, rows = recording.known, recording.survey.rows
+    known, rows, damage = recording.known, recording.survey.rows, recording.damaged
     if known.running:
         return "not repaired: it is still being recorded"
     if damage and not remove_damage:
@@ -275,15 +276,15 @@ def why_not(recording: RecordingFile, damage: list[Damage], *, remove_damage: bo
     return f"not repaired: {lines}, and {which}"
 
 
-def repair_files(recording: RecordingFile, damage: list[Damage]) -> None:
-    """Take out what `blocks(damage)` has found, and write the end; after a RecordingError all files are as they were."""
+def repair_files(recording: RecordingFile) -> None:
+    """Take out what `blocks()` has left out, and write the end; after a RecordingError all files are as they were."""
     path, beside = recording.path.resolve(), sidecar.sidecar_path(recording.path).resolve()
     try:
         with open_regular(path) as file:
             before = file.read()
         if (len(before), zlib.crc32(before)) != (recording.seen.size, recording.seen.crc32):
             raise OSError("it has changed in the meantime")
-        after = _without(recording, damage, before)
+        after = _without(recording, before)
         suffix = _free_suffix(path, beside)
         with ExitStack() as undo:
             if beside.exists():
@@ -292,7 +293,7 @@ def repair_files(recording: RecordingFile, damage: list[Damage]) -> None:
                 kept = _keep(path, suffix, undo)
                 write_file(path, after)
                 undo.callback(kept.replace, path)
-            done = _report(recording, damage, path.name + suffix)
+            done = _report(recording, path.name + suffix)
             sidecar.save(beside, _document(recording, done, after))
             undo.pop_all()
     except OSError as error:
@@ -300,10 +301,10 @@ def repair_files(recording: RecordingFile, damage: list[Damage]) -> None:
         raise RecordingError(recording.path, reason) from error
 
 
-def _without(recording: RecordingFile, damage: list[Damage], data: bytes) -> bytes:
+def _without(recording: RecordingFile, data: bytes) -> bytes:
     """Return the header and the rows: without damaged places and an incomplete last row."""
-    ends = [0, *(place.offset + place.bytes for place in damage)]
-    begins = [*(place.offset for place in damage), len(data) - recording.seen.torn]
+    ends = [0, *(place.offset + place.bytes for place in recording.damaged)]
+    begins = [*(place.offset for place in recording.damaged), len(data) - recording.seen.torn]
     header = b"" if recording.headed else (",".join(recording.columns) + "\n").encode()
     return header + b"".join(data[end:begin] for end, begin in zip(ends, begins, strict=True))
 
@@ -363,10 +364,10 @@ def _document(recording: RecordingFile, done: str, data: bytes) -> dict[str, Any
     return {**document, "schema": sidecar.SCHEMA, "end": end}
 
 
-def _report(recording: RecordingFile, damage: list[Damage], kept: str) -> str:
+def _report(recording: RecordingFile, kept: str) -> str:
     """Return what was taken out."""
     parts, torn, removed = (
-        [place for place in damage if place.bytes],
+        [place for place in recording.damaged if place.bytes],
         recording.seen.torn,
         list[str](),
     )

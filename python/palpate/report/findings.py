@@ -15,12 +15,12 @@ from palpate.calibration.model import Calibration, Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, reasons
-from palpate.recording.reading import OpenedRecording, recorded
+from palpate.recording.opened import OpenedRecording
+from palpate.recording.reading import recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
 from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
 from palpate.report.anova import Repeatability, one_way_anova
-from palpate.samples import Block
 from palpate.tracking import Tracked, tracked
 from palpate.uncertainty import Scatter, Uncertainty, with_scatter
 
@@ -53,22 +53,13 @@ def analyse_recording(
     `tell` gets the progress; an error that it raises ends the work.
     """
     recording = recorded(path, **asked)
-    read = recording.blocks
-
-    def blocks(*given: Any) -> Iterator[Block]:
-        rows = 0
-        for block in read(*given):
-            rows += len(block)
-            tell(f"{rows} rows read of {name}")
-            yield block
-
-    vars(recording)["blocks"] = blocks
+    recording.on_progress = lambda rows: tell(f"{rows} rows read of {name}")
     tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
     return AnalysedRecording(
-        name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times
+        name, recording, tracking, found, judged(recording), plan_of(recording.document), *times
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.registers import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.recording_protocol import ArrayRecording
 from palpate.samples import Block, Status, blank
 from palpate.simulation.mechanics import Bumps, Gauge, Substrate, gauged
 from palpate.simulation.press import Array, Peaks, Press, Spectrum, Tilt, stream, tilting, within
@@ -170,7 +171,7 @@ def _oblique(press: Press, factor: float) -> Press:
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(ArrayRecording):
     """Simulated readings of both channels, with the true ratio.
 
     Attributes

@@ -30,14 +30,6 @@ class FileSource(Stoppable):
         recording = self.recording = recorded(path, **asked)
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
-        # For `palpate.touches`, as of a recording.
-        self.blocks, self.timed, self.tares = recording.blocks, recording.timed, recording.tares
-        self.full_scale_pF, self.host_stamps, self.unit = (
-            recording.full_scale_pF,
-            recording.host_stamps,
-            recording.unit,
-        )
-        self.gap_marks, self.period_s = recording.gap_marks, recording.period_s
         self.live: bool = speed is not None
         self.real_time: bool = False
         self._speed = speed
@@ -101,7 +93,7 @@ class FileSource(Stoppable):
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
-        return {**self.recording.describe(), "full_scale_pF": self.full_scale_pF}
+        return {**self.recording.describe(), "full_scale_pF": self.recording.full_scale_pF}
 
     def close(self) -> None:
         """End the reading in blocks."""
