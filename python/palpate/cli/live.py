@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,32 +38,59 @@ if TYPE_CHECKING:
     from palpate.calibration import Calibration
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 
-DEMO = "sim:demo"
+_DEMO = "sim:demo"
 
 
 @click.command("live")
 @click.argument("sources", metavar="[SOURCE] [FILE...]", nargs=-1, shell_complete=complete_source)
-@click.option("--record", "file", type=OUTPUT,
-              help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
-              "NAME-2.csv ...; without this option it proposes names with the date.")  # fmt: skip
-@click.option("--folder", type=click.Path(file_okay=False, exists=True, path_type=Path),
-              help="Where the page writes recordings, reports and calibrations. Default: that of --record, or the present "
-              "one.")  # fmt: skip
-@click.option("--calibration", type=InputFile(),
-              help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
-@click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
-              help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
-              "has its own.")  # fmt: skip
+@click.option(
+    "--record",
+    "file",
+    type=OUTPUT,
+    help="The recording to write from the start, NAME.csv: a new file. The button Record continues "
+    "with NAME-2.csv ...; without this option it proposes names with the date.",
+)
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, exists=True, path_type=Path),
+    help="Where the page writes recordings, reports and calibrations. Default: that of --record, "
+    "or the present one.",
+)
+@click.option(
+    "--calibration",
+    type=InputFile(),
+    help="Calibration file from `calibrate`: shows the modulus with its interval.",
+)
+@click.option(
+    "--scatter",
+    default=TOUCH_SCATTER,
+    show_default=True,
+    type=click.FloatRange(0, 1),
+    help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a "
+    "calibration has its own.",
+)
 @lsl_option
 @board_options
 @recording_options
-@click.option("--port", default=8746, show_default=True, type=click.IntRange(0, 65535),
-              help="Port of the page; 0: any.")  # fmt: skip
-@click.option("--host", default="127.0.0.1", show_default=True,
-              help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
-              "with the token.")  # fmt: skip
-@click.option("--no-token", is_flag=True,
-              help="No token in the address: any user of this machine can open the page. Not with --host.")  # fmt: skip
+@click.option(
+    "--port",
+    default=8746,
+    show_default=True,
+    type=click.IntRange(0, 65535),
+    help="Port of the page; 0: any.",
+)
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Address to listen at. With another address than 127.0.0.1 others on the network can open "
+    "the page, with the token.",
+)
+@click.option(
+    "--no-token",
+    is_flag=True,
+    help="No token in the address: any user of this machine can open the page. Not with --host.",
+)
 @click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
 def live_command(
@@ -82,11 +109,14 @@ def live_command(
 ) -> None:
     """Watch a measurement in the browser.
 
-    The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
-    connected board, or a demo: a simulated hand touches four specimens until you stop it. By default only this machine can open the page, with the token in the printed
-    address; it needs no network. Files are written only with --record, and by the buttons
-    Record, Report and Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
-    Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an extra is missing.
+    The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`;
+    without it, the connected board, or a demo: a simulated hand touches four specimens until you
+    stop it. By default only this machine can open the page, with the token in the printed address;
+    it needs no network. Files are written only with --record, and by the buttons Record, Report and
+    Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid
+    beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed
+    properly). Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an
+    extra is missing.
 
     \b
     Example:
@@ -101,66 +131,66 @@ def live_command(
     from palpate.live.access import new_token
     from palpate.live.app import PageApp
     from palpate.live.commands import Workbench
-    from palpate.live.compare import LETTERS
     from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, opener
     from palpate.live.server import address_of, listen, serve
 
-    context = click.get_current_context()
     token = _token(host, no_token=no_token)
-    plugged_in, *others = sources or (_plugged_in(),)
-    source = plugged_in or DEMO
-    fits = (
-        len(sources) <= len(LETTERS)
-        and len(set(sources)) == len(sources)
-        and all(map(is_file, sources))
-    )
-    if others and not fits:
-        raise click.UsageError(
-            f"FILE: got {' '.join(sources)}, allowed: {len(LETTERS)} recordings at most, each once"
-        )
-    asked = reading.keywords()
-    how = tracker.keywords()
-    calibrated = _calibration(calibration, how["scene"]) if calibration else None
-    how = {**calibrated.for_tracking(how), **how} if calibrated else how
+    source = sources[0] if sources else _connected_board()
+    is_demo = not source
+    source = source or _DEMO
+    if len(sources) > 1:
+        _check_files(sources)
+    keywords = tracker.keywords()
+    calibrated = None
+    if calibration:
+        calibrated = _load_calibration(calibration, keywords["scene"])
+        keywords = calibrated.for_tracking(keywords) | keywords
     measurement: LiveMeasurement | RecordedMeasurement
-    with usage_errors(), ExitStack() as unless_started:
+    with usage_errors(), ExitStack() as close_unless_started:
         if is_file(source):
-            if file or lsl is not None:
-                said = "got it with a recording, allowed: with a source that measures, or"
-                raise click.UsageError(f'{"--record" if file else "--lsl"}: {said} "FILE?speed=1"')
-            if context.get_parameter_source("scene") is ParameterSource.DEFAULT:
-                how["scene"] = None  # the recording's
-            measurement = RecordedMeasurement(source, asked, how, _say_line, folder)
-            measurement.files.others = [Path(each) for each in sources] if others else []
+            _check_no_outputs(file, lsl)
+            scene_origin = click.get_current_context().get_parameter_source("scene")
+            if scene_origin is ParameterSource.DEFAULT:
+                keywords["scene"] = None  # the recording's
+            measurement = RecordedMeasurement(
+                source, reading.keywords(), keywords, _print_line, folder
+            )
+            if len(sources) > 1:
+                measurement.files.others = [Path(path) for path in sources]
         else:
-            asked |= {} if plugged_in else {"paced": True}
-            open_source, demo = opener(source, asked), not plugged_in
+            options = reading.keywords()
+            if is_demo:
+                options["paced"] = True
+            open_source = opener(source, options)
+            files = RunFiles(file, folder)
             measurement = LiveMeasurement(
-                open_source, RunFiles(file, folder), how, _say_line, lsl, demo=demo
+                open_source, files, keywords, _print_line, lsl, demo=is_demo
             )
         bench = Workbench(measurement, source, calibrated, scatter, calibration)
-        listening = unless_started.enter_context(listen(host, port))
+        listening = close_unless_started.enter_context(listen(host, port))
         measurement.start()
-        unless_started.pop_all()
-    with _ending(measurement), listening, library_logs(debug=output_settings().debug):
+        close_unless_started.pop_all()
+    debug = output_settings().debug
+    with _closing(measurement), listening, library_logs(debug=debug):
         ticket = new_token() if token else None
-        page, port = PageApp(bench), listening.getsockname()[1]
+        page = PageApp(bench)
+        used_port = listening.getsockname()[1]
         address = address_of(listening, host, token)
         document = {"address": address, "source": source, "recording": str(file) if file else None}
         print_result(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))
-        serve(page.app(host, port, token, ticket), listening)
+        serve(page.app(host, used_port, token, ticket), listening)
 
 
-def _say_line(message: str) -> None:
+def _print_line(message: str) -> None:
     print_message(message_line(message))
 
 
-def _plugged_in() -> str:
-    """Return the connected board, "" without one, and print which."""
+def _connected_board() -> str:
+    """Return the source of the connected board, else ""; print which."""
     from palpate.sources.devices import boards, chips, look_for
 
     found, notes = look_for(boards, chips)
@@ -175,44 +205,66 @@ def _plugged_in() -> str:
     return ""
 
 
-def _calibration(path: Path, scene: str) -> "Calibration":
+def _check_files(sources: Sequence[str]) -> None:
+    """Check that several sources are recordings that can be compared."""
+    from palpate.live.compare import LETTERS
+    from palpate.live.measurement import is_file
+
+    are_files = all(is_file(source) for source in sources)
+    are_different = len(set(sources)) == len(sources)
+    if not are_files or not are_different or len(sources) > len(LETTERS):
+        allowed = f"{len(LETTERS)} recordings at most, each once"
+        raise click.UsageError(f"FILE: got {' '.join(sources)}, allowed: {allowed}")
+
+
+def _check_no_outputs(file: Path | None, lsl: str | None) -> None:
+    """Check that a recording is not recorded or sent again."""
+    if file or lsl is not None:
+        option = "--record" if file else "--lsl"
+        allowed = 'with a source that measures, or "FILE?speed=1"'
+        raise click.UsageError(f"{option}: got it with a recording, allowed: {allowed}")
+
+
+def _load_calibration(path: Path, scene: str) -> "Calibration":
     from palpate.calibration import Calibration
 
     need("scipy", "science")  # now, not during the measurement
-    found = Calibration.load(path)
-    print_notes(path, doubts_of_calibration(found, scene))
-    return found
+    calibration = Calibration.load(path)
+    print_notes(path, doubts_of_calibration(calibration, scene))
+    return calibration
 
 
 def _token(host: str, *, no_token: bool) -> str | None:
+    """Return the token for the address of the page; None: any user of this machine can open it."""
     from palpate.live.access import is_loopback, new_token
 
     if is_loopback(host):
         return None if no_token else new_token()
     if no_token:
-        raise click.UsageError(
-            f"--no-token: got --host {host}, allowed: only with an address of this machine alone"
-        )
-    may = "Anyone with the address below can watch, tare and record; it is not encrypted."
-    click.echo(f"Warning: others on the network can reach {host}. {may}", err=True)
+        allowed = "only with an address of this machine alone"
+        raise click.UsageError(f"--no-token: got --host {host}, allowed: {allowed}")
+    click.echo(
+        f"Warning: others on the network can reach {host}. Anyone with the address below can "
+        "watch, tare and record; it is not encrypted.",
+        err=True,
+    )
     return new_token()
 
 
 def _has_screen() -> bool:
-    return sys.platform != "linux" or bool(
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    )
+    if sys.platform != "linux":
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 @contextmanager
-def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
+def _closing(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
     """Close the measurement when the server ends, also after an error."""
     try:
         yield
     except KeyboardInterrupt:
-        with handle_signals(
-            lambda *_: None, signal.SIGINT, signal.SIGTERM
-        ):  # another one changes nothing: it ends
+        # Ignore further signals: the measurement is ending.
+        with handle_signals(lambda *_: None, signal.SIGINT, signal.SIGTERM):
             print_message("ended")
             measurement.close()
             sys.exit(ExitCode.BAD_DATA if measurement.failed else ExitCode.INTERRUPTED)
@@ -220,27 +272,26 @@ def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[No
         measurement.close()
 
 
-class OneLine(logging.Formatter):
+class OneLineFormatter(logging.Formatter):
     """Writes an error as one line, without its traceback."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line."""
         error = record.exc_info[1] if record.exc_info else None
-        said = (
-            f"{type(error).__name__}: {error}"
-            if error
-            else record.getMessage().strip().splitlines()[-1]
-        )
-        return f"page: {record.name}: {' '.join(said.split())[:200]}; --debug shows more"
+        if error:
+            text = f"{type(error).__name__}: {error}"
+        else:
+            text = record.getMessage().strip().splitlines()[-1]
+        return f"page: {record.name}: {' '.join(text.split())[:200]}; --debug shows more"
 
 
 @contextmanager
 def library_logs(*, debug: bool) -> Iterator[None]:
-    """Print what the libraries log: errors as one line, or everything from warnings on with its traceback."""
+    """Print the logs of libraries: errors as one line, or all from warnings on with tracebacks."""
     handler = logging.StreamHandler()
     if not debug:
         handler.setLevel(logging.ERROR)
-        handler.setFormatter(OneLine())
+        handler.setFormatter(OneLineFormatter())
     logging.getLogger().addHandler(handler)
     try:
         yield

@@ -18,78 +18,73 @@ from palpate.stream import Stream
 from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listener
 
-_STATE_S = 0.2  # from one line of the state to the next
-_REVISED_S = 5.0  # longest wait for the revised result of the last touch
+_STATUS_INTERVAL_S = 0.2
+_LONGEST_WAIT_S = 5.0  # for the revised result of the last touch
 
 
-class Printer(Listener):
-    """Prints each touch as it ends and as it is revised, and on a terminal a line of the state below them."""
+class MeasurementPrinter(Listener):
+    """Prints each touch as it ends and as it is revised; on a terminal also a status line."""
 
     def __init__(self, stream: Stream, *, quiet: bool) -> None:
-        self._stream, self._quiet = stream, quiet
         self.elapsed_s = 0.0
+        self._stream = stream
+        self._quiet = quiet
         self._first_ns: int | None = None
-        self._enough_s: float | None = None  # when the last touch that is asked for ended
-        self._ended = self._cut = 0
-        self._running = True  # False: the last touches end because the samples do
-        self._outside = False
-        self._said: set[str] = set()  # sentences about touches; a revised touch has the same again
-        self._shown_s, self._width = 0.0, 0
+        self._ends_s: list[float] = []  # elapsed time at the end of each touch
+        self._cut = 0  # touches that ended because the samples did
+        self._running = True
+        self._was_printed: set[str] = set()  # advice; a revised touch has the same again
+        self._status_time_s = 0.0
+        self._status_width = 0
 
     def batch(self, batch: Batch) -> None:
-        """Count the time, and show the state."""
-        self._running = bool(len(batch.samples))
+        """Update the elapsed time, and show the state."""
+        self._running = len(batch.samples) > 0
         if self._running:
             times = batch.samples["t_hard_ns"]
-            self._first_ns = int(times[0]) if self._first_ns is None else self._first_ns
+            if self._first_ns is None:
+                self._first_ns = int(times[0])
             self.elapsed_s = (int(times[-1]) - self._first_ns) / 1e9
-        self._show_state()
+        self._show_status()
 
     def touch(self, number: int, touch: Touch) -> None:
-        """Print a row, and the sentences that were not printed yet."""
-        cut, first = number > self._ended and not self._running, not self._ended
-        self._cut += cut
-        self._ended = max(self._ended, number)
+        """Print a row, and the advice that was not printed yet."""
+        is_first = not self._ends_s
+        is_new = number > len(self._ends_s)
+        is_cut = is_new and not self._running
+        if is_new:
+            self._ends_s.append(self.elapsed_s)
+        if is_cut:
+            self._cut += 1
         if self._quiet:
             return
-        self.clear()
-        [known] = self._uncertainties([touch])
-        advised = touch_table.advised(touch_table.records([touch], [known], cut=int(cut)), number)
-        new = [line for line in advised if line not in self._said]
-        self._said.update(new)
-        click.echo(
-            "\n".join(
-                ["  ".join(touch_table.HEADER)] * first
-                + [touch_table.row(number, touch, known), *new]
-            )
-        )
+        [uncertainty] = self._uncertainties([touch])
+        records = touch_table.records([touch], [uncertainty], cut=int(is_cut))
+        lines = [touch_table.row(number, touch, uncertainty)]
+        if is_first:
+            lines.insert(0, "  ".join(touch_table.HEADER))
+        for advice in touch_table.advised(records, number):
+            if advice not in self._was_printed:
+                self._was_printed.add(advice)
+                lines.append(advice)
+        self.clear_status()
+        click.echo("\n".join(lines))
 
     def print_cut(self) -> None:
-        """Print the touch that ran when the measurement was stopped."""
+        """Print the touch that was running when the measurement was stopped."""
         self._running = False
-        for number, touch in enumerate(
-            self._stream.tracker.touches_since(self._ended), self._ended + 1
-        ):
+        first = len(self._ends_s)
+        for number, touch in enumerate(self._stream.tracker.touches_since(first), first + 1):
             self.touch(number, touch)
 
     def has(self, touches: int) -> bool:
-        """Return whether there are enough touches, the last one with its revised result if that comes soon."""
-        tracker = self._stream.tracker
-        if tracker.touch_count < touches:
+        """Return whether there are enough touches, the last one revised if that comes soon."""
+        if len(self._ends_s) < touches:
             return False
-        self._enough_s = self.elapsed_s if self._enough_s is None else self._enough_s
-        [last] = tracker.touches_since(touches - 1)[:1]
-        return last.revised or not last.effects or self.elapsed_s - self._enough_s >= _REVISED_S
-
-    def centre(self) -> None:
-        """Set the range again, once each time that it was left without a touch."""
-        outside = bool(self._stream.out_of_range)
-        if outside and not self._outside:
-            try:
-                self._stream.centre()
-            except RuntimeError as error:
-                print_message(str(error))
-        self._outside = outside
+        last = self._stream.tracker.touches_since(touches - 1)[0]
+        if last.revised or not last.effects:
+            return True
+        return self.elapsed_s - self._ends_s[touches - 1] >= _LONGEST_WAIT_S
 
     def document(self, file: Path, error: PalpateError | None) -> dict[str, Any]:
         """Return the result for JSON."""
@@ -103,22 +98,27 @@ class Printer(Listener):
         }
 
     def _uncertainties(self, touches: Iterable[Touch]) -> list[Uncertainty]:
-        """Return those of touches; no specimen is known, so the scatter is assumed."""
-        error_pF = linearity_pF(self._stream.tracker.settings["full_scale"])
-        return [Uncertainty.of(touch, linearity_pF=error_pF) for touch in touches]
+        """Return the uncertainties of touches; no specimen is known, so the scatter is assumed."""
+        linearity = linearity_pF(self._stream.tracker.settings["full_scale"])
+        return [Uncertainty.of(touch, linearity_pF=linearity) for touch in touches]
 
-    def clear(self) -> None:
-        """Clear the line of the state."""
-        if self._width:
-            print_message("\r" + " " * self._width + "\r", nl=False)
-            self._width = 0
+    def clear_status(self) -> None:
+        """Clear the status line."""
+        if self._status_width:
+            print_message("\r" + " " * self._status_width + "\r", nl=False)
+            self._status_width = 0
 
-    def _show_state(self) -> None:
-        now = time.monotonic()
-        if sys.stderr.isatty() and now - self._shown_s >= _STATE_S:
-            counters, tracker = self._stream.counters, self._stream.tracker
-            text = f"{self.elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}"
-            if tracker.state == "contact":
-                text += f", ratio {Uncertainty.of_ratio(tracker.ratio, tracker.standard_error)}"
-            print_message(f"\r{text:{self._width}}", nl=False)
-            self._shown_s, self._width = now, len(text)
+    def _show_status(self) -> None:
+        now_s = time.monotonic()
+        if not sys.stderr.isatty() or now_s - self._status_time_s < _STATUS_INTERVAL_S:
+            return
+        counters = self._stream.counters
+        tracker = self._stream.tracker
+        text = f"{self.elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, "
+        text += tracker.state
+        if tracker.state == "contact":
+            ratio = Uncertainty.of_ratio(tracker.ratio, tracker.standard_error)
+            text += f", ratio {ratio}"
+        print_message(f"\r{text:{self._status_width}}", nl=False)
+        self._status_time_s = now_s
+        self._status_width = len(text)

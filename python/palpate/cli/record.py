@@ -4,6 +4,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from threading import Timer
@@ -25,7 +26,7 @@ from palpate.cli.shared_options import (
 )
 
 if TYPE_CHECKING:
-    from palpate.cli.printer import Printer
+    from palpate.cli.printer import MeasurementPrinter
     from palpate.stream import Stream
     from palpate.stream.lsl_outlets import Outlets
 
@@ -54,8 +55,12 @@ _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts f
 )
 @lsl_option
 @board_options
-@click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
-              "set the range again.")  # fmt: skip
+@click.option(
+    "--recentre",
+    is_flag=True,
+    help="If a channel leaves the range of the converter for 2 s without a touch, set the range "
+    "again.",
+)
 @recording_options
 @json_option
 def record_command(
@@ -69,105 +74,151 @@ def record_command(
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
-    """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
+    """Record from SOURCE and print a row for each touch as it ends, and another when its result is
+    revised.
 
-    SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
-    help(palpate.open). Where the board was opened again or its range was set again, the recording has a mark, and the
-    baseline is measured again: touch nothing then. Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
-    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, no sample, or
-    fewer touches than --touches; 130, Ctrl-C, SIGTERM or a closed terminal.
+    SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices`
+    and help(palpate.open). Where the board was opened again or its range was set again, the
+    recording has a mark, and the baseline is measured again: touch nothing then. Ctrl-C ends the
+    recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no
+    device, or it was unplugged and not connected again; 4, the device sends invalid data, or the
+    file cannot be written; 5, no sample, or fewer touches than --touches; 130, Ctrl-C, SIGTERM or a
+    closed terminal.
 
     \b
     Example:
       palpate record usb: -o bench.csv --touches 4 --note "specimen 70 OO"
       palpate record "sim:four-specimens?seed=1" -o run.csv --touches 4
       palpate record usb: -o bench.csv --lsl
-    """  # noqa: D301
+    """  # noqa: D205, D301
     from palpate import sources
-    from palpate.cli.printer import Printer
+    from palpate.cli.printer import MeasurementPrinter
     from palpate.stream import Stream
     from palpate.stream.lsl_outlets import Outlets
 
     require_free(with_sidecar(file), force=None)
+    limits = Limits(touches, seconds or inf, recentre)
+    outlets = None
     with usage_errors():
         opened = sources.open(source, **reading.keywords())
-        # A file or a simulation is read ahead, and what is read is recorded: not beyond the end that is asked for, nor in another range.
-        ahead = 2 if (touches or seconds or recentre) and not opened.live else None
+        # A file or simulation is read ahead, and what is read is recorded. Read little ahead if
+        # the recording ends before it, or if its range may change.
+        capacity = 2 if limits.is_any() and not opened.live else None
         stream = Stream(
             opened,
             record=file,
             notes=list(notes),
             notify=print_message,
-            capacity=ahead,
+            capacity=capacity,
             **tracker.keywords(),
         )
-        outlets = Outlets(stream, lsl) if lsl else None
+        if lsl:
+            outlets = Outlets(stream, lsl)
     for note in notes:
         if outlets:
             outlets.mark("note", note)
-    printer = Printer(stream, quiet=is_json())
+    printer = MeasurementPrinter(stream, quiet=is_json())
     stream.listen(printer)
     failure: PalpateError | None = None
-    with _interruptible(stream) as came:
+    with _signals_stop(stream) as received:
         try:
             with outlets or nullcontext():
-                _measure(stream, printer, outlets, touches or 0, seconds or inf, recentre=recentre)
+                _measure(stream, printer, outlets, limits)
         except PalpateError as error:
             failure = error
         if stream.recorder:
-            printer.clear()
+            printer.clear_status()
             print_result(printer.document(file, failure), "")
-            print_message(f"{file}: {_counted(stream)}; file closed")
+            print_message(f"{file}: {_count_text(stream)}; file closed")
     if failure:
         raise failure
-    if came:
+    if received:
         sys.exit(ExitCode.INTERRUPTED)
-    if missing := _missing(source, stream, touches or 0):
-        click.echo(missing, err=True)
+    shortfall = _shortfall(source, stream, touches or 0)
+    if shortfall:
+        click.echo(shortfall, err=True)
         sys.exit(ExitCode.NOT_RELIABLE)
 
 
-def _missing(source: str, stream: "Stream", touches: int) -> str:
-    """Return what the measurement lacks; "": nothing."""
+@dataclass(frozen=True)
+class Limits:
+    """When a measurement stops, and whether its range follows the signals."""
+
+    touches: int | None
+    seconds: float
+    recentre: bool
+
+    def is_any(self) -> bool:
+        """Return whether anything is limited or may change during the measurement."""
+        return self.touches is not None or self.has_end() or self.recentre
+
+    def has_end(self) -> bool:
+        """Return whether the time is limited."""
+        return self.seconds < inf
+
+    def is_reached(self, printer: "MeasurementPrinter") -> bool:
+        """Return whether there are enough touches or seconds."""
+        if self.touches is not None and printer.has(self.touches):
+            return True
+        return printer.elapsed_s >= self.seconds
+
+
+def _shortfall(source: str, stream: "Stream", touches: int) -> str:
+    """Return what the measurement lacks, else ""."""
     if not stream.counters.read:
         return f"{source}: no sample came: check that it measures, or give --seconds more time"
-    return (
-        f"{len(stream.touches)} of {touches} touches were measured"
-        if len(stream.touches) < touches
-        else ""
-    )
+    measured = len(stream.touches)
+    if measured < touches:
+        return f"{measured} of {touches} touches were measured"
+    return ""
 
 
 def _measure(
     stream: "Stream",
-    printer: "Printer",
+    printer: "MeasurementPrinter",
     outlets: "Outlets | None",
-    touches: int,
-    seconds: float,
-    *,
-    recentre: bool,
+    limits: Limits,
 ) -> None:
-    """Measure until the source ends, or there are enough touches or seconds."""
-    with stream, ExitStack() as ending:
-        if seconds < inf and stream.source.live:  # it ends also if no samples come
-            timer = Timer(seconds + _GRACE_S, stream.stop)
+    """Measure until the source ends or a limit is reached."""
+    recentring = _Recentring(stream)
+    with stream, ExitStack() as cleanup:
+        if limits.has_end() and stream.source.live:  # ends also if no samples come
+            timer = Timer(limits.seconds + _GRACE_S, stream.stop)
             timer.daemon = True
             timer.start()
-            ending.callback(timer.cancel)
+            cleanup.callback(timer.cancel)
         for batch in stream.batches():
             if outlets:
                 outlets.send(batch)
-            if recentre:
-                printer.centre()
-            if (touches and printer.has(touches)) or printer.elapsed_s >= seconds:
+            if limits.recentre:
+                recentring.update()
+            if limits.is_reached(printer):
                 break
     printer.print_cut()
 
 
-def _counted(stream: "Stream") -> str:
-    """Return the number of rows, and of what is missing or wrong in them."""
+class _Recentring:
+    """Sets the range again each time that a channel has left it without a touch."""
+
+    def __init__(self, stream: "Stream") -> None:
+        self._stream = stream
+        self._was_outside = False
+
+    def update(self) -> None:
+        """Set the range again, once until the channels are inside again."""
+        is_outside = bool(self._stream.out_of_range)
+        if is_outside and not self._was_outside:
+            try:
+                self._stream.centre()
+            except RuntimeError as error:
+                print_message(str(error))
+        self._was_outside = is_outside
+
+
+def _count_text(stream: "Stream") -> str:
+    """Return the number of rows, and of samples that are missing or wrong."""
     counters = stream.counters
-    parts = {
+    counts = {
         "lost": counters.lost,
         "late": counters.late,
         "not written": counters.unrecorded,
@@ -177,19 +228,27 @@ def _counted(stream: "Stream") -> str:
         "times a wrong baseline": counters.retaken,
         "errors of the source": counters.errors,
     }
-    counted = "".join(f", {count} {what}" for what, count in parts.items() if count)
-    return f"{counters.recorded} rows{counted}{'' if stream.touches else ', no touch'}"
+    parts = [f"{counters.recorded} rows"]
+    for name, count in counts.items():
+        if count:
+            parts.append(f"{count} {name}")
+    if not stream.touches:
+        parts.append("no touch")
+    return ", ".join(parts)
 
 
 @contextmanager
-def _interruptible(stream: "Stream") -> Iterator[list[int]]:
-    """Let Ctrl-C, SIGTERM and a closed terminal end the measurement, not the program; yield the received signals."""
-    came: list[int] = []
+def _signals_stop(stream: "Stream") -> Iterator[list[int]]:
+    """Let Ctrl-C, SIGTERM and a closed terminal end the measurement, not the program.
+
+    Yields the list of signals that were received.
+    """
+    received: list[int] = []
 
     def handle(number: int, _: object) -> None:
-        came.append(number)
+        received.append(number)
         if not stream.stop():
             raise KeyboardInterrupt
 
     with handle_signals(handle, signal.SIGINT, signal.SIGTERM):
-        yield came
+        yield received
