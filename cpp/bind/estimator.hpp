@@ -212,7 +212,7 @@ template <class E>
 auto define_estimator(py::class_<E>& type, const char* process_doc, const char* trace_doc) {
   const auto output = py::arg("output"), regressor = py::arg(E::Core::explains);
   const auto out = py::arg("out") = py::none();
-  methods::define_display(type, "estimator");
+  methods::define_display(type, "estimator_line", "estimator_card");
   methods::define_copies(type);
   type.def("process", &E::process, output, regressor, out, (process_doc + std::string(methods::raises)).c_str())
       .def("trace", &E::trace, output, regressor, out, trace_doc)

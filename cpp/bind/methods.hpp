@@ -15,7 +15,7 @@ namespace methods {
 
 /// As Python prints it, or the beginning of that.
 inline std::string shown(py::handle value) {
-  return py::module_::import("palpate.errors").attr("quoted")(value).cast<std::string>();
+  return py::module_::import("palpate.messages").attr("quoted")(value).cast<std::string>();
 }
 
 /// What float(value) gives. An integer beyond a double is a value out of range.
@@ -100,12 +100,12 @@ void define_copies(py::class_<T>& type) {
 
 /// How a prompt and a notebook show an object: palpate.display writes it, from what any caller can read.
 template <class T>
-void define_display(py::class_<T>& type, const char* kind) {
-  const auto written_by = [kind](const char* module) {
-    return [=](const py::object& self) { return py::module_::import(module).attr(kind)(self); };
+void define_display(py::class_<T>& type, const char* line, const char* card) {
+  const auto written_by = [](const char* module, const char* function) {
+    return [=](const py::object& self) { return py::module_::import(module).attr(function)(self); };
   };
-  type.def("__repr__", written_by("palpate.display.text"), "__repr__(self, /)\n--\n\n");
-  type.def("_repr_html_", written_by("palpate.display.cards"), "_repr_html_(self, /)\n--\n\n");
+  type.def("__repr__", written_by("palpate.display.text", line), "__repr__(self, /)\n--\n\n");
+  type.def("_repr_html_", written_by("palpate.display.cards", card), "_repr_html_(self, /)\n--\n\n");
 }
 
 template <class T>

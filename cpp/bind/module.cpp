@@ -10,7 +10,6 @@ PYBIND11_MODULE(_core, module) {
   options.disable_function_signatures();  // each doc begins with its own
   bind_estimators(module);
   bind_vectors(module);
-  bind_touch(module);
   bind_tracker(module);
   bind_ring(module);
   bind_banks(module);

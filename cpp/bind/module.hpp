@@ -8,7 +8,6 @@ namespace py = pybind11;
 void bind_estimators(py::module_& module);
 void bind_vectors(py::module_& module);
 void bind_banks(py::module_& module);
-void bind_touch(py::module_& module);
 void bind_tracker(py::module_& module);
 void bind_ring(py::module_& module);
 void bind_rows(py::module_& module);

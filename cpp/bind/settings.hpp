@@ -12,9 +12,9 @@
 
 inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
 
-/// "got 'x', allowed: y, z; did you mean 'y'?", by palpate.errors.
+/// "got 'x', allowed: y, z; did you mean 'y'?", by palpate.messages.
 inline std::string unlike(const py::object& given, const py::list& names, const char* what = "") {
-  return py::module_::import("palpate.errors").attr("unlike")(given, names, what).cast<std::string>();
+  return py::module_::import("palpate.messages").attr("unlike")(given, names, what).cast<std::string>();
 }
 
 inline void require(bool ok, const char* name, double value, const std::string& allowed) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scenes.hpp"
+#include "touch.hpp"
 
 namespace {
 
@@ -89,7 +90,9 @@ class PyTracker {
   }
 
   PyTracker(const Scene& scene, const Settings& settings)
-      : scene_(scene.name), settings_(settings), run_(scene.run(settings)) {}
+      : scene_(scene.name), settings_(settings), run_(scene.run(settings)) {
+    touch_type();  // imported here: no reading waits for it
+  }
 
   py::object feed(double t_hard, double t_soft, double hard, double soft) {
     require_idle(busy_, "tracker");
@@ -98,7 +101,7 @@ class PyTracker {
     const auto report = std::visit(
         [&](auto& run) { return run.take(nanoseconds_of(t_hard), nanoseconds_of(t_soft), hard, soft, touches_); },
         run_);
-    return report.finished ? py::cast(touches_.list.back()) : py::none();
+    return report.finished ? touch(touch_count() - 1) : py::none();
   }
 
   /// Rows, or None. Through a copy, as in Estimator: a reader in another thread sees the state before the block or the one
@@ -134,7 +137,7 @@ class PyTracker {
   py::object finish() {
     require_idle(busy_, "tracker");
     const bool ended = std::visit([&](auto& run) { return run.finish(touches_); }, run_);
-    return ended ? py::cast(touches_.list.back()) : py::none();
+    return ended ? touch(touch_count() - 1) : py::none();
   }
 
   void tare(bool force) {
@@ -151,29 +154,62 @@ class PyTracker {
     std::visit([&](auto& run) { run.gap(touches_); }, run_);
   }
 
-  /// What of `all` comes after the first `count`.
-  template <class Items>
-  static Items after(const Items& all, py::handle count) {
-    const py::ssize_t first = methods::to_size(count, "count");
-    if (first < 0) {
-      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
+  py::list touches_since(py::handle count) { return touches_from(first_after(count)); }
+  py::list revisions_since(py::handle count) const {
+    py::list revisions;
+    for (std::size_t i = first_after(count); i < touches_.revisions.size(); ++i) {
+      revisions.append(touches_.revisions[i]);
     }
-    return Items(all.begin() + std::min(first, static_cast<py::ssize_t>(all.size())), all.end());
+    return revisions;
   }
-  auto touches_since(py::handle count) const { return after(touches_.list, count); }
-  auto revisions_since(py::handle count) const { return after(touches_.revisions, count); }
 
   const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
-  auto touches() const { return touches_.list; }  // copies: the next touch moves those in the list
+  py::list touches() { return touches_from(0); }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
 
  private:
+  static std::size_t first_after(py::handle count) {
+    const py::ssize_t first = methods::to_size(count, "count");
+    if (first < 0) {
+      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
+    }
+    return static_cast<std::size_t>(first);
+  }
+
+  py::list touches_from(std::size_t first) {
+    py::list touches;
+    for (std::size_t i = first; i < touches_.list.size(); ++i) {
+      touches.append(touch(i));
+    }
+    return touches;
+  }
+
+  /// A touch as an object of Python: the same one until it is revised.
+  py::object touch(std::size_t index) {
+    objects_.resize(touches_.list.size());
+    const std::size_t revisions = touches_.revisions.size();
+    for (; revisions_seen_ < revisions; ++revisions_seen_) {
+      objects_[touches_.revisions[revisions_seen_] - 1] = py::object();
+    }
+    if (objects_[index]) {
+      return objects_[index];
+    }
+    const auto result = touches_.list[index];  // a copy: while Python runs, another thread may add touches
+    const py::object made = touch_type().of(result);
+    if (revisions == touches_.revisions.size()) {
+      objects_[index] = made;
+    }
+    return made;
+  }
+
   const char* scene_;
   Settings settings_;
   AnyRun run_;
   Touches touches_;
+  std::vector<py::object> objects_;  ///< of the touches; empty: not made yet
+  std::size_t revisions_seen_ = 0;   ///< for which objects were dropped
   bool busy_ = false;
 };
 
@@ -247,7 +283,7 @@ void bind_tracker(py::module_& module) {
 
 Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.
 )");
-  methods::define_display(type, "tracker");
+  methods::define_display(type, "tracker_line", "tracker_card");
   const auto add = [&](const char* property, auto get, const char* doc) {
     type.def_property_readonly(property, [get](const T& tracker) { return tracker.of_run(get); }, doc);
   };
