@@ -34,10 +34,11 @@ from palpate.calibration.specimen_fit import (
 )
 from palpate.display.plots import PAGE_IN, sheet
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.repeatability import TOUCH_SCATTER, usable
+from palpate.repeatability import usable
 from palpate.simulation import Substrate
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
+from palpate.uncertainty import TOUCH_SCATTER
 
 from bench.results_age import RESULTS, about
 

@@ -14,7 +14,6 @@ from palpate._core import (
     Rls,
     Rls32,
     SampleRing,
-    Touch,
     Tracker,
     VectorRls,
     __version__,
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
     from palpate.samples import Sample, Status
     from palpate.sources import Gap, Source, open
     from palpate.stream import Stream
+    from palpate.touch import Touch
     from palpate.uncertainty import Uncertainty
 
 __all__ = [
@@ -105,6 +105,7 @@ _LAZY = {
     "repeatability": ("agreement", "most_reliable"),
     "sources": ("Gap", "Source", "open"),
     "stream": ("Stream",),
+    "touch": ("Touch",),
     "uncertainty": ("Uncertainty",),
 }
 """What its module is imported for. No module may have the name of a function: its import would replace the function."""

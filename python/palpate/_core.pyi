@@ -19,6 +19,8 @@ from typing import (
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.touch import Touch
+
 __version__: str
 scenes: tuple[str, ...]
 
@@ -189,36 +191,6 @@ class Bank(_Resettable):
     alarm: Final[NDArray[np.bool_]]
     samples: Final[NDArray[np.uint64]]
     rejected: Final[NDArray[np.uint64]]
-
-class Touch(_State):
-    def __init__(self) -> None: ...
-    def as_dict(self) -> dict[str, Any]: ...
-    def _untimed(self) -> Touch: ...
-    _held: Final[bool]
-    start: Final[int]
-    start_s: Final[float]
-    samples: Final[int]
-    ratio: Final[float]
-    covariance: Final[float]
-    standard_error: Final[float]
-    revised: Final[bool]
-    first_ratio: Final[float]
-    first_standard_error: Final[float]
-    level_ratio: Final[float]
-    level_standard_error: Final[float]
-    contact_exponent: Final[float]
-    age_s: Final[float]
-    ratio_before: Final[float]
-    before_standard_error: Final[float]
-    ratio_after: Final[float]
-    after_standard_error: Final[float]
-    offset_ratio: Final[float]
-    offset_standard_error: Final[float]
-    effects: Final[dict[str, float]]
-    alarm_share: Final[float]
-    saturated: Final[int]
-    refused: Final[int]
-    flags: Final[tuple[str, ...]]
 
 class Tracker:
     @overload

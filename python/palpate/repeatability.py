@@ -1,55 +1,39 @@
-"""Several touches on one object: which ones count, whether they agree, their mean, and the most reliable one.
+"""Several touches on one object: which ones count, whether they agree, their mean, and the best one.
 
-Two touches on the same object differ by more than their standard errors: each is held at its own angle (the paper, Sec.
-IV and Fig. 10). This scatter is proportional to the ratio. A calibration knows it; without one, `TOUCH_SCATTER` holds.
+Two touches on the same object differ by more than their standard errors: each is held at its own
+angle (the paper, Sec. IV and Fig. 10). This scatter is proportional to the ratio. Use the scatter
+that a calibration or the session has measured, else `palpate.uncertainty.TOUCH_SCATTER`.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
 from math import erfc, exp, inf, isfinite, lgamma, log, sqrt
 from operator import mul
+from statistics import pvariance
 from typing import Any
 
 from palpate import number_format
-from palpate._core import Touch
-from palpate.errors import need, unlike
+from palpate.errors import need
+from palpate.flags import Flag
+from palpate.messages import unlike
+from palpate.touch import Touch
+from palpate.uncertainty import TOUCH_SCATTER, RatioOf, Scatter, hold_ratio, level_ratio
 
-TOUCH_SCATTER = 0.03
-"""Relative standard deviation of the ratio from touch to touch of a hand, if no calibration says it: of the
-simulated hand (`palpate.simulation.hand.Hand.oblique`)."""
 DOUBT = 0.01
 """Probability below which differences are not by chance."""
-FEWEST = 16
-"""Samples of a short touch: with fewer, nothing shows that both channels follow one ratio. A burst of noise has a few."""
-USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
-    "short": lambda touch: (
-        isfinite(touch.standard_error) and touch.samples >= FEWEST and not touch.age_s
-    ),
-    "drift": lambda touch: (
-        touch.age_s > 0 or (isfinite(touch.standard_error) and bool(touch.revised))
-    ),
-    "creep": lambda touch: touch.age_s > 0,
-    "late": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
-    "tilt": lambda _: True,
-    "changed": lambda _: True,
-}
-"""Flags that do not exclude a touch under a condition: its standard error includes their effect, or it ends at an age,
-before most of it. All other flags do."""
-RatioOf = Callable[[Touch], tuple[float, float]]
-"""Which ratio of a touch counts, with its standard error (nan: not known): `hold`, `level`, or `Calibration.ratio_of`."""
+Known = tuple[float, float]
+"""A ratio and its standard error."""
 
 
-def hold(touch: Touch) -> tuple[float, float]:
-    """Return the ratio of a touch, and its standard error."""
-    return touch.ratio, touch.standard_error
+class Missing(StrEnum):
+    """A reason without a flag why a touch does not count."""
+
+    LEVEL_RATIO = "no level ratio"
 
 
-def level(touch: Touch) -> tuple[float, float]:
-    """Return the ratio of a touch over the swept depth, and its standard error; nan: it has none."""
-    return touch.level_ratio, touch.level_standard_error
-
-
-KINDS: Mapping[str, RatioOf] = {"hold": hold, "level": level}
+Objection = Flag | Missing
+"""A reason why a touch does not count."""
 
 
 @dataclass(frozen=True)
@@ -99,31 +83,29 @@ class Agreement:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values, as plain numbers and text; without a mean if the touches differ."""
-        mean = {"ratio": self.ratio, "standard_error": self.standard_error} if self.agree else {}
-        rest = {
-            name: value
-            for name, value in asdict(self).items()
-            if name not in ("ratio", "own_error", "effective")
-        }
         return {
             "agree": self.agree,
-            "ratio": None,
-            "standard_error": None,
-            **mean,
-            **rest,
+            "ratio": self.ratio if self.agree else None,
+            "standard_error": self.standard_error if self.agree else None,
+            "touches": self.touches,
+            "spread": self.spread,
+            "scatter": self.scatter,
+            "probability": self.probability,
             "text": str(self),
         }
 
     def __str__(self) -> str:
-        """Return mean, or difference, as a sentence."""
-        percent = number_format.error(100 * self.scatter)
+        """Return the mean, or the difference, as a sentence."""
+        scatter = number_format.error(100 * self.scatter)
         if self.agree:
             mean = number_format.plus_minus(self.ratio, self.standard_error)
             of = "1 touch" if self.touches == 1 else f"mean of {self.touches} touches"
-            return f"{of}: {mean} (scatter from touch to touch {percent} %)"
+            return f"{of}: {mean} (scatter from touch to touch {scatter} %)"
+        spread = number_format.error(100 * self.spread)
         return (
-            f"the {self.touches} touches differ: their ratios spread by {number_format.error(100 * self.spread)} %, more than "
-            f"standard errors and scatter from touch to touch ({percent} %) explain: several objects? No mean is given"
+            f"the {self.touches} touches differ: their ratios spread by {spread} %, more than "
+            f"standard errors and scatter from touch to touch ({scatter} %) explain: several "
+            "objects? No mean is given"
         )
 
 
@@ -133,25 +115,28 @@ def agreement(
     scatter: float = TOUCH_SCATTER,
     freedom: float = inf,
     accept: Collection[str] = (),
-    ratio_of: RatioOf = hold,
+    ratio_of: RatioOf = hold_ratio,
 ) -> Agreement:
     """Return whether touches agree, as those on one object do, and their mean.
 
-    The weighted sum of squares around the mean, sum (r_i - m)^2 / (s_i^2 + (scatter m)^2), is chi-squared with n - 1
-    degrees of freedom for touches on one object, or F if the scatter was itself estimated.
+    The weighted sum of squares around the mean, sum (r_i - m)^2 / (s_i^2 + (scatter m)^2), is
+    chi-squared with n - 1 degrees of freedom for touches on one object, or F if the scatter was
+    itself estimated.
 
     Parameters
     ----------
     touches : sequence of Touch
-        Those with a flag that excludes them do not count. An unknown standard error counts as 0.
+        Touches with a flag that excludes them do not count. An unknown standard error counts as 0.
     scatter : float
-        Relative standard deviation of the ratio from touch to touch, 0 or more; `Calibration.touch_spread` if known.
+        Relative standard deviation of the ratio from touch to touch, 0 or more;
+        `Calibration.touch_spread` if known.
     freedom : float
         Degrees of freedom with which the scatter was estimated, 1 or more; inf: it is known.
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
-        Which ratio counts: `hold` or `level` of this module, or `Calibration.ratio_of`.
+        Which ratio counts: `hold_ratio` or `level_ratio` of `palpate.uncertainty`, or
+        `Calibration.ratio_of`.
 
     Returns
     -------
@@ -174,46 +159,51 @@ def agreement(
         raise ValueError(f"scatter: got {scatter}, allowed: 0 or more, relative to the ratio")
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
-    kept = usable(touches, accept, ratio_of)
-    ratios, errors = (
-        [ratio_of(touch)[0] for touch in kept],
-        [_error(ratio_of(touch), 0.0) for touch in kept],
-    )
-    between = (scatter * sorted(ratios)[len(ratios) // 2]) ** 2
+    known = [ratio_of(touch) for touch in usable(touches, accept, ratio_of)]
+    ratios = [ratio for ratio, _ in known]
+    errors = [_known_error(error, 0.0) for _, error in known]
+    median = sorted(ratios)[len(ratios) // 2]
+    between = (scatter * median) ** 2
     variances = [error**2 + between for error in errors]
-    weights = [1 / variance for variance in variances] if all(variances) else [1.0] * len(kept)
+    if all(variances):
+        weights = [1 / variance for variance in variances]
+    else:
+        weights = [1.0] * len(known)
     shares = [weight / sum(weights) for weight in weights]
     mean = sum(map(mul, shares, ratios))
+    own_variance = sum((share * error) ** 2 for share, error in zip(shares, errors, strict=True))
+    distances = [ratio - mean for ratio in ratios]
     return Agreement(
-        touches=len(kept),
+        touches=len(known),
         ratio=mean,
-        own_error=sqrt(
-            sum((share * error) ** 2 for share, error in zip(shares, errors, strict=True))
-        ),
+        own_error=sqrt(own_variance),
         effective=1 / sum(share**2 for share in shares),
-        spread=_deviation(ratios) / abs(mean) if len(kept) > 1 else 0.0,
+        spread=_deviation(ratios) / abs(mean) if len(known) > 1 else 0.0,
         scatter=scatter,
-        probability=_probability([ratio - mean for ratio in ratios], variances, between, freedom),
+        probability=_probability(distances, variances, between, freedom),
     )
 
 
 def objections(
-    touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold
-) -> tuple[str, ...]:
-    """Return the flags for which a touch does not count; empty if it does. Those in `accept` do not exclude it.
+    touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold_ratio
+) -> tuple[Objection, ...]:
+    """Return why a touch does not count; empty if it does. Flags in `accept` do not exclude it.
 
-    With `level` a touch counts with the flag "offset", and without a level ratio "no level ratio" is in the result.
+    With `level_ratio` a touch counts with the flag "offset", but not without a level ratio.
     """
-    known = {flag for flag, holds in USABLE_IF.items() if holds(touch)} | {
-        *accept,
-        *["offset"] * (ratio_of is level),
-    }
-    missing = ratio_of is level and not isfinite(touch.level_ratio)
-    return (*(flag for flag in touch.flags if flag not in known), *["no level ratio"] * missing)
+    by_level = ratio_of is level_ratio
+    against: list[Objection] = []
+    for flag in touch.flags:
+        is_avoided = by_level and flag.meaning.avoided_by == "level"
+        if flag.meaning.excludes(touch) and flag not in accept and not is_avoided:
+            against.append(flag)
+    if by_level and not isfinite(touch.level_ratio):
+        against.append(Missing.LEVEL_RATIO)
+    return tuple(against)
 
 
 def usable(
-    touches: Sequence[Touch], accept: Collection[str] = (), ratio_of: RatioOf = hold
+    touches: Sequence[Touch], accept: Collection[str] = (), ratio_of: RatioOf = hold_ratio
 ) -> list[Touch]:
     """Return the touches with a ratio that counts, and without a flag that excludes them."""
     kept = [
@@ -235,7 +225,7 @@ def most_reliable(
     by: str = "agreement",
     scatter: float | None = TOUCH_SCATTER,
     accept: Collection[str] = (),
-    ratio_of: RatioOf = hold,
+    ratio_of: RatioOf = hold_ratio,
 ) -> Touch:
     """Return the most reliable one of several touches on the same object.
 
@@ -243,12 +233,13 @@ def most_reliable(
     ----------
     touches : sequence of Touch
     by : str
-        "agreement": among the usable touches, the one whose ratio is nearest to their mean; of only two, the one with
-        the smaller standard error. "standard_error": the smallest one among the usable touches. "covariance": the
-        smallest one among all touches, the choice of the paper (Sec. IV).
-        bench/accuracy/reliability.py compares them.
+        "agreement": among the usable touches, the one whose ratio is nearest to their mean; of only
+        two, the one with the smaller standard error. "standard_error": the smallest one among the
+        usable touches. "covariance": the smallest one among all touches, the choice of the paper
+        (Sec. IV). bench/accuracy/reliability.py compares them.
     scatter : float or None
-        As in `agreement`: touches that differ by more are not on one object. None: they are known to be, not tested.
+        As in `agreement`: touches that differ by more are not on one object. None: they are known
+        to be on one object, and not tested.
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
@@ -273,30 +264,34 @@ def most_reliable(
     """
     if by not in _CHOICES:
         raise ValueError(f"by: {unlike(by, _CHOICES)}")
-    chosen_from = (
-        list(touches) if by == "covariance" and touches else usable(touches, accept, ratio_of)
-    )
+    if by == "covariance" and touches:
+        candidates = list(touches)
+    else:
+        candidates = usable(touches, accept, ratio_of)
     if scatter is not None:
-        accepted = {flag for touch in chosen_from for flag in touch.flags}
-        found = agreement(chosen_from, scatter=scatter, accept=accepted, ratio_of=ratio_of)
-        if not found.agree:
+        accepted = {flag for touch in candidates for flag in touch.flags}
+        test = agreement(candidates, scatter=scatter, accept=accepted, ratio_of=ratio_of)
+        if not test.agree:
             raise ValueError(
-                f"touches: {found}, allowed: touches on one object, or scatter=None if they are known to be"
+                f"touches: {test}, allowed: touches on one object, or scatter=None if they are "
+                "known to be"
             )
-    return _CHOICES[by](chosen_from, ratio_of)
+    return _CHOICES[by](candidates, ratio_of)
 
 
-def _nearest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
-    mean = sum(ratio_of(touch)[0] for touch in kept) / len(kept)
+def _nearest(touches: list[Touch], ratio_of: RatioOf) -> Touch:
+    mean = sum(ratio_of(touch)[0] for touch in touches) / len(touches)
 
-    apart = {id(touch): len(kept) > 2 and abs(ratio_of(touch)[0] - mean) for touch in kept}
-    return min(
-        kept, key=lambda touch: (apart[id(touch)], _error(ratio_of(touch), inf), touch.covariance)
-    )
+    def key(touch: Touch) -> tuple[float, float, float]:
+        ratio, error = ratio_of(touch)
+        distance = abs(ratio - mean) if len(touches) > 2 else 0.0
+        return distance, _known_error(error, inf), touch.covariance
+
+    return min(touches, key=key)
 
 
-def _surest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
-    surest = min(kept, key=lambda touch: _error(ratio_of(touch), inf))
+def _surest(touches: list[Touch], ratio_of: RatioOf) -> Touch:
+    surest = min(touches, key=lambda touch: _known_error(ratio_of(touch)[1], inf))
     if not isfinite(ratio_of(surest)[1]):
         raise ValueError(
             "touches: got no touch with a standard error, allowed: at least one, or another `by`"
@@ -304,15 +299,76 @@ def _surest(kept: list[Touch], ratio_of: RatioOf) -> Touch:
     return surest
 
 
+def _of_least_covariance(touches: list[Touch], _: RatioOf) -> Touch:
+    return min(touches, key=lambda touch: touch.covariance)
+
+
 _CHOICES: Mapping[str, Callable[[list[Touch], RatioOf], Touch]] = {
     "agreement": _nearest,
     "standard_error": _surest,
-    "covariance": lambda touches, _: min(touches, key=lambda touch: touch.covariance),
+    "covariance": _of_least_covariance,
 }
 
 
-def _error(known: tuple[float, float], unknown: float) -> float:
-    return known[1] if isfinite(known[1]) else unknown
+def within_groups(named: Iterable[tuple[str | None, Known]]) -> tuple[float, int, list[Known]]:
+    """Return the pooled variance of the logarithms of ratios within groups, its degrees of freedom,
+    and the ratios that count.
+
+    A ratio counts with the name of a group, above 0 and finite. Without degrees of freedom the
+    variance is inf.
+    """  # noqa: D205
+    groups: dict[str, list[Known]] = {}
+    for name, known in named:
+        if name and 0 < known[0] < inf:
+            groups.setdefault(name, []).append(known)
+    used = [known for group in groups.values() for known in group]
+    squares = [
+        len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values()
+    ]
+    freedom = len(used) - len(groups)
+    variance = sum(squares) / freedom if freedom else inf
+    return variance, freedom, used
+
+
+def session_scatter(
+    touches: Iterable[tuple[str | None, Touch]], ratio_of: RatioOf = hold_ratio
+) -> Scatter:
+    """Return the scatter within the specimens of a session, pooled, without the standard errors.
+
+    Parameters
+    ----------
+    touches : iterable of (str or None, Touch)
+        The kept touches, each with the name of its specimen. A touch without a name, or without a
+        ratio above 0, does not count.
+    ratio_of : callable
+        As in `agreement`.
+
+    Returns
+    -------
+    Scatter
+        The assumed one with fewer than 3 degrees of freedom: the touches less the specimens.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation.hand import session
+    >>> four = palpate.touches(session(0, moduli={"gel": 1.1})["gel"])
+    >>> session_scatter(("gel", touch) for touch in four).source
+    'session'
+    """
+    variance, freedom, used = within_groups((name, ratio_of(touch)) for name, touch in touches)
+    squares = sum((error / ratio) ** 2 for ratio, error in used if isfinite(error))
+    noise = squares / max(len(used), 1)
+    return Scatter.of(max(variance - noise, 0.0), freedom, "session")
+
+
+def with_scatter(known: Agreement, scatter: Scatter) -> Agreement:
+    """Return an agreement whose mean has the scatter of the session, if it is known."""
+    return replace(known, scatter=scatter.share) if scatter.source == "session" else known
+
+
+def _known_error(error: float, unknown: float) -> float:
+    return error if isfinite(error) else unknown
 
 
 def _deviation(values: list[float]) -> float:
@@ -332,23 +388,26 @@ def _probability(
     squares = sum(
         distance**2 / variance for distance, variance in zip(distances, variances, strict=True)
     )
-    share = between / len(variances) * sum(1 / variance for variance in variances)  # of the scatter
-    if (
-        isfinite(freedom) and share
-    ):  # Welch and Satterthwaite: the standard errors are taken as exact
-        return float(
-            need("scipy.special", "science").fdtrc(degrees, freedom / share**2, squares / degrees)
-        )
+    scatter_share = between / len(variances) * sum(1 / variance for variance in variances)
+    if isfinite(freedom) and scatter_share:
+        # Welch and Satterthwaite: the standard errors are taken as exact.
+        special = need("scipy.special", "science")
+        return float(special.fdtrc(degrees, freedom / scatter_share**2, squares / degrees))
     return _chi_squared_above(squares, degrees)
 
 
 def _chi_squared_above(squares: float, degrees: int) -> float:
-    """Return the probability that chi-squared is above a value; Abramowitz and Stegun 26.4.4 and 26.4.5."""
-    # With h = squares / 2: a sum of exp(-h) h^j / gamma(j + 1), over j = 0, 1, ... for even degrees, and 1/2, 3/2, ...
-    # for odd ones, which begin with erfc(sqrt(h)).
-    half, odd = squares / 2, degrees % 2
+    """Return the probability that chi-squared is above a value.
+
+    Abramowitz and Stegun 26.4.4 and 26.4.5: with h = squares / 2, a sum of exp(-h) h^j / gamma(j + 1),
+    over j = 0, 1, ... for even degrees, and 1/2, 3/2, ... for odd ones, which begin with
+    erfc(sqrt(h)).
+    """
+    half = squares / 2
+    odd = degrees % 2
     if half == 0:
         return 1.0
     powers = (j + odd / 2 for j in range((degrees - odd) // 2))
     terms = sum(exp(j * log(half) - half - lgamma(j + 1)) for j in powers)
-    return min(terms + (erfc(sqrt(half)) if odd else 0.0), 1.0)
+    first = erfc(sqrt(half)) if odd else 0.0
+    return min(terms + first, 1.0)

@@ -134,12 +134,12 @@ class Touch:
         """Return its time, its ratio and its flags."""
         from palpate.display import text
 
-        return text.touch(self)
+        return text.touch_line(self)
 
     def _repr_html_(self) -> str:
         from palpate.display import cards
 
-        return cards.touch(self)
+        return cards.touch_card(self)
 
 
 def _plain(value: Any) -> Any:

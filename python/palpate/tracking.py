@@ -2,9 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import make_dataclass
 from itertools import pairwise
-from types import GetSetDescriptorType
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -18,11 +16,11 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import Touch, Tracker
+from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
-from palpate.errors import display
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
 from palpate.samples import RETAKEN, require_scale, settings_for
+from palpate.touch import Touch
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -68,10 +66,15 @@ class Touches(list[Touch], Framed):
 
     def __repr__(self) -> str:
         """Return one line for each touch."""
-        return str(display("text.touches", self, display("text.remarks", self.notes, self.doubts)))
+        from palpate.display.text import note_lines, touch_lines
+
+        return touch_lines(self, note_lines(self.notes, self.doubts))
 
     def _repr_html_(self) -> str:
-        return str(display("cards.touches", self, display("text.remarks", self.notes, self.doubts)))
+        from palpate.display.cards import touches_card
+        from palpate.display.text import note_lines
+
+        return touches_card(self, note_lines(self.notes, self.doubts))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the ratio of each touch over its begin, with its uncertainty and flags.
@@ -90,20 +93,13 @@ class Touches(list[Touch], Framed):
         MissingExtra
             matplotlib is missing; type: pip install 'palpate[science]'.
         """
-        return display("plots.touches", self, ax)
+        from palpate.display.plots import plot_touches
+
+        return plot_touches(self, ax)
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
         return arrow_of_touches([touch.as_dict() for touch in self])
-
-
-_FIELDS = [
-    (name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)
-]
-_RECORD = make_dataclass("Touch", _FIELDS)
-for _name in ("fields", "params"):  # pandas and polars make columns of them
-    setattr(Touch, f"__dataclass_{_name}__", getattr(_RECORD, f"__dataclass_{_name}__"))
-Touch.__annotations__ = _RECORD.__annotations__
 
 
 class Tracked(NamedTuple):
@@ -138,7 +134,7 @@ def tracked(
     tracker.finish()
     found = tracker.touches
     if not recording.timed:
-        found = [touch._untimed() for touch in found]
+        found = [touch.without_times() for touch in found]
     touches = Touches(found).of(recording)
     touches.notes += (
         *recording.value_notes(),

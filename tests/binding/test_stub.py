@@ -87,7 +87,6 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
         (lambda: palpate.Rls(0.9), "Rls: got too many values without a name, allowed: names only"),  # type: ignore[call-arg]
         (lambda: palpate.Rls(forgetting="x"), "forgetting: got 'x', allowed: a number"),  # type: ignore[arg-type]
         (lambda: palpate.Rls.__init__(palpate.Tracker()), "__init__.* called with invalid"),  # type: ignore[arg-type]
-        (lambda: palpate.Touch(), "Touch: got a call, allowed: those that a Tracker"),
         (
             lambda: palpate.Tracker("paper", clip=3),  # type: ignore[call-overload]
             "keyword 'clip', allowed: samples, seconds, full",

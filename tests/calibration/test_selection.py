@@ -13,6 +13,7 @@ import numpy as np
 import palpate
 import pytest
 from command_lines import document, run
+from example_touch import example_touch
 from palpate import Calibration
 from palpate.calibration.selection import Track, choose_ratio, fitted_exponent
 from palpate.calibration.specimen_files import write_session
@@ -23,8 +24,9 @@ from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen
 from palpate.recording import session as stored
 from palpate.recording import sidecar
-from palpate.repeatability import level, objections
+from palpate.repeatability import objections
 from palpate.simulation import hand
+from palpate.uncertainty import level_ratio
 
 from bench.accuracy.session import WAY, fitted, measure, session
 
@@ -133,19 +135,12 @@ def test_the_share_of_the_errors_that_shows() -> None:
 
 
 def test_what_does_not_exclude_a_touch() -> None:
-    def touch(*flags: str, age_s: float = 0.0, **others: Any) -> Any:
-        known = {"standard_error": 0.01, "samples": 100, "revised": False, "level_ratio": 4.0}
-        return SimpleNamespace(flags=flags, age_s=age_s, **known | others)
-
-    assert objections(touch("tilt", "changed", "short")) == ()
-    assert objections(touch("offset", "drift", "creep")) == ("offset", "drift", "creep")
-    assert objections(touch("offset", "drift", "creep", "curve"), ratio_of=level) == (
-        "drift",
-        "creep",
-        "curve",
-    )
-    assert objections(touch("drift", "creep", "short", age_s=1.3)) == ("short",)
-    assert objections(touch(level_ratio=math.nan), ratio_of=level) == ("no level ratio",)
+    assert objections(example_touch("tilt", "changed", "short")) == ()
+    assert objections(example_touch("offset", "drift", "creep")) == ("offset", "drift", "creep")
+    bent = example_touch("offset", "drift", "creep", "curve", level_ratio=4.0)
+    assert objections(bent, ratio_of=level_ratio) == ("drift", "creep", "curve")
+    assert objections(example_touch("drift", "creep", "short", age_s=1.3)) == ("short",)
+    assert objections(example_touch(), ratio_of=level_ratio) == ("no level ratio",)
 
 
 def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
@@ -199,7 +194,7 @@ def test_a_touch_that_was_measured_otherwise_has_no_modulus(tilted: Path) -> Non
         "no modulus: measured with age 1 and contact_exponent 1.5, but calibrated with age 0 and contact_exponent 1: use --set"
         in other
     )
-    fast: Any = SimpleNamespace(age_s=0.0, contact_exponent=1.0, level_ratio=math.nan, flags=())
+    fast = example_touch(level_ratio=math.nan)
     found = Calibration.load(probe)
     assert "press more slowly" in found.modulus_of(fast).reason
     assert found.modulus_of(fast).as_dict()["value_MPa"] is None

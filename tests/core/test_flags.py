@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import palpate
 import pytest
-from palpate.flags import advice_at_end
+from palpate.flags import Suspicion, advice_at_end
 from palpate.simulation import scenarios, simulate
 from palpate.simulation.mechanics import Bumps, Gauge
 from palpate.simulation.readings import Faults
@@ -16,9 +16,9 @@ from project import FOUR
 
 def of(touch: palpate.Touch) -> dict[str, str]:
     """Return the sentences about a touch, by flag."""
-    by_flag = dict(sentence.split(": ", 1) for sentence in palpate.advice(touch))
-    assert tuple(by_flag) == touch.flags
-    return by_flag
+    texts = {each.flag: each.text for each in palpate.advice(touch)}
+    assert tuple(texts) == touch.flags
+    return {str(flag): text for flag, text in texts.items()}
 
 
 def size(sentence: str) -> float:
@@ -111,7 +111,8 @@ def test_swapped_inputs_of_short_touches_are_told_where_three_agree(samples: int
     exchanged = palpate.touches(columns, samples=samples)
 
     def count(touches: list[palpate.Touch]) -> int:
-        return sum(said[-1].startswith("swapped: ") for said in advice_at_end(touches) if said)
+        last = [advice[-1] for advice in advice_at_end(touches) if advice]
+        return sum(each.flag is Suspicion.SWAPPED for each in last)
 
     assert count(exchanged) == (4 if samples >= 10 else 0)
     assert count(exchanged[:2]) == (2 if samples >= 20 else 0)

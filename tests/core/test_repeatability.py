@@ -1,12 +1,12 @@
 """Several touches: which ones count, whether they agree, and the most reliable one."""
 
 import math
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import palpate
 import pytest
+from example_touch import example_touch
 from palpate import repeatability
 from palpate.calibration import Calibration
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
@@ -18,10 +18,7 @@ from scipy import special
 def touched(
     ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any
 ) -> palpate.Touch:
-    """Return what the rules read of a touch."""
-    known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error}
-    known |= {"age_s": 0.0, "contact_exponent": 1.0, **others}
-    return cast(palpate.Touch, SimpleNamespace(ratio=ratio, flags=flags, **known))
+    return example_touch(*flags, ratio=ratio, standard_error=standard_error, **others)
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_a_touch_that_runs_at_a_gap_ends_there_with_the_flag() -> None:
     assert touch.flags[0] == "short"
     assert touch.flags[-1] == "gap"
     assert abs(touch.ratio - 2.5) < 0.01
-    assert "lift the probe, and touch again" in palpate.advice(touch)[-1]
+    assert "lift the probe, and touch again" in palpate.advice(touch)[-1].text
     assert tracker.state == "baseline"
 
 
@@ -84,7 +84,7 @@ def test_a_baseline_of_a_contact_is_flagged_until_the_release_shows_it() -> None
     run(tracker, columns, 590)
     assert tracker.touches[-1].revised
     assert tracker.touches[-1].flags[-1] == "baseline"
-    assert "touch again" in palpate.advice(tracker.touches[-1])[-1]
+    assert "touch again" in palpate.advice(tracker.touches[-1])[-1].text
 
 
 @pytest.mark.parametrize("scene", ["handheld", "paper"])
@@ -114,7 +114,7 @@ def test_a_wrong_wire_is_told(wire: str, scene: Any) -> None:
     tracker.process(run.t_hard_s, run.t_soft_s, hard, soft)
     tracker.finish()
     [touch] = tracker.touches
-    [sentence] = [said for said in palpate.advice(touch) if said.startswith("one-sided: ")]
+    [sentence] = [each.text for each in palpate.advice(touch) if each.flag == "one-sided"]
     assert ("fell" in sentence) == (wire == "soft falls")
 
 

@@ -2,28 +2,21 @@
 
 import math
 from collections.abc import Iterator
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import palpate
 import pytest
+from example_touch import example_touch
 from palpate import Calibration, Uncertainty
 from palpate.ad7746.registers import LINEARITY_PF, SATURATED_PF, linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.repeatability import objections
+from palpate.repeatability import objections, session_scatter
 from palpate.simulation import scenarios
 from palpate.simulation.hand import session
 from palpate.uncertainty import Scatter
 
 SEEDS = 20
 SIDES = 2.0
-
-
-def touched(ratio: float, **others: Any) -> palpate.Touch:
-    """Return what an uncertainty reads of a touch."""
-    known = {"standard_error": 1e-4, "covariance": 0.1, "samples": 250, **others}
-    return cast(palpate.Touch, SimpleNamespace(ratio=ratio, **known))
 
 
 def test_the_parts_add_up_and_the_source_is_named() -> None:
@@ -55,13 +48,14 @@ def test_repeated_touches_of_a_session_show_their_scatter() -> None:
     true = np.repeat(random.uniform(1.5, 8, 200), 4)
     ratios = true * (1 + math.hypot(0.05, 0.03) * random.standard_normal(800))
     touches = [
-        (str(n // 4), touched(float(r), standard_error=0.03 * r)) for n, r in enumerate(ratios)
+        (str(n // 4), example_touch(ratio=float(r), standard_error=0.03 * r))
+        for n, r in enumerate(ratios)
     ]
-    assert Scatter.of_session(touches).share == pytest.approx(0.05, rel=0.15)
+    assert session_scatter(touches).share == pytest.approx(0.05, rel=0.15)
     few = [(name, touch) for name, touch in touches[:6] if name == "0"]
-    assert Scatter.of_session(few).source == "session"  # 3 degrees of freedom
+    assert session_scatter(few).source == "session"  # 3 degrees of freedom
     unnamed = [(None, touch) for _, touch in touches]
-    assert [Scatter.of_session(some) for some in (few[:3], unnamed, [])] == [Scatter()] * 3
+    assert [session_scatter(some) for some in (few[:3], unnamed, [])] == [Scatter()] * 3
 
 
 def test_the_budget_of_a_modulus() -> None:
@@ -104,7 +98,7 @@ def coverage(seeds: int) -> dict[str, float]:
         moduli = [SORBOTHANE_MPA[name] for name, _ in before]
         made = Calibration.fit([touch.ratio for _, touch in before], moduli, standard_errors=errors)
         before = list(kept(seed))
-        for scatter in (Scatter(), Scatter.of_session(before), made.touch_scatter):
+        for scatter in (Scatter(), session_scatter(before), made.touch_scatter):
             found = [(true[name], Uncertainty.of(touch, scatter, linear)) for name, touch in before]
             hits = [abs(one.ratio - ratio) < SIDES * one.uncertainty for ratio, one in found]
             held.setdefault(scatter.source, []).extend(hits)

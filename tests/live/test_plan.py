@@ -36,16 +36,9 @@ class Recorder:
         self.plan = plan
 
 
-def moved(touch: Touch, start_s: float, ratio: float | None = None) -> Any:
+def moved(touch: Touch, start_s: float, ratio: float | None = None) -> Touch:
     """Return a touch that began at another time."""
-    values = {
-        name: getattr(touch, name)
-        for name in dir(touch)
-        if not name.startswith("_") and name != "as_dict"
-    }
-    return SimpleNamespace(
-        **values | {"start_s": start_s, "ratio": touch.ratio if ratio is None else ratio}
-    )
+    return replace(touch, start_s=start_s, ratio=touch.ratio if ratio is None else ratio)
 
 
 class Bench:

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from live_bench import SOURCE, Fed, Played, begun, noisy
 from palpate import Uncertainty
+from palpate.flags import Flag
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
 from palpate.live.signal_state import ChannelSeen, SignalSeen
@@ -36,7 +37,7 @@ WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Don
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(
-    GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=("offset",)
+    GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=(Flag.OFFSET,)
 )
 ON = [(0.0, 5.7)]
 NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}

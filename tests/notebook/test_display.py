@@ -13,7 +13,7 @@ import pytest
 from bs4 import BeautifulSoup
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.display import markup
+from palpate.display import cards, markup
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
 from project import ROOT
@@ -121,7 +121,8 @@ def test_a_bar_is_two_uncertainties_to_each_side() -> None:
         in html
     )
     bars = [
-        markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))
+        cards.interval_drawing(bar, (1.0, 4.5))
+        for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))
     ]
     assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [
         ["4.0", "136.0"],

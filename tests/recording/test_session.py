@@ -80,4 +80,4 @@ def test_an_entry_farther_than_a_length_is_of_no_touch(touches: Touches) -> None
     assert near.matched(touches) == [near.touches[0], None, None, None]
     assert far.matched(touches) == [None] * 4
     assert far.matched(touches, period_s=2 * PERIOD_S) == [far.touches[0], None, None, None]
-    assert WHOLE.matched([touches[0]._untimed()]) == [None], "it has no times"
+    assert WHOLE.matched([touches[0].without_times()]) == [None], "it has no times"

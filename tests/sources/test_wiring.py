@@ -12,6 +12,7 @@ from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.wiring import Look, Wiring
+from palpate.flags import Suspicion
 from palpate.samples import Sample, Status
 from palpate.simulation.board_input import known
 from palpate.sources.board import configuration_of
@@ -234,5 +235,5 @@ def test_no_false_alarm(name: str) -> None:
             text
             for touch in touches
             for text in palpate.advice(touch)
-            if text.startswith("swapped")
+            if text.flag is Suspicion.SWAPPED
         ]

@@ -15,7 +15,7 @@ from palpate.ad7746.configuration import HARD, Channel, Configuration
 from palpate.ad7746.converter import Converter, Reading
 from palpate.ad7746.driver import LIMIT_NS
 from palpate.ad7746.wiring import Look, Mistake, look
-from palpate.errors import quoted
+from palpate.messages import quoted
 from palpate.samples import Status
 from palpate.sources.board import BoardSource
 from palpate.sources.options import split

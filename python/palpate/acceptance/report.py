@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate._core import __version__
-from palpate.errors import PalpateError, shortened
+from palpate.errors import PalpateError
 from palpate.files import read_bytes
+from palpate.messages import shortened
 
 OK, WRONG, NOT_DONE = "ok", "wrong", "not done"
 SCHEMA = "palpate-kit-report-1"

@@ -14,7 +14,8 @@ from palpate.acceptance.report import OK, WRONG, Step, Value, judged, left_out, 
 from palpate.ad7746 import registers as datasheet
 from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
-from palpate.errors import DeviceNotFound, SourceError, unlike
+from palpate.errors import DeviceNotFound, SourceError
+from palpate.messages import unlike
 from palpate.samples import Sample, Status
 
 _READS = 20

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from palpate.calibration.fit import CurveFit
-from palpate.errors import CalibrationError, need, quoted, shortened
+from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
+from palpate.messages import quoted, shortened
 
 SCHEMA = 1
 UNITS = {

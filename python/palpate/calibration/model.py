@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate import number_format
-from palpate._core import Touch, Tracker, __version__
+from palpate._core import Tracker, __version__
 from palpate.calibration import calibration_file, verdict
 from palpate.calibration.fit import (
     Array,
@@ -24,10 +24,11 @@ from palpate.calibration.fit import (
     fit_curve,
     variances,
 )
+from palpate.calibration.validity import Refusal, refusal
 from palpate.elasticity import Elasticity
-from palpate.errors import CalibrationError, display, need
-from palpate.flags import refusal
-from palpate.repeatability import Agreement, agreement, objections
+from palpate.errors import CalibrationError, need
+from palpate.repeatability import Agreement, Objection, agreement, objections
+from palpate.touch import Touch
 from palpate.uncertainty import Scatter
 
 _LARGEST = 690.0  # exp of it is still finite
@@ -266,12 +267,15 @@ class Calibration:
 
     def __repr__(self) -> str:
         """Return the specimens, the range and the rigid ratio, in one line."""
-        return str(display("text.calibration", self))
+        from palpate.display.text import calibration_line
+
+        return calibration_line(self)
 
     def _repr_html_(self) -> str:
         from palpate.calibration import plot
+        from palpate.display.cards import calibration_card
 
-        return str(display("cards.calibration", self, plot.curve_picture))
+        return calibration_card(self, plot.curve_picture)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
@@ -345,13 +349,16 @@ class Calibration:
             **{name: value for name, value in wanted.items() if known.get(name, value) != value},
         }
 
-    def refusal(self, touch: Touch) -> str:
-        """Return why a touch has no modulus by this calibration, as a sentence; "": it has one."""
-        return refusal(touch, self.contact_exponent if self.ratio == "level" else None, self.age_s)
+    def refusal(self, touch: Touch) -> Refusal | None:
+        """Return why a touch has no modulus by this calibration; None: it has one."""
+        exponent = self.contact_exponent if self.ratio == "level" else None
+        return refusal(touch, exponent, self.age_s)
 
-    def objections(self, touch: Touch) -> tuple[str, ...]:
+    def objections(self, touch: Touch) -> tuple[Objection | Refusal, ...]:
         """Return why a touch does not count: flags, and `refusal`; empty if it does."""
-        return (*objections(touch, self.accepted), *filter(None, [self.refusal(touch)]))
+        against = objections(touch, self.accepted)
+        refused = self.refusal(touch)
+        return (*against, refused) if refused else against
 
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
         """Return the ratio of a touch that this calibration converts, and its standard error (nan: not known).
@@ -375,8 +382,9 @@ class Calibration:
     def modulus_of(self, touch: Touch) -> Modulus:
         """Return the modulus of an object from a touch, as `modulus` of its `ratio_of`; without one the reason says why."""
         ratio, error = self.ratio_of(touch)
-        if reason := self.refusal(touch):
-            return Modulus(nan, nan, nan, reason)
+        refused = self.refusal(touch)
+        if refused:
+            return Modulus(nan, nan, nan, str(refused))
         return self.modulus(ratio, error if isfinite(error) else None)
 
     @property

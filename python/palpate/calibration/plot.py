@@ -21,7 +21,9 @@ def draw_curve(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> 
                     label="95 % of touches")  # fmt: skip
     ax.plot(np.exp(x), level, color=colour, label="eq. (2), fitted")
     ax.axhline(
-        calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {text.rigid(calibration)}"
+        calibration.probe.rigid_ratio,
+        **TRUTH,
+        label=f"rigid object: {text.rigid_ratio(calibration)}",
     )
     moduli_axis(ax)
     ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
@@ -101,7 +103,7 @@ def curve_picture(
         markup.path(across(around), down(edge), fill=ACCENT, fill_opacity=0.24),
         markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2),
         markup.path((_LEFT, _RIGHT), [y(rigid)] * 2, stroke="currentColor", stroke_dasharray="5 4"),
-        markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}"),
+        markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid_ratio(calibration)}"),
         markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
     ]
     for modulus, ratio in zip(calibration.moduli, calibration.ratios, strict=True):
@@ -115,4 +117,4 @@ def curve_picture(
         )
         drawn += [markup.path((x(found.low), x(found.high)), [height] * 2, **_BAR)]
         drawn += [markup.dot(at, height, 4, fill="none", **_BAR), markup.label(*beside)]
-    return markup.picture(450, 250, "Calibration: ratio against modulus", *drawn)
+    return markup.drawing(450, 250, "Calibration: ratio against modulus", *drawn)

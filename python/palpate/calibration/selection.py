@@ -11,9 +11,9 @@ from palpate import number_format
 from palpate._core import Tracker
 from palpate.offline_touches import offline
 from palpate.recording_protocol import RecordingProtocol
-from palpate.repeatability import KINDS, RatioOf, objections
+from palpate.repeatability import objections, within_groups
 from palpate.tracking import tracked
-from palpate.uncertainty import within_groups
+from palpate.uncertainty import RATIOS, RatioOf
 
 AGES_S = (0.0, 0.5, 0.8, 1.3, 2.0)
 """Ages that are compared; 0: the whole touch."""
@@ -59,7 +59,7 @@ class RatioChoice(NamedTuple):
     @property
     def ratio_of(self) -> RatioOf:
         """The ratio of a touch, and its standard error."""
-        return KINDS[self.ratio]
+        return RATIOS[self.ratio]
 
 
 class _Candidate(NamedTuple):
@@ -175,9 +175,9 @@ def _candidates(
         ]
         for settings in product(exponents, ages)
     }
-    for kind, (exponent, age_s) in product(KINDS, made):
+    for kind, (exponent, age_s) in product(RATIOS, made):
         if kind == "level" or exponent == exponents[0]:
-            named = ((name, KINDS[kind](touch)) for name, touch in made[exponent, age_s])
+            named = ((name, RATIOS[kind](touch)) for name, touch in made[exponent, age_s])
             variance, freedom, used = within_groups(named)
             yield _Candidate(kind, exponent, age_s, sqrt(variance), len(used), freedom)
 

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from palpate.ad7746.registers import SATURATED_PF
-from palpate.errors import CalibrationError, quoted
+from palpate.errors import CalibrationError
 from palpate.files import read_bytes, write_file
 from palpate.importers.units import to_number
+from palpate.messages import quoted
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block

@@ -6,11 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from palpate._core import Touch
 from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
-from palpate.errors import CalibrationError, unlike
-from palpate.repeatability import RatioOf, hold, level, most_reliable, usable
+from palpate.errors import CalibrationError
+from palpate.messages import unlike
+from palpate.repeatability import most_reliable, usable
+from palpate.touch import Touch
+from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
 # Data of a fit: all touches; their mean, plain, or weighted by the standard errors; or the most reliable touch.
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
@@ -66,7 +68,7 @@ class SpecimenTouches:
     modulus: float
     touches: Sequence[Touch]
     accept: Collection[str] = ()
-    ratio_of: RatioOf = hold
+    ratio_of: RatioOf = hold_ratio
 
     @property
     def mean(self) -> float:
@@ -90,7 +92,7 @@ class SpecimenTouches:
 
 
 def combined_ratio(
-    touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold
+    touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold_ratio
 ) -> CombinedRatio:
     """Return one ratio for several touches on one object.
 
@@ -193,7 +195,7 @@ def fit_specimens(
     """
     if by not in CHOICES:
         raise ValueError(f"by: {unlike(by, CHOICES)}")
-    by_level, share = any(specimen.ratio_of is level for specimen in specimens), 1.0
+    by_level, share = any(specimen.ratio_of is level_ratio for specimen in specimens), 1.0
     ages, exponents = (
         {getattr(t, name) for s in specimens for t in s.usable}
         for name in ("age_s", "contact_exponent")
@@ -208,7 +210,9 @@ def fit_specimens(
             "touches: got several ages, exponents or kinds of ratio, allowed: one of each"
         )
     if by_level:
-        share = error_share([level(touch) for touch in specimen.usable] for specimen in specimens)
+        share = error_share(
+            [level_ratio(touch) for touch in specimen.usable] for specimen in specimens
+        )
     rows = [
         (chosen, specimen.modulus)
         for specimen in specimens

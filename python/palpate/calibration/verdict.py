@@ -8,7 +8,7 @@ import numpy as np
 from palpate import number_format
 from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, specimen_means
 from palpate.errors import need
-from palpate.repeatability import TOUCH_SCATTER
+from palpate.uncertainty import TOUCH_SCATTER
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.2  # half of the 95 % interval of a parameter, relative, above which it counts as not determined

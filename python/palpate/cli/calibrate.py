@@ -38,10 +38,11 @@ from palpate.cli.shared_options import (
     recording_options,
 )
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.errors import CalibrationError, listed, nearest, need, shortened
+from palpate.errors import CalibrationError, need
 from palpate.files import write_file
-from palpate.flags import FLAGS
-from palpate.repeatability import FEWEST, KINDS, objections
+from palpate.flags import FEWEST, Flag
+from palpate.messages import listed, nearest, shortened
+from palpate.repeatability import objections
 from palpate.report import calibration_page
 from palpate.report.findings import (
     AnalysedRecording,
@@ -51,6 +52,7 @@ from palpate.report.findings import (
     known_moduli,
 )
 from palpate.simulation.hand import Hand, session
+from palpate.uncertainty import RATIOS
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"
 _YOUNG = "short, it did not reach the age"
@@ -67,7 +69,7 @@ _YOUNG = "short, it did not reach the age"
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
               "specimen one of mean, weighted, agreement, standard_error, covariance.")  # fmt: skip
-@click.option("--ratio", type=click.Choice([*KINDS]), help="Ratio of a touch: hold, or level, over the swept depth.  "
+@click.option("--ratio", type=click.Choice([*RATIOS]), help="Ratio of a touch: hold, or level, over the swept depth.  "
               "[default: the one that scatters less]")  # fmt: skip
 @click.option("--contact-exponent", type=click.Choice([f"{p:g}" for p in EXPONENTS]), help="Of force against depth: 1, flat "
               "bumps; 1.5, domes.  [default: by the scatter]")  # fmt: skip
@@ -75,7 +77,7 @@ _YOUNG = "short, it did not reach the age"
               help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]")  # fmt: skip
 @click.option("--free-soft-ratio", is_flag=True,
               help="Fit the ratio on an infinitely soft object, too: for channels with different gains.")  # fmt: skip
-@click.option("--accept", multiple=True, metavar="FLAG", type=click.Choice(FLAGS),
+@click.option("--accept", multiple=True, metavar="FLAG", type=click.Choice([flag.value for flag in Flag]),
               help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
 @force_option
 @recording_options

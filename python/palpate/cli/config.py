@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from palpate.cli.output import print_message
-from palpate.errors import listed, nearest, quoted, unlike
+from palpate.messages import listed, nearest, quoted, unlike
 
 NAME = "palpate.toml"
 GUARDED = frozenset({"no-token", "host", "firmware", "force", "install-udev"})

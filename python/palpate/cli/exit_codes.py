@@ -18,7 +18,8 @@ from typing import NoReturn
 import click
 
 from palpate.cli.output import OutputSettings
-from palpate.errors import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout, shortened
+from palpate.errors import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
+from palpate.messages import shortened
 
 
 class ExitCode(IntEnum):

@@ -27,7 +27,7 @@ from palpate.cli.output import (
 )
 from palpate.cli.paths import OUTPUT, InputFile, require_free
 from palpate.cli.shared_options import complete_source, firmware_option
-from palpate.errors import quoted
+from palpate.messages import quoted
 
 
 def board_options(command: Callable[..., Any]) -> Callable[..., Any]:

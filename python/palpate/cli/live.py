@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from palpate.calibration.validity import doubts_of_calibration
 from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
 from palpate.cli.output import (
     json_option,
@@ -31,8 +32,7 @@ from palpate.cli.shared_options import (
     recording_options,
 )
 from palpate.errors import need
-from palpate.flags import doubts_of_calibration
-from palpate.repeatability import TOUCH_SCATTER
+from palpate.uncertainty import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.calibration import Calibration
@@ -230,7 +230,7 @@ def _load_calibration(path: Path, scene: str) -> "Calibration":
 
     need("scipy", "science")  # now, not during the measurement
     calibration = Calibration.load(path)
-    print_notes(path, doubts_of_calibration(calibration, scene))
+    print_notes(path, doubts_of_calibration(calibration, scene).sentences())
     return calibration
 
 

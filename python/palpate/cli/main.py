@@ -12,7 +12,7 @@ from palpate import __version__, get_cmake_dir, get_include
 from palpate.cli.exit_codes import errors_end_command, handle_signals
 from palpate.cli.output import debug_option, output_settings
 from palpate.cli.paths import InputFile
-from palpate.errors import unlike
+from palpate.messages import unlike
 
 
 class LazyCommand(NamedTuple):

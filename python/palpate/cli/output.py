@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
-from palpate.errors import printable
+from palpate.messages import printable
 
 
 @dataclass

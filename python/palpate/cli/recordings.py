@@ -28,10 +28,10 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
-from palpate.errors import listed, shortened
-from palpate.flags import advice_at_end
+from palpate.flags import Suspicion, advice_at_end
 from palpate.importers.formats import read_table
 from palpate.importers.table import Asked, Table
+from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
 from palpate.recording.opened import OpenedRecording
@@ -151,7 +151,10 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         found = of_table(file, table, wanted)
     measured = touches(found)
     swapped = {
-        each for said in advice_at_end(measured) for each in said if each.startswith("swapped")
+        str(each)
+        for advice in advice_at_end(measured)
+        for each in advice
+        if each.flag is Suspicion.SWAPPED
     }
     notes = [*found.notes, *swapped]
     document = {
@@ -257,10 +260,10 @@ def plot_command(
 
     with usage_errors():
         require_free([output], [file], force=force)
-        plots.check(output)
+        plots.require_figure_name(output)
         recording = recorded(file, **reading.keywords())
         found = tracked(recording, **tracker.for_recording(recording))
-        plots.save(recording.in_memory(), found.touches, output)
+        plots.save_figure(recording.in_memory(), found.touches, output)
     notes = [note for note in [recording.understood, *found.touches.notes] if note]
     sys.exit(_print_written(file, output, recording, {"touches": len(found.touches)}, notes))
 

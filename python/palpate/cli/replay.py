@@ -13,6 +13,7 @@ import click
 import palpate
 from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
+from palpate.calibration.validity import doubts_of_calibration
 from palpate.cli import touch_table
 from palpate.cli.exit_codes import ErrorReport, ExitCode, usage_errors
 from palpate.cli.output import (
@@ -30,13 +31,12 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
-from palpate.flags import doubts_of_calibration
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, plan_of
-from palpate.repeatability import KINDS, objections
+from palpate.repeatability import objections, session_scatter
 from palpate.tracking import baseline_takes, tracked
-from palpate.uncertainty import Scatter, Uncertainty
+from palpate.uncertainty import RATIOS, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, OfflineTouch
@@ -89,7 +89,7 @@ def replay_command(
 
     Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
     gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
-    see help(palpate.Touch.flags). What is wrong with the recording appears on standard error and in the notes of --json.
+    see help(palpate.flags.Flag). What is wrong with the recording appears on standard error and in the notes of --json.
 
     If the sidecar says what was touched (`palpate live`), there is a column for it, and --json has `specimen` and `left_out`.
 
@@ -218,14 +218,14 @@ def replayed(
     )
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)
-    ratio_of = calibration.ratio_of if calibration else KINDS[plan.ratio]
+    ratio_of = calibration.ratio_of if calibration else RATIOS[plan.ratio]
     named = [
         (entry, touch)
         for touch, entry in zip(touches, entries, strict=True)
         if entry and not entry.left_out
     ]
     kept = [(entry.specimen, touch) for entry, touch in named if not objections(touch)]
-    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
+    scatter = calibration.touch_scatter if calibration else session_scatter(kept, ratio_of)
     linearity = linearity_pF(recording.full_scale_pF)
     uncertainties = [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
     document = {
@@ -249,7 +249,7 @@ def replayed(
     if touches and plan.touches:
         found.add_specimens(entries)
     if calibration:
-        notes += doubts_of_calibration(calibration, tracking["scene"])
+        notes += doubts_of_calibration(calibration, tracking["scene"]).sentences()
         found.reliable &= calibration.sound
         found.add_moduli(calibration, touches)
     found.below += [

@@ -10,7 +10,7 @@ import click
 
 from palpate._core import scenes
 from palpate.cli.paths import InputFile
-from palpate.errors import quoted
+from palpate.messages import quoted
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem

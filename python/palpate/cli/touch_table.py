@@ -107,8 +107,13 @@ def records(
     """
     from palpate.flags import advice_at_end
 
-    told = zip(touches, advice_at_end(touches, cut=cut), uncertainties, strict=True)
-    return [{**touch.as_dict(), "advice": said, **known.as_dict()} for touch, said, known in told]
+    rows = []
+    for touch, advice, known in zip(
+        touches, advice_at_end(touches, cut=cut), uncertainties, strict=True
+    ):
+        texts = [str(each) for each in advice]
+        rows.append({**touch.as_dict(), "advice": texts, **known.as_dict()})
+    return rows
 
 
 def modulus_cell(modulus: "Modulus") -> str:

@@ -1,4 +1,4 @@
-"""Figures of a recording and of touches with matplotlib (axes in, axes out), and the style of all figures."""
+"""Figures of a recording and of touches with matplotlib, and the style of all figures."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,27 +10,27 @@ import numpy as np
 
 from palpate import number_format
 from palpate.display import text
-from palpate.display.markup import changes
+from palpate.display.markup import Array, changes
 from palpate.errors import need
 from palpate.files import replacing
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
-    from palpate._core import Touch
     from palpate.recording import Recording
+    from palpate.touch import Touch
 
 SUFFIXES = (".png", ".pdf", ".svg")
 """Formats of a figure in a file."""
-COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
-HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = (
-    "#3A3D40",
-    "#7D848A",
-    "#D55E00",
-    "#0072B2",
-    "#009E73",
-    "#CC79A7",
-)
-"""Those of the live page, which colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
+COLUMN_IN = 3.5
+PAGE_IN = 7.16
+"""Widths of one column and of two columns of a journal page, inches."""
+# The colours of the live page, which colour-blind readers can distinguish (Okabe and Ito, 2008).
+HARD = "#3A3D40"
+SOFT = "#7D848A"
+PAPER = "#D55E00"
+HANDHELD = "#0072B2"
+SLOW = "#009E73"
+FAST = "#CC79A7"
 TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
 STYLE: dict[str, Any] = {
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8),
@@ -50,17 +50,19 @@ STYLE: dict[str, Any] = {
 
 @contextmanager
 def sheet(width_in: float, height_in: float) -> Iterator[Any]:
-    """Yield an empty figure in print style; the caller's matplotlib settings do not change, no window opens."""
+    """Yield an empty figure in print style.
+
+    The caller's matplotlib settings do not change, and no window opens.
+    """
     with need("matplotlib", "science").rc_context(STYLE):
-        yield need("matplotlib.figure", "science").Figure(
-            figsize=(width_in, height_in), layout="constrained"
-        )
+        figure = need("matplotlib.figure", "science").Figure
+        yield figure(figsize=(width_in, height_in), layout="constrained")
 
 
 @contextmanager
 def written(path: Path, width_in: float, height_in: float) -> Iterator[Any]:
     """Yield a `sheet`, and write it; the suffix selects the format."""
-    check(path)
+    require_figure_name(path)
     with sheet(width_in, height_in) as figure:
         yield figure
         with replacing(path) as file:
@@ -69,49 +71,17 @@ def written(path: Path, width_in: float, height_in: float) -> Iterator[Any]:
 
 @contextmanager
 def axes(ax: Any) -> Iterator[Any]:
-    """Yield the axes to draw on: those given, or new ones in a figure of pyplot, which a notebook shows by itself.
+    """Yield the axes to draw on: `ax`, or new ones in a figure of pyplot, which a notebook shows.
 
-    The style holds inside only; nothing is shown, and the caller's settings stay.
+    The style applies inside only; nothing is shown, and the caller's settings stay.
     """
     figure = None
-    if (
-        ax is None
-    ):  # before the context: the first figure selects a notebook's backend, which its end would take back
+    if ax is None:
+        # Before the context, which would restore the backend that a notebook's first figure selects.
         pyplot = need("matplotlib.pyplot", "science")
         figure = pyplot.figure(figsize=(COLUMN_IN * 1.5, COLUMN_IN * 0.8), layout="constrained")
     with need("matplotlib", "science").rc_context(STYLE):
         yield figure.add_subplot() if figure else ax
-
-
-def recording(shown: "Recording", ax: Any = None) -> Any:
-    """Draw the change of both channels over time, with marks and gaps; return the axes."""
-    with axes(ax) as drawn:
-        timed = text.known_duration(shown) is not None
-        t_hard, t_soft = (
-            (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
-        )
-        for name, t, readings, colour in (
-            ("hard", t_hard, shown.hard, HARD),
-            ("soft", t_soft, shown.soft, SOFT),
-        ):
-            change, level_pF = changes(readings)
-            drawn.plot(
-                t,
-                change,
-                color=colour,
-                label=f"{name}, from {number_format.number(level_pF)} {shown.unit}",
-            )
-        for row in shown.gap_rows:
-            drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
-        for at_s, name in shown.marks if timed else ():
-            if not isnan(at_s):
-                drawn.axvline(at_s, color="0.5", linestyle=":", linewidth=0.8)
-                drawn.annotate(name, (at_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), va="top", ha="left",
-                               textcoords="offset points", rotation=90, fontsize=6, parse_math=False)  # fmt: skip
-        drawn.set_xlabel("time, s" if timed else "pair")
-        drawn.set_ylabel(f"change, {shown.unit}")
-        drawn.legend(**_ABOVE)
-    return drawn
 
 
 _ABOVE: dict[str, Any] = {
@@ -123,45 +93,84 @@ _ABOVE: dict[str, Any] = {
 """Place of a legend: above the axes, where nothing is drawn."""
 
 
-def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
-    """Draw the ratio of each touch over its begin, with its uncertainty and its flags; return the axes."""
+def plot_recording(shown: "Recording", ax: Any = None) -> Any:
+    """Draw the change of both channels over time, with marks and gaps; return the axes."""
     with axes(ax) as drawn:
-        timed = all(not isnan(one.start_s) for one in shown)
-        at = np.array([one.start_s if timed else number for number, one in enumerate(shown, 1)])
-        ratios = np.array([one.ratio for one in shown])
-        errors = np.nan_to_num([Uncertainty.of(one).uncertainty for one in shown], nan=0.0)
+        is_timed = text.known_duration(shown) is not None
+        pairs = np.arange(len(shown.hard))
+        t_hard = shown.t_hard_s if is_timed else pairs
+        t_soft = shown.t_soft_s if is_timed else pairs
+        _plot_channel(drawn, "hard", t_hard, shown.hard, HARD, shown.unit)
+        _plot_channel(drawn, "soft", t_soft, shown.soft, SOFT, shown.unit)
+        for row in shown.gap_rows:
+            drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
+        for at_s, name in shown.marks if is_timed else ():
+            if not isnan(at_s):
+                _plot_mark(drawn, at_s, name)
+        drawn.set_xlabel("time, s" if is_timed else "pair")
+        drawn.set_ylabel(f"change, {shown.unit}")
+        drawn.legend(**_ABOVE)
+    return drawn
+
+
+def _plot_channel(drawn: Any, name: str, t: Any, readings: Array, colour: str, unit: str) -> None:
+    change, level = changes(readings)
+    label = f"{name}, from {number_format.number(level)} {unit}"
+    drawn.plot(t, change, color=colour, label=label)
+
+
+def _plot_mark(drawn: Any, at_s: float, name: str) -> None:
+    drawn.axvline(at_s, color="0.5", linestyle=":", linewidth=0.8)
+    drawn.annotate(
+        name,
+        (at_s, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(2, -2),
+        va="top",
+        ha="left",
+        textcoords="offset points",
+        rotation=90,
+        fontsize=6,
+        parse_math=False,
+    )
+
+
+def plot_touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
+    """Draw the ratio of each touch over its start, with its uncertainty and flags; return the axes."""
+    with axes(ax) as drawn:
+        is_timed = all(not isnan(touch.start_s) for touch in shown)
+        starts = [touch.start_s for touch in shown] if is_timed else range(1, len(shown) + 1)
+        at = np.array(starts)
+        ratios = np.array([touch.ratio for touch in shown])
+        errors = np.nan_to_num([Uncertainty.of(touch).uncertainty for touch in shown], nan=0.0)
         drawn.errorbar(
             at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, uncertainty"
         )
         drawn.legend(**_ABOVE)
-        for x, y, one in zip(at, ratios, shown, strict=True):
-            if one.flags and np.isfinite(y):
-                drawn.annotate(
-                    ", ".join(one.flags),
-                    (x, y),
-                    xytext=(5, 3),
-                    textcoords="offset points",
-                    fontsize=6,
-                )
-        drawn.set_xlabel("begin of the touch, s" if timed else "touch")
+        for x, y, touch in zip(at, ratios, shown, strict=True):
+            if touch.flags and np.isfinite(y):
+                flags = ", ".join(touch.flags)
+                place = {"xytext": (5, 3), "textcoords": "offset points"}
+                drawn.annotate(flags, (x, y), fontsize=6, **place)
+        drawn.set_xlabel("begin of the touch, s" if is_timed else "touch")
         drawn.set_ylabel("capacitance ratio")
         drawn.margins(x=0.08, y=0.2)
     return drawn
 
 
-def save(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
+def save_figure(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
     """Write a figure of a recording, and of its touches below it."""
     with written(path, PAGE_IN, 0.6 * PAGE_IN) as figure:
-        timed = text.known_duration(shown) is not None
-        upper, lower = figure.subplots(2, 1, sharex=timed)
-        recording(shown, upper)
-        touches(found, lower)
-        if timed:
+        is_timed = text.known_duration(shown) is not None
+        upper, lower = figure.subplots(2, 1, sharex=is_timed)
+        plot_recording(shown, upper)
+        plot_touches(found, lower)
+        if is_timed:
             upper.set_xlabel("")
 
 
-def check(path: Path) -> None:
-    """Refuse a name of a figure whose suffix is not one of `SUFFIXES`."""
+def require_figure_name(path: Path) -> None:
+    """Refuse the name of a figure whose suffix is not one of `SUFFIXES`."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
             f"plot: got {path.name!r}, allowed: a name that ends in {', '.join(SUFFIXES)}"

@@ -1,22 +1,24 @@
 """Objects as one short line, for a prompt."""
 
 from collections.abc import Sequence
-from math import isnan
+from math import isnan, nan
 from typing import TYPE_CHECKING, Any
 
 from palpate import number_format
+from palpate._core import HandoverRls, HandoverRls32, VectorRls
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from datetime import timedelta
 
-    from palpate._core import Touch, Tracker
+    from palpate._core import Tracker
     from palpate.calibration import Calibration
     from palpate.recording import Recording
     from palpate.stream import Stream
+    from palpate.touch import Touch
 
-_MOST = 20
-"""Touches shown of a list; more leave out those in the middle."""
+_LONGEST = 20
+"""Touches shown of a list; a longer list is shown without its middle."""
 
 
 def ratio(value: float, error: float) -> str:
@@ -27,11 +29,9 @@ def ratio(value: float, error: float) -> str:
     >>> ratio(1.600483, 4.7e-5), ratio(1.600483, float("nan"))
     ('1.600483 ± 0.000047', '1.60')
     """
-    return (
-        number_format.plus_minus(value, error)
-        if number_format.known(error)
-        else number_format.number(value)
-    )
+    if number_format.known(error):
+        return number_format.plus_minus(value, error)
+    return number_format.number(value)
 
 
 def seconds(time_s: float) -> str:
@@ -60,7 +60,7 @@ def lasting(duration: "timedelta | None") -> str:
     return f"{length_s:.1f} s" if length_s < 600 else str(duration).partition(".")[0]
 
 
-def counted(count: int, what: str) -> str:
+def counted(count: int, noun: str) -> str:
     """Return a number of things.
 
     Examples
@@ -68,8 +68,10 @@ def counted(count: int, what: str) -> str:
     >>> counted(1, "touch"), counted(4, "touch"), counted(1411, "pair")
     ('1 touch', '4 touches', '1,411 pairs')
     """
-    plural = "" if count == 1 else "es" if what.endswith("ch") else "s"
-    return f"{count:,} {what}{plural}"
+    if count == 1:
+        return f"1 {noun}"
+    plural = "es" if noun.endswith("ch") else "s"
+    return f"{count:,} {noun}{plural}"
 
 
 def changed(settings: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
@@ -84,96 +86,99 @@ def own_class(shown: object) -> Any:
 
 def defaults(shown: Any) -> dict[str, Any]:
     """Return the default settings of an estimator, of its size."""
-    size = {name: value for name, value in shown.settings.items() if name == "size"}
-    return dict(own_class(shown)(**size).settings)
+    kind = own_class(shown)
+    made = kind(size=shown.settings["size"]) if "size" in shown.settings else kind()
+    return dict(made.settings)
 
 
-def estimator(shown: Any) -> str:
+def estimator_line(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
-    return f"<{type(shown).__name__}({_given(shown, defaults(shown) | {'size': None})}): {measured(shown)}>"
+    others = _assignments(changed(shown.settings, defaults(shown) | {"size": None}))
+    return f"<{type(shown).__name__}({', '.join(others)}): {estimator_result(shown)}>"
 
 
-def measured(shown: Any) -> str:
-    """Return what an estimator has found, and of how many samples."""
-    rejected = f", {shown.rejected:,} rejected" if shown.rejected else ""
-    samples = f"{counted(shown.samples, 'sample')}{rejected}"
-    if hasattr(shown, "coefficients"):
+def estimator_result(shown: Any) -> str:
+    """Return the result of an estimator, and the number of its samples."""
+    samples = counted(shown.samples, "sample")
+    if shown.rejected:
+        samples += f", {shown.rejected:,} rejected"
+    if isinstance(shown, VectorRls):
         pairs = zip(shown.coefficients.tolist(), shown.standard_errors.tolist(), strict=True)
         return f"coefficients {', '.join(ratio(*pair) for pair in pairs)}, {samples}"
-    return f"ratio {ratio(shown.ratio, getattr(shown, 'standard_error', float('nan')))}, {samples}"
+    error = shown.standard_error if isinstance(shown, (HandoverRls, HandoverRls32)) else nan
+    return f"ratio {ratio(shown.ratio, error)}, {samples}"
 
 
-def _given(shown: Any, defaults: dict[str, Any], *first: str) -> str:
-    return ", ".join(
-        [
-            *first,
-            *(f"{name}={value!r}" for name, value in changed(shown.settings, defaults).items()),
-        ]
-    )
+def _assignments(settings: dict[str, Any]) -> list[str]:
+    return [f"{name}={value!r}" for name, value in settings.items()]
 
 
-def tracker(shown: "Tracker") -> str:
-    """Return a tracker, with the settings that are not those of its scene."""
-    given = _given(shown, own_class(shown)(shown.scene).settings, repr(shown.scene))
-    found = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
-    return f"<{type(shown).__name__}({given}): {shown.state}{found}, {counted(shown.touch_count, 'touch')}>"
+def tracker_line(shown: "Tracker") -> str:
+    """Return a tracker, with the settings that are not the default of its scene."""
+    others = _assignments(changed(shown.settings, own_class(shown)(shown.scene).settings))
+    arguments = ", ".join([repr(shown.scene), *others])
+    parts: list[str] = [shown.state]
+    if running_ratio(shown):
+        parts.append(f"ratio {running_ratio(shown)}")
+    parts.append(counted(shown.touch_count, "touch"))
+    return f"<{type(shown).__name__}({arguments}): {', '.join(parts)}>"
 
 
 def running_ratio(shown: "Tracker") -> str:
-    """Return the ratio of the running touch; "" without one: those that have ended have their own results."""
-    return (
-        str(Uncertainty.of_ratio(shown.ratio, shown.standard_error))
-        if shown.state in ("contact", "done")
-        else ""
-    )
+    """Return the ratio of the running touch; "" without one: a touch that has ended has its own."""
+    if shown.state not in ("contact", "done"):
+        return ""
+    return str(Uncertainty.of_ratio(shown.ratio, shown.standard_error))
 
 
-def touch(shown: "Touch") -> str:
-    """Return a touch: when, the ratio with its uncertainty (it knows no session: the scatter is assumed), and its flags."""
+def touch_line(shown: "Touch") -> str:
+    """Return a touch: its time, the ratio with its uncertainty, and its flags.
+
+    A touch does not know its session: the scatter is assumed.
+    """
     when = f"reading {shown.start}" if isnan(shown.start_s) else seconds(shown.start_s)
-    flags = f", flags {', '.join(shown.flags)}" if shown.flags else ""
-    result = f"ratio {Uncertainty.of(shown)}, {counted(shown.samples, 'sample')}{flags}"
-    return f"<Touch at {when}: {result}>"
+    parts = [f"ratio {Uncertainty.of(shown)}", counted(shown.samples, "sample")]
+    if shown.flags:
+        parts.append(f"flags {', '.join(shown.flags)}")
+    return f"<Touch at {when}: {', '.join(parts)}>"
 
 
-def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> str:
-    """Return a list of touches, one a line; then what was said of their recording."""
-    lines = [repr(one) for one in shown]
-    if len(lines) > _MOST:
-        half = _MOST // 2
-        lines[half:-half] = [f"... {counted(len(lines) - _MOST, 'touch')} more ..."]
-    return "\n".join(["[" + ",\n ".join(lines) + "]", *said])
+def touch_lines(shown: "Sequence[Touch]", notes: "Sequence[str]" = ()) -> str:
+    """Return a list of touches, one a line; then the notes on their recording."""
+    lines = [repr(touch) for touch in shown]
+    if len(lines) > _LONGEST:
+        half = _LONGEST // 2
+        lines[half:-half] = [f"... {counted(len(lines) - _LONGEST, 'touch')} more ..."]
+    touches = ",\n ".join(lines)
+    return "\n".join([f"[{touches}]", *notes])
 
 
-def remarks(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
+def note_lines(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
     """Return a line for each doubt and each other note of a recording.
 
     Examples
     --------
-    >>> remarks(["a gap", "changed"], ["changed"])
+    >>> note_lines(["a gap", "changed"], ["changed"])
     ['results may be wrong: changed', 'note: a gap']
     """
-    return [
-        *(f"results may be wrong: {doubt}" for doubt in doubts),
-        *(f"note: {x}" for x in notes if x not in doubts),
-    ]
+    lines = [f"results may be wrong: {doubt}" for doubt in doubts]
+    return lines + [f"note: {note}" for note in notes if note not in doubts]
 
 
-def recording(shown: "Recording") -> str:
-    """Return a recording: how long, how many pairs, and what was said of it."""
-    said = [
-        counted(len(group), name)
-        for name, group in (("mark", shown.marks), ("note", shown.notes))
-        if group
-    ]
-    doubts = (
-        [f"{counted(len(shown.doubts), 'doubt')}: results may be wrong"] if shown.doubts else []
-    )
-    return f"<Recording: {', '.join([length(shown), *said, *doubts])}>"
+def recording_line(shown: "Recording") -> str:
+    """Return a recording: its duration, and how many pairs, marks, notes and doubts it has."""
+    parts = [recording_length(shown)]
+    if shown.marks:
+        parts.append(counted(len(shown.marks), "mark"))
+    if shown.notes:
+        parts.append(counted(len(shown.notes), "note"))
+    if shown.doubts:
+        parts.append(f"{counted(len(shown.doubts), 'doubt')}: results may be wrong")
+    return f"<Recording: {', '.join(parts)}>"
 
 
-def length(shown: "Recording") -> str:
-    """Return how long a recording is, and how many pairs it has."""
+def recording_length(shown: "Recording") -> str:
+    """Return the duration of a recording, and how many pairs it has."""
     return f"{lasting(known_duration(shown))}, {counted(len(shown.hard), 'pair')}"
 
 
@@ -185,19 +190,19 @@ def known_duration(shown: "Recording") -> "timedelta | None":
         return None
 
 
-def calibration(shown: "Calibration") -> str:
-    """Return a calibration: how many specimens, and the range of their moduli."""
+def calibration_line(shown: "Calibration") -> str:
+    """Return a calibration: its specimens, and the range of their moduli."""
     low, high = shown.range
     specimens = counted(len(set(shown.moduli.tolist())), "specimen")
-    return f"<Calibration: {specimens}, {low:g} to {high:g} MPa, rigid ratio {rigid(shown)}>"
+    return f"<Calibration: {specimens}, {low:g} to {high:g} MPa, rigid ratio {rigid_ratio(shown)}>"
 
 
-def rigid(shown: "Calibration") -> str:
+def rigid_ratio(shown: "Calibration") -> str:
     """Return the ratio on a rigid object, with its standard error."""
     return ratio(shown.probe.rigid_ratio, float(shown.fitted.covariance[0, 0]) ** 0.5)
 
 
-def stream(shown: "Stream") -> str:
+def stream_line(shown: "Stream") -> str:
     """Return a measurement: its state, and how much it has measured."""
     counters = shown.counters
     parts = [
@@ -205,5 +210,6 @@ def stream(shown: "Stream") -> str:
         counted(counters.read, "sample"),
         counted(shown.tracker.touch_count, "touch"),
     ]
-    dropped = [f"{counters.dropped:,} dropped"] if counters.dropped else []
-    return f"<Stream of {type(shown.source).__name__}: {', '.join([*parts, *dropped])}>"
+    if counters.dropped:
+        parts.append(f"{counters.dropped:,} dropped")
+    return f"<Stream of {type(shown.source).__name__}: {', '.join(parts)}>"

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import RecordingError, listed, need, quoted
+from palpate.errors import RecordingError, need
 from palpate.importers.table import Array, Asked, Column, Table, ask
 from palpate.importers.table_checks import (
     absent,
@@ -30,6 +30,7 @@ from palpate.importers.units import (
     kind,
     time_unit_in,
 )
+from palpate.messages import listed, quoted
 
 _SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}  # sizes of gauges, which have some pF
 _FAR = 100.0  # the two gauges of a probe differ by less

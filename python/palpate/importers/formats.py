@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from palpate.dataframe import is_a, is_frame
-from palpate.errors import MissingExtra, PalpateError, RecordingError, listed, need, quoted
+from palpate.errors import MissingExtra, PalpateError, RecordingError, need
 from palpate.files import read_unpacked, unpacked_name
 from palpate.importers.table import DECIMALS, Asked, Question, Table, ask
 from palpate.importers.units import NONE, NUMBER, SUMMARY, TEXT, TIME, kind
+from palpate.messages import listed, quoted
 
 PARQUET, ARROW = b"PAR1", b"ARROW1\0\0"
 _SUFFIXES = (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import RecordingError, listed, nearest, quoted, shortened, unlike
+from palpate.errors import RecordingError
 from palpate.importers.units import (
     OVERLOAD,
     PICOFARADS,
@@ -22,6 +22,7 @@ from palpate.importers.units import (
     stated_unit,
     to_number,
 )
+from palpate.messages import listed, nearest, quoted, shortened, unlike
 
 Array = NDArray[np.float64]
 DECIMALS = {"point": ".", "comma": ","}

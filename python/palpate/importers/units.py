@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection
 from functools import lru_cache
 
-from palpate.errors import unlike
+from palpate.messages import unlike
 
 PICOFARADS = {
     "aF": 1e-6,

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.fit_tables import parameter_rows
 from palpate.calibration.model import band
@@ -22,6 +21,7 @@ from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
 from palpate.recording.csv_reader import RecordingFile
 from palpate.report import calibration_page
+from palpate.touch import Touch
 from palpate.tracking import tracked
 
 FEWEST = 3  # specimens of different moduli that eq. (2) needs

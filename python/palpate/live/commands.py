@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
-from palpate.errors import quoted
 from palpate.flags import advice
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.compare import compared
@@ -19,7 +18,8 @@ from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
-from palpate.repeatability import TOUCH_SCATTER
+from palpate.messages import quoted
+from palpate.uncertainty import TOUCH_SCATTER
 
 LONGEST = 32768  # bytes of a message
 LONGEST_TEXT = 4000  # characters of a text: a list of specimens; a note and a name have less
@@ -120,7 +120,10 @@ class Workbench:
         except ValueError as error:
             return str(error)
         return "; ".join(
-            [f"A to B: {self._table.result(touch)}, {touch.samples} samples", *advice(touch)]
+            [
+                f"A to B: {self._table.result(touch)}, {touch.samples} samples",
+                *map(str, advice(touch)),
+            ]
         )
 
 

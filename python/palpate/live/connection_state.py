@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from palpate.flags import advice
+from palpate.flags import Flag, Suspicion, advice
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
@@ -194,12 +194,14 @@ class ConnectionState(Listener):
         touch, why = touches[number - 1], str(rows[number - 1]["why"])
         key = (number, touch.revised, why)
         if self._known is None or self._known[0] != key:
-            swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
-            flags = self._plan.progress.objections(touch)
+            texts = {each.flag: each.text for each in advice(touch)}
+            swapped = texts.get(Suspicion.SWAPPED, "")
+            against = self._plan.progress.objections(touch)
+            flags = tuple(each for each in against if isinstance(each, Flag))
             seconds = self._measurement.tracker.settings.get("seconds")
             of = f" of {seconds / self._period_s:.0f}" if seconds and self._period_s > 0 else ""
-            late = f"late: {touch.samples}{of} pairs" if "late" in touch.flags else ""
-            swapped, known = swapped.removeprefix("swapped: "), self._table.known(touch)
+            late = f"late: {touch.samples}{of} pairs" if Flag.LATE in touch.flags else ""
+            known = self._table.known(touch)
             text = self._table.result(touch)
             self._known = (
                 key,

@@ -78,15 +78,14 @@ class Events(Listener):
             first = max(len(touches) - _FLAGGED, 0)
             found = [
                 {
-                    "t_s": self._arises(flag, number, touch.start_s),
+                    "t_s": self._arises(each.flag, number, touch.start_s),
                     "touch": number,
-                    "name": flag,
-                    "text": sentence,
+                    "name": each.flag.value,
+                    "text": str(each),
                 }
                 for number, touch in enumerate(touches[first:], first + 1)
-                for flag, sentence in zip(
-                    touch.flags, advice(touch) if touch.flags else (), strict=False
-                )
+                for each in advice(touch)
+                if each.flag in touch.flags
             ]
             self._flagged = touches, found
         return self._flagged[1]

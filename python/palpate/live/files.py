@@ -6,9 +6,9 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any, Literal
 
-from palpate.errors import quoted
 from palpate.live.compare import LETTERS
 from palpate.live.feed import RefusedCommand
+from palpate.messages import quoted
 from palpate.recording.sidecar import sidecar_path
 from palpate.report import write_report
 

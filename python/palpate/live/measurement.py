@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from palpate import sources
-from palpate._core import Touch, Tracker
+from palpate._core import Tracker
 from palpate.errors import PalpateError, RecordingError
 from palpate.live.feed import Document, RefusedCommand, ends_of, rows_of
 from palpate.live.files import RunFiles
@@ -34,6 +34,7 @@ from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listeners import Listeners
 from palpate.stream.lsl_outlets import Outlets
+from palpate.touch import Touch
 from palpate.tracking import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only

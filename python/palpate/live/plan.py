@@ -11,21 +11,23 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.specimen_files import without_unit
-from palpate.errors import CalibrationError, PalpateError, quoted
-from palpate.flags import advice, reasons
+from palpate.calibration.validity import Refusal
+from palpate.errors import CalibrationError, PalpateError
+from palpate.flags import advice, sentences
 from palpate.importers.units import to_number
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
+from palpate.messages import quoted
 from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
-from palpate.repeatability import KINDS, RatioOf, hold, objections
+from palpate.repeatability import Objection, objections, session_scatter
 from palpate.stream import Listener, Stream
-from palpate.uncertainty import Scatter
+from palpate.touch import Touch
+from palpate.uncertainty import RATIOS, RatioOf, hold_ratio
 
 DISCARDED = "discarded"
 _EMPTY = stored.Plan()
@@ -47,13 +49,13 @@ class Done:
     left_out: str | None = None  # why; "": it is kept; None: its flags decide
     why: str = ""  # why it is left out now; "": it is kept
 
-    def judge(self, against: Callable[[Touch], Sequence[str]]) -> None:
+    def judge(self, against: Callable[[Touch], Sequence[object]]) -> None:
         """Find why it is left out."""
         if self.left_out is not None:
             self.why = self.left_out
             return
-        told = reasons(advice(self.touch), against(self.touch))
-        self.why = (told or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
+        reasons = sentences(against(self.touch), advice(self.touch))
+        self.why = (reasons or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class KnownSpecimen:
     name: str
     modulus: float  # MPa
     touches: tuple[tuple[int, Touch, bool], ...] = ()
-    ratio_of: RatioOf = hold
+    ratio_of: RatioOf = hold_ratio
 
     @property
     def kept(self) -> list[Touch]:
@@ -390,10 +392,10 @@ class Progress:
     @property
     def ratio_of(self) -> RatioOf:
         """Which ratio of a touch counts."""
-        return self.calibration.ratio_of if self.calibration else KINDS[self.kind]
+        return self.calibration.ratio_of if self.calibration else RATIOS[self.kind]
 
-    def objections(self, touch: Touch) -> tuple[str, ...]:
-        """Return why a touch does not count: flags, or sentences."""
+    def objections(self, touch: Touch) -> tuple[Objection | Refusal, ...]:
+        """Return why a touch does not count."""
         if self.calibration:
             return self.calibration.objections(touch)
         return objections(touch, ratio_of=self.ratio_of)
@@ -489,7 +491,7 @@ class Progress:
             for one in self.specimens
         }
         pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
-        scatter = used.touch_scatter if used else Scatter.of_session(pairs, self.ratio_of)
+        scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
         for one, touches in kept.items():
             if used and one.modulus_MPa:
                 found = used.agreement(touches)

@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Any, NamedTuple
 
 from palpate import number_format
+from palpate.flags import Flag
 from palpate.live.feed import Document
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
@@ -20,17 +21,6 @@ SILENT_S, SILENT_PERIODS = (
 )  # without a pair for this time, and for so many periods, a measurement is silent
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
 SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
-HOW = {  # what to do better, in two words, by flag
-    "offset": "hold upright",
-    "short": "hold longer",
-    "unsettled": "hold longer",
-    "saturated": "press less",
-    "curve": "press less",
-    "unexcited": "press deeper",
-    "lag": "press slowly",
-    "drift": "hold still",
-    "creep": "wait longer",
-}
 DAMAGED = {
     "changed": "This recording was changed.",
     "not complete": "This recording is not complete.",
@@ -77,7 +67,7 @@ class LastTouch:
     number: int  # from 1
     text: str  # ratio with its uncertainty; with a calibration the modulus, too
     why: str = ""  # it is left out; empty: it is kept
-    flags: tuple[str, ...] = ()  # that exclude it
+    flags: tuple[Flag, ...] = ()  # that exclude it
     swapped: str = ""  # the sentence if the inputs seem to be exchanged
     revised: bool = False
     late: str = ""  # how many of its pairs came, where the computer lost many
@@ -283,7 +273,8 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
             "lift, " if facts.pressed else "",
             f" {(facts.next or {}).get('name') or ''}".rstrip(),
         )
-        how = next((f"{HOW[flag]}, " for flag in result.flags if flag in HOW), "")
+        hints = [flag.meaning.hint for flag in result.flags if flag.meaning.hint]
+        how = f"{hints[0]}, " if hints else ""
         line = StatusLine(
             "left out", "caution", f"Touch {result.number} is left out.", _sentence(result.why)
         )

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from itertools import count
 
 from palpate import number_format
-from palpate._core import Touch
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration import Calibration
 from palpate.flags import advice
@@ -13,8 +12,9 @@ from palpate.live.feed import Document
 from palpate.live.measurement import PRESSED, AnyMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.recording import sidecar
-from palpate.repeatability import TOUCH_SCATTER, Agreement, agreement, most_reliable
-from palpate.uncertainty import Scatter, Uncertainty, with_scatter
+from palpate.repeatability import Agreement, agreement, most_reliable, session_scatter, with_scatter
+from palpate.touch import Touch
+from palpate.uncertainty import TOUCH_SCATTER, Scatter, Uncertainty
 
 
 class TouchTable:
@@ -154,7 +154,7 @@ class TouchTable:
             more = {
                 "end_s": self._measurement.ends.get(number),
                 "modulus": modulus,
-                "advice": advice(touch),
+                "advice": [str(each) for each in advice(touch)],
             }
             own_error = self._of(touch, Scatter(0.0)).uncertainty
             row = {
@@ -178,7 +178,7 @@ class TouchTable:
             return self.calibration.touch_scatter
         pairs = zip(self._plan.rows, self._measurement.touches, strict=False)
         kept = ((row["specimen"], touch) for row, touch in pairs if row["kept"])
-        found = Scatter.of_session(kept, self._plan.progress.ratio_of)
+        found = session_scatter(kept, self._plan.progress.ratio_of)
         assumed = found.source == "assumed" or self._measurement.demo  # as its text says
         return Scatter(self._scatter) if assumed else found
 

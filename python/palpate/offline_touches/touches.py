@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import number_format
-from palpate._core import Touch
 from palpate.offline_touches.fit import HARD, SOFT, Sweep, aligned, fitted, since_change, sweep
 from palpate.offline_touches.idle import IdleLevel, Readings, idle, level_of, pause
 from palpate.recording_protocol import RecordingProtocol, require_recording
+from palpate.touch import Touch
 from palpate.tracking import Fed, feed_recording, tracker_of
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
-from palpate.errors import need, quoted
+from palpate.errors import need
 from palpate.importers.channels import times
 from palpate.importers.table import Table
 from palpate.importers.table_checks import pace, rate_of, remarks
+from palpate.messages import quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
 from palpate.samples import blank, usable

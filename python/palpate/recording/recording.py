@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.dataframe import Framed
-from palpate.errors import display
 from palpate.recording.session import Plan
 from palpate.recording_protocol import ArrayRecording
 
@@ -149,10 +148,14 @@ class Recording(ArrayRecording, Framed):
 
     def __repr__(self) -> str:
         """Return what there is, in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""
-        return str(display("text.recording", self))
+        from palpate.display.text import recording_line
+
+        return recording_line(self)
 
     def _repr_html_(self) -> str:
-        return str(display("cards.recording", self))
+        from palpate.display.cards import recording_card
+
+        return recording_card(self)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the change of both channels over time, with the marks, and a dashed line at each gap.
@@ -171,7 +174,9 @@ class Recording(ArrayRecording, Framed):
         MissingExtra
             matplotlib is missing; type: pip install 'palpate[science]'.
         """
-        return display("plots.recording", self, ax)
+        from palpate.display.plots import plot_recording
+
+        return plot_recording(self, ax)
 
     def touches(
         self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]

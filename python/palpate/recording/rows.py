@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.ad7746.registers import CODES_PER_PF, LAST_CODE, ZERO_CODE
-from palpate.errors import quoted
+from palpate.messages import quoted
 from palpate.samples import Block, Status
 
 LARGEST_CODE: int = 2**31 - 1

@@ -6,10 +6,10 @@ from dataclasses import MISSING, asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeGuard, cast
 from unicodedata import category
 
-from palpate.errors import quoted
+from palpate.messages import quoted
 
 if TYPE_CHECKING:
-    from palpate._core import Touch
+    from palpate.touch import Touch
 
 LONGEST_NAME = 200
 """Characters of a name, a title and a reason, at most."""

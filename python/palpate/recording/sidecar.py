@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate._core import __version__
-from palpate.errors import RecordingError, quoted, shortened
+from palpate.errors import RecordingError
 from palpate.files import file_errors, read_bytes, require_file_name, unpacked_name, write_file
+from palpate.messages import quoted, shortened
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample

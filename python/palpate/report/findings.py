@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from palpate._core import Touch
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration.model import Calibration, Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
-from palpate.flags import advice_at_end, reasons
+from palpate.flags import advice_at_end, sentences
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import Plan, plan_of
 from palpate.recording.verification import Verification, judged
-from palpate.repeatability import Agreement, RatioOf, agreement, hold, level, objections
+from palpate.repeatability import Agreement, agreement, objections, session_scatter, with_scatter
 from palpate.report.anova import Repeatability, one_way_anova
+from palpate.touch import Touch
 from palpate.tracking import Tracked, tracked
-from palpate.uncertainty import Scatter, Uncertainty, with_scatter
+from palpate.uncertainty import RatioOf, Scatter, Uncertainty, hold_ratio, level_ratio
 
 
 @dataclass(frozen=True)
@@ -190,13 +190,13 @@ def findings(
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
     by_level = all(run.plan.ratio == "level" for run in runs)
-    ratio_of = calibration.ratio_of if calibration else level if by_level else hold
+    ratio_of = calibration.ratio_of if calibration else level_ratio if by_level else hold_ratio
     touches = list(_touches(runs, calibration, known, ratio_of))
     groups: dict[str, list[ReportedTouch]] = {}
     for one in touches:
         groups.setdefault(one.specimen, []).append(one)
     kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
-    scatter = calibration.touch_scatter if calibration else Scatter.of_session(kept, ratio_of)
+    scatter = calibration.touch_scatter if calibration else session_scatter(kept, ratio_of)
     results = [
         _result(name, known.get(name), group, calibration, scatter)
         for name, group in groups.items()
@@ -247,18 +247,18 @@ def _touches(
 ) -> Iterator[ReportedTouch]:
     number = 0
     for run in runs:
-        told = advice_at_end(run.found.touches, cut=run.found.cut)
-        for said, (touch, specimen, by_hand) in zip(
-            map(tuple, told), assigned(run, moduli), strict=True
-        ):
+        advice = advice_at_end(run.found.touches, cut=run.found.cut)
+        for known, (touch, specimen, by_hand) in zip(advice, assigned(run, moduli), strict=True):
             number += 1
             against = (
                 calibration.objections(touch)
                 if calibration
                 else objections(touch, ratio_of=ratio_of)
             )
-            left_out = (*filter(None, [by_hand]), *reasons(said, against))
-            yield ReportedTouch(number, run, touch, specimen, left_out, said, ratio_of)
+            left_out = [by_hand] if by_hand else []
+            left_out += sentences(against, known)
+            said = tuple(str(each) for each in known)
+            yield ReportedTouch(number, run, touch, specimen, tuple(left_out), said, ratio_of)
 
 
 def _logarithms(touches: Iterable[ReportedTouch]) -> list[float]:

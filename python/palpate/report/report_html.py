@@ -18,12 +18,13 @@ from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.model import Calibration, Modulus
 from palpate.calibration.specimen_files import read_moduli
 from palpate.calibration.specimen_fit import SpecimenTouches
+from palpate.calibration.validity import doubts_of_calibration
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
-from palpate.errors import need, shortened
+from palpate.errors import need
 from palpate.files import unpacked_name, write_file
-from palpate.flags import doubts_of_calibration
 from palpate.materials import shore_a_of_modulus
+from palpate.messages import shortened
 from palpate.recording import sidecar
 from palpate.report.findings import (
     AnalysedRecording,
@@ -483,7 +484,7 @@ def _doubts(found: Findings) -> list[str]:
     doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.recording.doubts]
     if found.calibration:
         for scene in sorted({run.tracking["scene"] for run in found.runs}):
-            doubts += doubts_of_calibration(found.calibration, scene)
+            doubts += doubts_of_calibration(found.calibration, scene).sentences()
     return list(dict.fromkeys(doubts)) if found.touches else [*doubts, "no touch was found"]
 
 

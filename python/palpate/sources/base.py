@@ -12,7 +12,8 @@ from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from palpate.errors import DeviceNotFound, ProtocolError, SourceError, quoted
+from palpate.errors import DeviceNotFound, ProtocolError, SourceError
+from palpate.messages import quoted
 from palpate.recording.rows import Codes, codes_of
 from palpate.samples import DTYPE, Block, Sample, Status
 

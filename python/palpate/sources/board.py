@@ -11,7 +11,8 @@ from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.ad7746.wiring import Wiring, WiringWatch
-from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError, quoted
+from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError
+from palpate.messages import quoted
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no

@@ -5,7 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from palpate.errors import MissingExtra, SourceError, need, shortened
+from palpate.errors import MissingExtra, SourceError, need
+from palpate.messages import shortened
 from palpate.sources.registry import entry_points, loaded, package_of
 
 if TYPE_CHECKING:

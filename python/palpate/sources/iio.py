@@ -17,7 +17,8 @@ from typing import Any, Final, Self
 
 from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, quoted
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
+from palpate.messages import quoted
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import anything, checked, number, yes_no

@@ -10,8 +10,8 @@ from operator import xor
 from typing import Any, NamedTuple
 
 from palpate.ad7746.registers import LAST_CODE, capacitance_pF, saturated
-from palpate.errors import quoted
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
+from palpate.messages import quoted
 from palpate.samples import Sample, Status
 from palpate.sources import options
 

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate import errors
-from palpate.errors import DeviceNotFound, ProtocolError, listed, need, quoted, shortened
+from palpate.errors import DeviceNotFound, ProtocolError, need
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
+from palpate.messages import listed, quoted, shortened
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.line_protocol import COLUMNS, LineColumn

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 from urllib.parse import unquote
 
-from palpate.errors import quoted, unlike
+from palpate.messages import quoted, unlike
 
 __all__ = ["Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 

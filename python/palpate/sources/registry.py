@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from palpate.errors import PalpateError, SourceError, nearest, shortened
+from palpate.errors import PalpateError, SourceError
+from palpate.messages import nearest, shortened
 from palpate.sources.base import Source
 from palpate.sources.options import split
 

@@ -10,14 +10,8 @@ from itertools import chain
 from typing import Any
 
 from palpate.ad7746.registers import SATURATED_PF
-from palpate.errors import (
-    DeviceNotFound,
-    DeviceRefused,
-    ProtocolError,
-    SourceError,
-    need,
-    shortened,
-)
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need
+from palpate.messages import shortened
 from palpate.samples import Sample, Status, fine_ns
 from palpate.sources.base import Gap, Stoppable
 from palpate.sources.line_protocol import (

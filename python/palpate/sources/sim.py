@@ -11,7 +11,7 @@ from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.errors import quoted, unlike
+from palpate.messages import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board_input import kit_of, known, limit_ns
 from palpate.simulation.hand import SESSIONS

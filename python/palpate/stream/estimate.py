@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from palpate._core import Touch
 from palpate.samples import Block, Sample, samples_of
+from palpate.touch import Touch
 
 
 class Estimate(NamedTuple):

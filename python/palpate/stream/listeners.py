@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from palpate._core import Touch
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
+from palpate.touch import Touch
 
 if TYPE_CHECKING:
     from palpate.stream.stream import Stream

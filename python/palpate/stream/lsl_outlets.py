@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import __version__, number_format
-from palpate._core import Touch
 from palpate.sources.base import described, gaps_until
 from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
 from palpate.stream import Batch, Stream
+from palpate.touch import Touch
 
 __all__ = ["Outlets"]
 

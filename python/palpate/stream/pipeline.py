@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import Touch, Tracker
+from palpate._core import Tracker
 from palpate.samples import (
     DTYPE,
     RETAKEN,
@@ -24,6 +24,7 @@ from palpate.sources.base import Gap
 from palpate.stream.buffers import SampleQueue
 from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listeners
+from palpate.touch import Touch
 
 # Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples.
 IDLE_S, PRESSED_S = 2.0, 10.0

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 
-from palpate._core import Touch, Tracker
-from palpate.errors import display
+from palpate._core import Tracker
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
 from palpate.samples import (
@@ -33,6 +32,7 @@ from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.listeners import Listener, Listeners
 from palpate.stream.pipeline import Feeding
 from palpate.stream.reader import Reader
+from palpate.touch import Touch
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -164,10 +164,14 @@ class Stream:
 
     def __repr__(self) -> str:
         """Return the state of the measurement, in one line."""
-        return str(display("text.stream", self))
+        from palpate.display.text import stream_line
+
+        return stream_line(self)
 
     def _repr_html_(self) -> str:
-        return str(display("cards.stream", self))
+        from palpate.display.cards import stream_card
+
+        return stream_card(self)
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
