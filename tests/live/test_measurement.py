@@ -87,7 +87,7 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
         "measured with age 0 and contact_exponent 1, but calibrated with age 0.8"
     )
     bench.obey("again")
-    soon(lambda: len(bench.measurement.touches) == 4)
+    soon(lambda: len(bench.documents["touches"]()["rows"]) == 4)
     assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {
         (0.8, 1.5)
     }

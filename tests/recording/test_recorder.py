@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import time
 import zlib
 from pathlib import Path
 from threading import Event, Timer
@@ -130,14 +129,12 @@ def test_an_error_ends_the_recording_and_is_said(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed on this system")
-def test_a_file_that_is_removed_is_an_error_within_2_s_also_without_a_sample(
+def test_a_file_that_is_removed_is_an_error_also_without_a_sample(
     tmp_path: Path,
 ) -> None:
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
     recorder.path.unlink()
-    begun = time.monotonic()
     soon(lambda: recorder.error)
-    assert time.monotonic() < begun + 2 * 10  # ten times that on a machine that is shared
     recorder.close()
 
 

@@ -14,6 +14,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import chdir
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,26 @@ DAMAGES: dict[str, Callable[[str], str]] = {
 
 
 def recordings(folder: Path) -> Iterator[Path]:
-    """Write the fixed recordings: whole and damaged, with a sidecar, without one, without an end, of the first schema."""
+    """Write the fixed recordings: whole, damaged and simulated ones."""
+    yield from damaged(folder)
+    for name in SIMULATED:
+        path = folder / f"{name}.csv"
+        for suffix, content in simulated(name).items():
+            path.with_suffix(suffix).write_bytes(content)
+        yield path
+
+
+@cache
+def simulated(name: str) -> dict[str, bytes]:
+    """Return the files of a recorded simulation, by their suffixes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.csv"
+        said("record", f"sim:{name}?seed=1", "-o", str(path))
+        return {each.suffix: each.read_bytes() for each in (path, path.with_suffix(".json"))}
+
+
+def damaged(folder: Path) -> Iterator[Path]:
+    """Write a recording in each form: with a sidecar, without one, without an end, of the first schema."""
     sidecar = json.loads(FOUR.with_suffix(".json").read_text())
     end = {"rows": 1411, "dropped": 0, "clean": True}
     bare = {key: value for key, value in sidecar.items() if key != "sidecar_crc32"}
@@ -72,10 +92,6 @@ def recordings(folder: Path) -> Iterator[Path]:
                 if description is not None:
                     path.with_suffix(".json").write_text(description)
                 yield path
-    for name in SIMULATED:
-        path = folder / f"{name}.csv"
-        said("record", f"sim:{name}?seed=1", "-o", str(path))
-        yield path
 
 
 def said(*arguments: str) -> str:
@@ -127,13 +143,11 @@ def written(folder: Path) -> str:
 def repaired(folder: Path) -> str:
     """Return what a repair says, and the files it leaves: size and checksum."""
     parts = []
-    for path in recordings(folder):
-        if path.stem not in SIMULATED:
-            parts.append(said("check", "--repair", "--yes", str(path)))
-            for left in sorted(folder.glob(f"{path.stem}.*")):
-                parts.append(
-                    f"{left.name} {left.stat().st_size if left.suffix != '.json' else ''}\n"
-                )
+    for path in damaged(folder):
+        parts.append(said("check", "--repair", "--yes", str(path)))
+        for left in sorted(folder.glob(f"{path.stem}.*")):
+            size = left.stat().st_size if left.suffix != ".json" else ""
+            parts.append(f"{left.name} {size}\n")
     return "".join(parts)
 
 
