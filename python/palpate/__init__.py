@@ -143,7 +143,9 @@ def get_include() -> str:
     """
     from pathlib import Path
 
-    return str(Path(__file__).parent / "include")
+    from palpate import _core
+
+    return str(Path(_core.__file__).parent / "include")
 
 
 def get_cmake_dir() -> str:
@@ -162,4 +164,6 @@ def get_cmake_dir() -> str:
     """
     from pathlib import Path
 
-    return str(Path(__file__).parent / "lib" / "cmake" / "palpate")
+    from palpate import _core
+
+    return str(Path(_core.__file__).parent / "lib" / "cmake" / "palpate")

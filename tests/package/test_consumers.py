@@ -6,13 +6,14 @@ from pathlib import Path
 
 import palpate
 import pytest
-from project import ROOT, STRICT, asked, configure, need, run
+from project import ROOT, STRICT, asked, configure, need, of_a_wheel, run
 
 CONSUMER = ROOT / "tests" / "cpp" / "consumer"
 EXPECTED = f"palpate {palpate.__version__}: ratio 2.000\n"
 COMPILERS = ("c++", "clang++")
 
 
+@of_a_wheel
 def test_the_package_under_test_is_installed() -> None:
     assert (
         ROOT not in Path(palpate.get_include()).relative_to(Path(palpate.__file__).parent).parents

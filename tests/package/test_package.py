@@ -17,7 +17,7 @@ import palpate
 import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
-from project import ROOT
+from project import ROOT, of_a_wheel
 
 SOURCES = ROOT / "python" / "palpate"
 HEADERS = ROOT / "cpp" / "include" / "palpate"
@@ -136,6 +136,7 @@ def test_the_version_is_written_once() -> None:
         assert f'"{version[1]}"' not in (ROOT / name).read_text(encoding="utf-8")
 
 
+@of_a_wheel
 def test_wheel_contents() -> None:
     """Of the wheel that was installed for these tests: to build another takes longer than any of them."""
     files = importlib.metadata.files("palpate")
@@ -212,6 +213,19 @@ def test_what_listens_or_parses_begins_without_a_known_advisory() -> None:
     for each in asked:
         [floor] = [one.version for one in each.specifier if one.operator == ">="]
         assert Version(floor) >= Version(SAFE.get(each.name, "0")), each
+
+
+def test_the_programs_of_the_static_checks_are_in_the_group_dev() -> None:
+    group = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]["dev"]
+    installed = {Requirement(each).name for each in group}
+    checks = ROOT / ".ci" / "checks"
+    if not checks.is_file():
+        pytest.skip("not in a source distribution")
+    used = set(re.findall(r'"\$bin/([\w-]+)"', checks.read_text()))
+    assert len(used) == 6
+    assert {name.replace("lint-imports", "import-linter") for name in used} <= installed
+    pinned = (ROOT / ".ci" / "tools.txt").read_text()
+    assert installed & set(re.findall(r"(?m)^([\w-]+)==", pinned)) == set()
 
 
 def test_everything_public_is_documented() -> None:

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.metadata import Distribution
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,6 +21,16 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+
+
+def is_editable() -> bool:
+    """Return whether palpate is installed by a link to its sources."""
+    origin = Distribution.from_name("palpate").read_text("direct_url.json") or "{}"
+    return bool(json.loads(origin).get("dir_info", {}).get("editable"))
+
+
+of_a_wheel = pytest.mark.skipif(is_editable(), reason="palpate is installed as editable")
+"""For tests of the files that a wheel installs."""
 
 
 def copied(path: Path, source: Path = FOUR) -> Path:
