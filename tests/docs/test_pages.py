@@ -80,22 +80,6 @@ def test_every_link_leads_somewhere(pages: dict[Path, Page]) -> None:
     assert checked > 100
 
 
-def test_the_map_of_the_source_names_what_is_there() -> None:
-    page = (DOCS / "source.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (?!where)(.+?) \| (`.*?`) \|(?: (.*?) \|)?$", page, re.MULTILINE)
-    assert len(rows) > 40
-    for what, where, names in rows:
-        paths = [ROOT / path for path in re.findall("`(.*?)`", where)]
-        files = [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
-        text = "".join(
-            f"{file.name}\n{file.read_text(errors='replace')}"
-            for file in files
-            if not file.is_dir()
-        )
-        for name in re.findall("`(.*?)`", names):
-            assert name in text or re.split(r"::|\.", name)[-1] in text, (what, name)
-
-
 def test_the_languages_are_those_that_are_tested(pages: dict[Path, Page]) -> None:
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
