@@ -94,9 +94,7 @@ def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration,
         SpecimenTouches(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of)
         for E, run in specimens.items()
     ]
-    return fit_specimens(
-        touched, about={"accepted flags": " ".join(accept), **chosen.about}
-    ), chosen
+    return fit_specimens(touched, about=replace(chosen.about, accepted_flags=tuple(accept))), chosen
 
 
 @dataclass

@@ -119,7 +119,7 @@ def figure_12(figure: Any, s: TenSpecimens) -> None:
         ("(a) smallest $P$ of four, as in the paper", "(b) every touch, handheld scene"),
         strict=True,
     ):
-        draw_curve(ax, fitted, colour=colour)
+        draw_curve(ax, fitted.curve(400), colour=colour)
         ax.plot(
             fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3
         )

@@ -16,6 +16,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import Calibration, CalibrationError, number_format
+from palpate.calibration.calibration_file import About
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
 Array = NDArray[np.float64]
@@ -34,7 +35,7 @@ def ratios(moduli: Array, oblique: float = 0.03, seed: int = 1, probe: Elasticit
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
     return Calibration.fit(
-        ratios(FOUR), FOUR, standard_errors=np.full(40, 2e-4), about={"scene": "handheld"}
+        ratios(FOUR), FOUR, standard_errors=np.full(40, 2e-4), about=About(scene="handheld")
     )
 
 
@@ -200,7 +201,7 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
     loaded = Calibration.load(path)
     for ratio in (1.5, 5.0, 9.9):
         assert list(loaded.modulus(ratio, 0.01)) == list(calibration.modulus(ratio, 0.01))
-    assert (loaded.verdict, loaded.about) == (calibration.verdict, {"scene": "handheld"})
+    assert (loaded.verdict, loaded.about) == (calibration.verdict, About(scene="handheld"))
     assert loaded.version == palpate.__version__
     again = Calibration.fit(
         loaded.ratios, loaded.moduli, standard_errors=loaded.standard_errors, touches=loaded.touches

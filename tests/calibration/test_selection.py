@@ -15,6 +15,7 @@ import pytest
 from command_lines import document, run
 from example_touch import example_touch
 from palpate import Calibration
+from palpate.calibration.calibration_file import About
 from palpate.calibration.selection import Track, choose_ratio, fitted_exponent
 from palpate.calibration.specimen_files import write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, error_share, fit_specimens
@@ -108,7 +109,7 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
     assert (found.ratio, dict(found.settings)) == ("hold", {"contact_exponent": 1.0, "age": 0.0})
     asked = choose_ratio(tracks(level_held), ratio="level")
     assert (asked.ratio, asked.settings["contact_exponent"]) == ("level", 1.0)
-    assert "assumed" in asked.about["contact exponent"]
+    assert "assumed" in asked.about.contact_exponent
     given = choose_ratio(tracks(level_held, contact_exponent=1.5, age=0.8), ratio="level")
     assert dict(given.settings) == {"contact_exponent": 1.5, "age": 0.8}
     once = {
@@ -118,8 +119,8 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
             for n, r in level_held.items()
         )
     }
-    assert "too few touches are repeated" in choose_ratio(tracks(once)).about["ratio"]
-    assert choose_ratio([Track(level_held["40 A"], {"scene": "paper"}, {})]).about == {}
+    assert "too few touches are repeated" in choose_ratio(tracks(once)).about.ratio
+    assert choose_ratio([Track(level_held["40 A"], {"scene": "paper"}, {})]).about == About()
 
 
 def test_the_share_of_the_errors_that_shows() -> None:
@@ -164,7 +165,7 @@ def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
         0.0,
         ["offset"],
     )
-    assert found.about["ratio"] in printed
+    assert found.about.ratio in printed
     [*touches] = palpate.touches(palpate.read(gel))
     for touch, shown in zip(
         touches, document("replay", gel, "--calibration", probe)["touches"], strict=True

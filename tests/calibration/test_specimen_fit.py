@@ -71,7 +71,7 @@ def test_a_calibration_by_each_choice_holds_the_truth(
     specimens: list[SpecimenTouches], by: str
 ) -> None:
     found = fit_specimens(specimens, by=by)
-    assert found.about["fitted on"] == by
+    assert found.about.fitted_on == by
     assert len(found.ratios) == (40 if by == "all" else 10)
     for name, (low, high) in found.parameter_intervals(0.99).items():
         assert low <= getattr(PROBE, name) <= high, name

@@ -162,7 +162,7 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(
         0,
         "--accept gap: no touch has this flag; those found: short\n",
     )
-    assert palpate.Calibration.load(probe).about["accepted flags"] == "short gap"
+    assert palpate.Calibration.load(probe).about.accepted_flags == ("short", "gap")
 
 
 def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(

@@ -8,6 +8,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate import Calibration, Touch
+from palpate.calibration.calibration_file import About
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
@@ -89,7 +90,7 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert (last["next"], last["touches"], bench.used) == ("Next: 40 OO.", len(bench.order), [])
     expected = fit_specimens(
         [SpecimenTouches(name, MODULI[name], touches[name]) for name in MODULI],
-        about={"scene": "handheld"},
+        about=About(scene="handheld"),
     )
     assert last["verdict"] == expected.verdict
     assert last["rigid"]["value"] == expected.probe.rigid_ratio

@@ -14,6 +14,7 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Calibration, RecordingError, Touch
+from palpate.calibration.calibration_file import About
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
@@ -214,7 +215,7 @@ def test_what_comes_next(story: str) -> None:
 
 
 def test_flags_decide_unless_a_calibration_accepts_them() -> None:
-    about = {"accepted flags": " ".join(SHORT.flags)}
+    about = About(accepted_flags=tuple(SHORT.flags))
     bench = Bench(
         calibration=Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about)
     )

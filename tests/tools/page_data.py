@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.calibration.model import Modulus
+from palpate.calibration import Modulus
 from palpate.elasticity import Elasticity
 from palpate.live.feed import ROW, Flag, Rows
 from palpate.live.plan import Done, Progress

@@ -1,5 +1,6 @@
 """Calibration: from touches on specimens of known modulus to the modulus of another object, with an interval."""
 
-from palpate.calibration.model import Calibration, Modulus
+from palpate.calibration.model import Calibration
+from palpate.calibration.modulus import Modulus
 
 __all__ = ["Calibration", "Modulus"]

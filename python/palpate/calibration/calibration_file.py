@@ -1,12 +1,13 @@
-"""Calibration files, TOML: parameters, scatter and the fitted data, with units and versions."""
+"""Calibration files, TOML: parameters, scatter and the fitted data, with units, origin and versions."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
-from palpate.calibration.fit import CurveFit
+from palpate.calibration.fit import Array, CurveFit
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
 from palpate.messages import quoted, shortened
@@ -19,54 +20,146 @@ UNITS = {
     "variance": "relative to the ratio squared",
 }
 PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
-DATA = {
-    "moduli": "moduli_MPa",
-    "ratios": "ratios",
-    "standard_errors": "standard_errors",
-    "touches": "touches",
-}
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
-# Fields of `CurveFit`, and the range of each.
-SCATTER: dict[str, tuple[float, float]] = {
-    "touch_variance": (0.0, _RANGE),
-    "touch_freedom": (0, _COUNT),
-    "specimen_variance": (0.0, _RANGE),
-    "specimen_freedom": (1, _COUNT),
-    "specimen_share": (0.0, 1.0),
-    "misfit": (0.0, _RANGE),
-}
 
-# Fields of `Calibration`, and the range of each number; files without them are of the ratio of the hold.
-NUMBERS = {"contact_exponent": (1.0, 3.0), "age_s": (0.0, _RANGE), "error_share": (0.0, 1.0)}
-TOUCH = ["ratio", *NUMBERS]
+Table = dict[str, Any]
+"""A table of a TOML document."""
+_OF_HOLD: Table = {"ratio": "hold", "contact_exponent": 1.0, "age_s": 0.0, "error_share": 1.0}
+"""The table `touch` of a file without one."""
 
 
-def write_document(path: Path, document: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class About:
+    """Origin of the data of a calibration; saved with it.
+
+    Attributes
+    ----------
+    scene : str
+        Scene of the tracker that measured the touches; "": unknown.
+    accepted_flags : tuple of str
+        Flags that did not exclude a touch.
+    doubts : tuple of str
+        What is wrong with the recordings; empty: nothing is known.
+    ratio, contact_exponent, age : str
+        The value of this field of the calibration, and why it was chosen; "": it was not chosen.
+    fitted_on : str
+        The values that were fitted, one of `palpate.calibration.specimen_fit.CHOICES`.
+    notes : mapping of str
+        Further entries of the file, by name.
+
+    Examples
+    --------
+    >>> About(scene="handheld", accepted_flags=("offset", "tilt")).entries()
+    {'scene': 'handheld', 'accepted flags': 'offset tilt'}
+    """
+
+    scene: str = ""
+    accepted_flags: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    ratio: str = ""
+    contact_exponent: str = ""
+    age: str = ""
+    fitted_on: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_entries(cls, entries: Mapping[str, object]) -> "About":
+        """Return the origin from the table `about` of a file."""
+        texts = {str(name): str(entry) for name, entry in entries.items()}
+        doubts = texts.pop("doubts", "")
+        return cls(
+            scene=texts.pop("scene", ""),
+            accepted_flags=tuple(texts.pop("accepted flags", "").split()),
+            doubts=(doubts,) if doubts else (),
+            ratio=texts.pop("ratio", ""),
+            contact_exponent=texts.pop("contact exponent", ""),
+            age=texts.pop("age", ""),
+            fitted_on=texts.pop("fitted on", ""),
+            notes=texts,
+        )
+
+    def entries(self) -> dict[str, str]:
+        """Return the entries of the file that are not empty, by name."""
+        entries = {
+            "scene": self.scene,
+            "accepted flags": " ".join(self.accepted_flags),
+            "doubts": "; ".join(self.doubts),
+            "ratio": self.ratio,
+            "contact exponent": self.contact_exponent,
+            "age": self.age,
+            "fitted on": self.fitted_on,
+            **self.notes,
+        }
+        return {name: entry for name, entry in entries.items() if entry}
+
+
+class StoredFields(TypedDict):
+    """The fields of `Calibration` as a file has them."""
+
+    fitted: CurveFit
+    ratios: Array
+    moduli: Array
+    standard_errors: Array
+    touches: Array
+    about: About
+    version: str
+    ratio: str
+    contact_exponent: float
+    age_s: float
+    error_share: float
+
+
+def write_document(path: Path, document: Table) -> None:
     """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
     parse_toml(text)
     write_file(path, text.encode())
 
 
-def read_document(path: Path) -> dict[str, Any]:
-    """Return the arguments of `Calibration` from a file."""
+def read_fields(path: Path) -> StoredFields:
+    """Return the fields of `Calibration` from a file; raise `CalibrationError` if it is none."""
     try:
-        return _arguments(read_toml(path))
+        return _fields(read_toml(path))
     except OSError as error:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        what = f"{error} is missing" if isinstance(error, KeyError) else shortened(str(error), 200)
-        raise CalibrationError(f"{path}: not a calibration of palpate: {what}") from error
+    except KeyError as error:
+        raise CalibrationError(
+            f"{path}: not a calibration of palpate: {error} is missing"
+        ) from error
+    except (TypeError, ValueError, OverflowError) as error:
+        reason = shortened(str(error), 200)
+        raise CalibrationError(f"{path}: not a calibration of palpate: {reason}") from error
 
 
-def _arguments(read: dict[str, Any]) -> dict[str, Any]:
-    if read["schema"] != SCHEMA:
-        raise ValueError(f"schema: got {quoted(read['schema'])}, allowed: {SCHEMA}")
-    parameters, covariance = (
-        _array(read["fit"], "parameters", (3,)),
-        _array(read["fit"], "covariance", (3, 3)),
-    )
+def _fields(document: Table) -> StoredFields:
+    if document["schema"] != SCHEMA:
+        raise ValueError(f"schema: got {quoted(document['schema'])}, allowed: {SCHEMA}")
+    fitted = _fit(document["fit"], document["scatter"])
+    data = document["data"]
+    size = (len(data["ratios"]),)
+    touch = _OF_HOLD | document.get("touch", {})
+    ratio = touch["ratio"]
+    if ratio not in ("hold", "level"):
+        raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
+    return {
+        "fitted": fitted,
+        "ratios": _array(data, "ratios", size),
+        "moduli": _positive_array(data, "moduli_MPa", size),
+        "standard_errors": _array(data, "standard_errors", size),
+        "touches": _positive_array(data, "touches", size),
+        "about": About.of_entries(dict(document["about"])),
+        "version": str(document["palpate"]),
+        "ratio": ratio,
+        "contact_exponent": _number(touch, "contact_exponent", 1.0, 3.0),
+        "age_s": _number(touch, "age_s", 0.0, _RANGE),
+        "error_share": _number(touch, "error_share", 0.0, 1.0),
+    }
+
+
+def _fit(fit: Table, scatter: Table) -> CurveFit:
+    parameters = _array(fit, "parameters", (3,))
+    covariance = _array(fit, "covariance", (3, 3))
     rigid, log_half, soft = parameters
     if not (rigid > soft and abs(log_half) < 100):
         raise ValueError(
@@ -77,37 +170,20 @@ def _arguments(read: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(
             "covariance: got an invalid matrix, allowed: symmetric and positive semidefinite"
         )
-    fit = CurveFit(
+    return CurveFit(
         parameters,
         covariance,
-        **{name: _number(read["scatter"], name, *range_) for name, range_ in SCATTER.items()},
+        touch_variance=_number(scatter, "touch_variance", 0.0, _RANGE),
+        touch_freedom=_count(scatter, "touch_freedom", 0),
+        specimen_variance=_number(scatter, "specimen_variance", 0.0, _RANGE),
+        specimen_freedom=_count(scatter, "specimen_freedom", 1),
+        specimen_share=_number(scatter, "specimen_share", 0.0, 1.0),
+        misfit=_number(scatter, "misfit", 0.0, _RANGE),
     )
-    data, size = read["data"], (len(read["data"]["ratios"]),)
-    arrays = {name: _array(data, key, size) for name, key in DATA.items()}
-    for name in ("moduli", "touches"):
-        if not (arrays[name].size and (arrays[name] > 0).all()):
-            raise ValueError(
-                f"{DATA[name]}: got no value, or a value that is not positive, allowed: positive numbers"
-            )
-    about = {str(key): str(value) for key, value in dict(read["about"]).items()}
-    touch = dict(read.get("touch", {}))
-    if (ratio := touch.pop("ratio", "hold")) not in ("hold", "level"):
-        raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
-    made = {
-        name: _number(touch, name, *range_) for name, range_ in NUMBERS.items() if name in touch
-    }
-    return {
-        "fitted": fit,
-        **arrays,
-        "about": about,
-        "version": str(read["palpate"]),
-        "ratio": ratio,
-        **made,
-    }
 
 
-def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
-    values = np.array(table[name], dtype=float)
+def _array(table: Table, name: str, shape: tuple[int, ...]) -> Array:
+    values: Array = np.array(table[name], dtype=float)
     if values.shape != shape or not (np.abs(values) < _RANGE).all():
         allowed = f"{shape}, within {_RANGE:g}"
         raise ValueError(
@@ -116,9 +192,25 @@ def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
     return values
 
 
-def _number(table: dict[str, Any], name: str, low: float, high: float) -> Any:
+def _positive_array(table: Table, name: str, shape: tuple[int, ...]) -> Array:
+    values = _array(table, name, shape)
+    if not (values.size and (values > 0).all()):
+        raise ValueError(
+            f"{name}: got no value, or a value that is not positive, allowed: positive numbers"
+        )
+    return values
+
+
+def _number(table: Table, name: str, low: float, high: float) -> float:
     value = table[name]
-    if not (isinstance(value, type(low)) and low <= value <= high):
-        kind = "a whole number, " if isinstance(low, int) else ""
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: {kind}{low:g} to {high:g}")
+    if not (isinstance(value, float) and low <= value <= high):
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {low:g} to {high:g}")
+    return value
+
+
+def _count(table: Table, name: str, low: int) -> int:
+    value = table[name]
+    if not (isinstance(value, int) and low <= value <= _COUNT):
+        allowed = f"a whole number, {low:g} to {_COUNT:g}"
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed}")
     return value

@@ -1,4 +1,4 @@
-"""The curve of eq. (2): fitted to touches on specimens of known modulus, with two variances, and read backwards.
+"""The curve of eq. (2): fitted to touches on specimens of known modulus, with two variances.
 
 In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the calibration curve
 of immunoassays, whose weighting and inversion are well studied (O'Connell, Belanger and Haaland, Calibration
@@ -10,16 +10,6 @@ The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error
 the estimator. touch_ij (oblique contact) and specimen_i (wrong modulus, deviating specimen or wrong curve) have unknown
 variances. Both are found by the method of Paule and Mandel (J. Res. NBS 87, 1982): the variance with which the weighted
 sum of squares equals its degrees of freedom.
-
-The interval is the set of all E whose predicted ratio is within t standard deviations of the measured ratio. The
-variance belongs to a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
-from object to object, and the error of the fitted curve. For every E the measured ratio is within t standard deviations
-of its prediction with the given probability; so the set contains the true E with this probability, also near the rigid
-ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
-
-t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite: each variance has
-the degrees of freedom of its estimate; the standard error is taken as exact. With few of them t falls so fast that a standard
-error beside a scatter that is hardly known gives a narrower interval than the scatter alone.
 """
 
 from collections.abc import Callable
@@ -27,15 +17,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from palpate.errors import CalibrationError, need
 
 Array = NDArray[np.float64]
 SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data
 _ROUNDS = 50
-_REACH = 40.0  # log(E / half_modulus): beyond it the curve is constant in double precision
-_STEPS = 401
 _HALF_MODULI = 41  # start values, up to three decades beyond the specimens on either side
 
 
@@ -91,6 +79,49 @@ class MeanRatios:
         return np.asarray(self.standard_error**2 + touch_variance * level**2 / self.touches)
 
 
+class FitData(NamedTuple):
+    """The data of a fit: arrays of one length."""
+
+    ratios: Array
+    moduli: Array
+    standard_errors: Array
+    touches: Array
+
+
+def fit_data(
+    ratios: ArrayLike,
+    moduli: ArrayLike,
+    standard_errors: ArrayLike | None,
+    touches: ArrayLike | None,
+) -> FitData:
+    """Return the data of a fit; raise ValueError for data that cannot be fitted."""
+    shape = np.shape(ratios)
+    errors = np.zeros(shape) if standard_errors is None else standard_errors
+    count = np.asarray(1.0 if touches is None else touches, dtype=float)
+    if count.ndim == 0:
+        count = np.broadcast_to(count, shape)
+    smallest = float(np.nextafter(0.0, 1.0))
+    return FitData(
+        _column("ratios", ratios, shape, smallest, "positive numbers"),
+        _column("moduli", moduli, shape, smallest, "positive numbers"),
+        _column("standard_errors", errors, shape, 0.0, "0 or more"),
+        _column("touches", count, shape, 1.0, "1 or more"),
+    )
+
+
+def _column(
+    name: str, given: ArrayLike, shape: tuple[int, ...], least: float, allowed: str
+) -> Array:
+    """Return one column of the data as a new array."""
+    values: Array = np.array(given, dtype=float)
+    if values.ndim != 1 or values.shape != shape:
+        raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")
+    wrong = ~(np.isfinite(values) & (values >= least))
+    if wrong.any():
+        raise ValueError(f"{name}: got {values[wrong][0]}, allowed: {allowed}")
+    return values
+
+
 def curve(parameters: Array, x: Array) -> Array:
     """Return the ratio at x = log(E / MPa)."""
     rigid, log_half, soft = parameters
@@ -123,13 +154,16 @@ def fit_curve(x: Array, rows: MeanRatios, soft_ratio: float | None) -> CurveFit:
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
-    touch_variance = _touch_variance(rows, touch_freedom) if touch_freedom else SMALLEST_VARIANCE
+    touch_variance = SMALLEST_VARIANCE
+    if touch_freedom:
+        touch_variance = _touch_variance(rows, touch_freedom)
     mean, variance = specimen_means(rows, touch_variance)
-    parameters = _beginning(x, mean, variance, soft_ratio)
+    parameters = _start_parameters(x, mean, variance, soft_ratio)
     excess = 0.0
     for _ in range(_ROUNDS):
-        total, before = _total(rows, variance, excess, curve(parameters, x), touch_freedom), excess
-        parameters = _polished(x, mean, total, parameters, free)
+        before = excess
+        total = _total(rows, variance, excess, curve(parameters, x), touch_freedom)
+        parameters = _least_squares(x, mean, total, parameters, free)
         excess = _excess(rows, mean, variance, curve(parameters, x), touch_freedom, freedom)
         if abs(excess - before) <= 1e-6 * excess:
             break
@@ -138,9 +172,9 @@ def fit_curve(x: Array, rows: MeanRatios, soft_ratio: float | None) -> CurveFit:
     covariance = _covariance(gradient(parameters, x)[free], total)
     whole = np.zeros((3, 3))
     whole[np.ix_(free, free)] = covariance
-    misfit = float(((mean - level) ** 2 / variance).sum() / freedom) if touch_freedom else 1.0
     if not touch_freedom:
-        return CurveFit(parameters, whole, excess, 0, 0.0, freedom, 1.0, misfit)
+        return CurveFit(parameters, whole, excess, 0, 0.0, freedom, 1.0, 1.0)
+    misfit = float(((mean - level) ** 2 / variance).sum() / freedom)
     share = float(np.mean(excess * level**2 / total))
     return CurveFit(
         parameters, whole, touch_variance, touch_freedom, excess, freedom, share, misfit
@@ -175,9 +209,8 @@ def _excess(
     """Return the variance of the specimens; with one touch each, the sum of the touches' and specimens' variance."""
 
     def squares(excess: float) -> float:
-        return float(
-            ((mean - level) ** 2 / _total(rows, variance, excess, level, touch_freedom)).sum()
-        )
+        total = _total(rows, variance, excess, level, touch_freedom)
+        return float(((mean - level) ** 2 / total).sum())
 
     return _paule_mandel(squares, freedom)
 
@@ -186,35 +219,45 @@ def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
     """Return the variance at which the decreasing sum of squares is `freedom`; 0 if it is already less at 0."""
     if squares(0.0) <= freedom:
         return 0.0
-    low, high = np.log(SMALLEST_VARIANCE), 0.0
-    while squares(float(np.exp(high))) > freedom:
+
+    def excess_squares(log_variance: float) -> float:
+        return squares(float(np.exp(log_variance))) - freedom
+
+    low = np.log(SMALLEST_VARIANCE)
+    high = 0.0
+    while excess_squares(high) > 0:
         high += 5.0
-    root = need("scipy.optimize", "science").brentq(
-        lambda v: squares(float(np.exp(v))) - freedom, low, high, xtol=1e-9
-    )
-    return float(np.exp(root))
+    brentq = need("scipy.optimize", "science").brentq
+    return float(np.exp(brentq(excess_squares, low, high, xtol=1e-9)))
 
 
-def _beginning(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
+def _start_parameters(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
     """Return start parameters: a grid of half moduli; for each, the two end ratios by linear least squares."""
     weight = 1 / np.sqrt(variance + 1e-6 * mean**2)
-    best: tuple[float, Array] = (np.inf, np.empty(0))
+    best = np.empty(0)
+    least = np.inf
     for log_half in np.linspace(x.min() - np.log(1e3), x.max() + np.log(1e3), _HALF_MODULI):
         share = _share(x - log_half)
         if soft_ratio is None:
-            columns, target = np.stack([share, 1 - share], axis=1), mean
+            columns = np.stack([share, 1 - share], axis=1)
+            (rigid, soft), *_ = np.linalg.lstsq(
+                columns * weight[:, None], mean * weight, rcond=None
+            )
         else:
-            columns, target = share[:, None], mean - soft_ratio * (1 - share)
-        ends, *_ = np.linalg.lstsq(columns * weight[:, None], target * weight, rcond=None)
-        soft = soft_ratio if soft_ratio is not None else ends[1]
-        parameters = np.array([ends[0], log_half, soft])
+            soft = soft_ratio
+            target = (mean - soft * (1 - share)) * weight
+            (rigid,), *_ = np.linalg.lstsq(share[:, None] * weight[:, None], target, rcond=None)
+        parameters = np.array([rigid, log_half, soft])
         squares = float((((mean - curve(parameters, x)) * weight) ** 2).sum())
-        if squares < best[0]:
-            best = squares, parameters
-    return best[1]
+        if squares < least:
+            least = squares
+            best = parameters
+    return best
 
 
-def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list[int]) -> Array:
+def _least_squares(
+    x: Array, mean: Array, total: Array, parameters: Array, free: list[int]
+) -> Array:
     """Return the weighted least-squares fit, by Levenberg and Marquardt, from start parameters."""
     weight = 1 / np.sqrt(total)
 
@@ -223,22 +266,24 @@ def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list
         result[free] = values
         return result
 
-    result = need("scipy.optimize", "science").least_squares(
-        lambda values: (curve(whole(values), x) - mean) * weight,
-        parameters[free],
-        jac=lambda values: (gradient(whole(values), x)[free] * weight).T,
-        method="lm",
-        x_scale="jac",
-    )
+    def distances(values: Array) -> Array:
+        return (curve(whole(values), x) - mean) * weight
+
+    def slopes(values: Array) -> Array:
+        return np.asarray((gradient(whole(values), x)[free] * weight).T)
+
+    least_squares = need("scipy.optimize", "science").least_squares
+    result = least_squares(distances, parameters[free], jac=slopes, method="lm", x_scale="jac")
     found = whole(result.x)
-    beyond = abs(found[1] - np.clip(found[1], x.min(), x.max()))
-    if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(
-        1e3
-    ):
+    rigid, log_half, soft = found
+    beyond = abs(log_half - np.clip(log_half, x.min(), x.max()))
+    valid = result.success and np.isfinite(found).all() and rigid > soft
+    if not valid or beyond > np.log(1e3):
         raise CalibrationError(
-            "ratios: got values that do not follow the S-shaped curve of eq. (2), allowed: ratios that rise with the "
-            "modulus, on specimens that are soft and stiff enough to show both ends of the curve; palpate replay shows the "
-            "ratios of a recording, and whether its channels are exchanged"
+            "ratios: got values that do not follow the S-shaped curve of eq. (2), allowed: ratios "
+            "that rise with the modulus, on specimens that are soft and stiff enough to show both "
+            "ends of the curve; palpate replay shows the ratios of a recording, and whether its "
+            "channels are exchanged"
         )
     return found
 
@@ -247,108 +292,7 @@ def _covariance(slopes: Array, total: Array) -> Array:
     """Return the covariance: the inverse of the information of the weighted fit."""
     weighted = slopes / np.sqrt(total)
     scale = np.sqrt((weighted**2).sum(axis=1))
-    information = (weighted / scale[:, None]) @ (weighted / scale[:, None]).T
+    scaled = weighted / scale[:, None]
+    information = scaled @ scaled.T
     inverse = np.linalg.pinv(information, hermitian=True) / np.outer(scale, scale)
     return np.asarray((inverse + inverse.T) / 2)
-
-
-@dataclass(frozen=True)
-class MeasuredRatio:
-    """A measured ratio: the mean of `touches` touches, its standard error, and the confidence level."""
-
-    ratio: float
-    standard_error: float = 0.0
-    touches: float = 1
-    level: float = 0.95
-
-
-def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
-    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees."""
-    # -inf: all softer objects agree; inf: all stiffer objects agree.
-    log_half = fit.parameters[1]
-    inner = log_half + np.linspace(-_REACH, _REACH, _STEPS)
-    middle = _best(fit, measured.ratio)
-    x = np.sort(
-        np.concatenate([[-np.inf], inner, [np.inf], [middle] if np.isfinite(middle) else []])
-    )
-    agrees = np.flatnonzero(np.abs(_distance(fit, measured, x)) <= 1)
-    if not len(agrees):
-        return np.nan, np.nan
-    first, last = agrees[0], agrees[-1]
-    low = -np.inf if first == 0 else _crossing(fit, measured, inside=x[first], outside=x[first - 1])
-    high = (
-        np.inf
-        if last == len(x) - 1
-        else _crossing(fit, measured, inside=x[last], outside=x[last + 1])
-    )
-    return low, high
-
-
-def _best(fit: CurveFit, ratio: float) -> float:
-    """Return log E for a ratio; infinite beyond the ends of the curve."""
-    rigid, log_half, soft = fit.parameters
-    if not soft < ratio < rigid:
-        return np.inf if ratio >= rigid else -np.inf
-    return float(log_half + np.log((ratio - soft) / (rigid - ratio)))
-
-
-def _distance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
-    """Return ratio minus prediction at x, in units of `allowance`; it decreases with x."""
-    return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
-
-
-class Variances(NamedTuple):
-    """The parts of the variance of a measured ratio, which add up."""
-
-    # noise: The square of the standard error: noise of the converter.
-    # touch: Scatter from touch to touch: how the probe is held; of the mean of the touches.
-    # specimen: Scatter of specimens around the curve.
-    # curve: Error of the fitted curve.
-
-    noise: float
-    touch: Array
-    specimen: Array
-    curve: Array
-
-
-def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
-    """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
-    level = curve(fit.parameters, x)
-    slopes = gradient(fit.parameters, x)
-    return Variances(
-        measured.standard_error
-        * measured.standard_error,  # not **, which raises an error at overflow
-        fit.touch_variance * level**2 / measured.touches,
-        fit.specimen_variance * level**2,
-        np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes),
-    )
-
-
-def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
-    """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
-    noise, touch, specimen, fitted = variances(fit, measured, x)
-    total = noise + touch + specimen + fitted
-    # Terms from the same estimate are fully correlated; the error of the curve comes from both estimates.
-    by_specimen = specimen + fit.specimen_share * fitted if fit.touch_freedom else touch + fitted
-    by_touch = touch + specimen + fitted - by_specimen
-    parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        freedom = np.minimum(total**2 / parts, 1e9)
-    t = need("scipy.special", "science").stdtrit(freedom, 0.5 + measured.level / 2)
-    return np.asarray(t * np.sqrt(total))
-
-
-def _crossing(fit: CurveFit, measured: MeasuredRatio, *, inside: float, outside: float) -> float:
-    """Return x at which the distance is 1 or -1, between a point inside the interval and one outside."""
-    if not (np.isfinite(inside) and np.isfinite(outside)):
-        return inside if np.isfinite(inside) else outside  # beyond _REACH
-    side = np.sign(_distance(fit, measured, np.array(outside)))
-    brentq = need("scipy.optimize", "science").brentq
-    return float(
-        brentq(
-            lambda x: float(_distance(fit, measured, np.array(x)) - side),
-            inside,
-            outside,
-            xtol=1e-12,
-        )
-    )

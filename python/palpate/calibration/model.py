@@ -1,29 +1,24 @@
 """The calibration curve of a probe, fitted to specimens of known modulus; gives a modulus with an interval."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, inf, isfinite, isnan, log, nan, sqrt
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate import number_format
 from palpate._core import Tracker, __version__
-from palpate.calibration import calibration_file, verdict
-from palpate.calibration.fit import (
-    Array,
-    CurveFit,
-    MeanRatios,
-    MeasuredRatio,
-    allowance,
-    bounds,
-    curve,
-    fit_curve,
-    variances,
-)
+from palpate.calibration import calibration_file
+from palpate.calibration.assessment import Assessment, Residual, assess, residuals
+from palpate.calibration.calibration_file import About
+from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, fit_curve, fit_data
+from palpate.calibration.interval import MeasuredRatio, allowance, bounds, variances
+from palpate.calibration.modulus import Modulus, ParameterRow, UncertaintyPart, parameter_row
+from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
 from palpate.calibration.validity import Refusal, refusal
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
@@ -32,94 +27,24 @@ from palpate.touch import Touch
 from palpate.uncertainty import Scatter
 
 _LARGEST = 690.0  # exp of it is still finite
-_LEAST = {"standard_errors": (0.0, "0 or more"), "touches": (1.0, "1 or more")}
-
-
-@dataclass(frozen=True)
-class Modulus:
-    """Modulus of an object with its interval; unpacks as value, low, high.
-
-    Attributes
-    ----------
-    value : float, MPa
-        By eq. (2); nan if the ratio is outside the range of the curve.
-    low, high : float, MPa
-        Ends of the interval. high is inf if all stiffer moduli agree with the ratio, low is 0 if all softer ones do;
-        both are nan if no modulus agrees, or there is no ratio.
-    reason : str
-        Why value is nan; else empty.
-    extrapolated : bool
-        Whether the value is unknown or outside the calibrated moduli.
-
-    Examples
-    --------
-    >>> value, low, high = Modulus(1.1, 1.0, 1.3)
-    >>> print(Modulus(value, low, high))
-    1.10 MPa (1.00 to 1.30)
-    """
-
-    value: float
-    low: float
-    high: float
-    reason: str = ""
-    extrapolated: bool = False
-
-    def __iter__(self) -> Iterator[float]:
-        """Iterate over value, low, high."""
-        return iter((self.value, self.low, self.high))
-
-    def as_dict(self) -> dict[str, float | str | bool | None]:
-        """Return all fields (moduli in MPa) and the text; nan and inf as None."""
-        numbers = {"value_MPa": self.value, "low_MPa": self.low, "high_MPa": self.high}
-        return {
-            **number_format.plain(numbers),
-            "text": str(self),
-            "reason": self.reason,
-            "extrapolated": self.extrapolated,
-        }
-
-    def __str__(self) -> str:
-        """Return the modulus as text: a value with its interval, or a bound."""
-        if self.high == inf and self.low > 0:
-            return f"stiffer than {number_format.number(self.low)} MPa"
-        if self.low == 0 and self.high < inf:
-            return f"softer than {number_format.number(self.high)} MPa"
-        if not self.low > 0:
-            return "no modulus" if self.low != 0 else "every modulus agrees with this ratio"
-        if not isfinite(self.value):
-            _, low, high = number_format.between((self.low + self.high) / 2, self.low, self.high)
-            return f"{low} to {high} MPa"
-        value, low, high = number_format.between(self.value, self.low, self.high)
-        return f"{value} MPa ({low} to {high})"
-
-
-class UncertaintyPart(NamedTuple):
-    """A part of the uncertainty of a modulus.
-
-    Attributes
-    ----------
-    name : str
-    of_ratio, of_modulus : float, %
-        One standard deviation, in % of the ratio, and of the modulus that follows from it.
-
-    Examples
-    --------
-    >>> UncertaintyPart("noise", 0.01, 0.02).of_modulus
-    0.02
-    """
-
-    name: str
-    of_ratio: float
-    of_modulus: float
+_BELOW = 2.0  # a drawing begins at the smallest calibrated modulus divided by this
+_ABOVE = 4.0  # and ends at the largest multiplied by this
 
 
 def _outside(probe: Elasticity, ratio: float) -> str:
     """Return why no modulus corresponds to a ratio; "": one does."""
     if ratio < probe.soft_ratio:
-        return f"the ratio is below {number_format.number(probe.soft_ratio)}, the ratio of an infinitely soft object"
+        soft = number_format.number(probe.soft_ratio)
+        return f"the ratio is below {soft}, the ratio of an infinitely soft object"
     if ratio >= probe.rigid_ratio:
-        return f"the ratio is not below {number_format.number(probe.rigid_ratio)}, the ratio of a rigid object"
+        rigid = number_format.number(probe.rigid_ratio)
+        return f"the ratio is not below {rigid}, the ratio of a rigid object"
     return ""
+
+
+def _modulus_at(x: float) -> float:
+    """Return the modulus at x = log(E / MPa); inf if a float cannot hold it."""
+    return inf if x >= _LARGEST else exp(x)
 
 
 def _check_touches(touches: float) -> None:
@@ -133,32 +58,6 @@ def check_level(level: float) -> None:
         raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
 
 
-def checked_data(
-    ratios: ArrayLike,
-    moduli: ArrayLike,
-    standard_errors: ArrayLike | None,
-    touches: ArrayLike | None,
-) -> dict[str, Array]:
-    """Return the data of a fit as arrays of one length, by name; refuse what cannot be fitted."""
-    shape = np.shape(ratios)
-    count = np.asarray(1.0 if touches is None else touches, dtype=float)
-    given = {
-        "ratios": ratios,
-        "moduli": moduli,
-        "standard_errors": np.zeros(shape) if standard_errors is None else standard_errors,
-        "touches": np.broadcast_to(count, shape) if count.ndim == 0 else count,
-    }
-    data = {name: np.array(values, dtype=float) for name, values in given.items()}
-    for name, values in data.items():
-        if values.ndim != 1 or values.shape != shape:
-            raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")
-        least, allowed = _LEAST.get(name, (np.nextafter(0.0, 1.0), "positive numbers"))
-        wrong = ~(np.isfinite(values) & (values >= least))
-        if wrong.any():
-            raise ValueError(f"{name}: got {values[wrong][0]}, allowed: {allowed}")
-    return data
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
     """The calibration curve of a probe: converts a ratio to a modulus with an interval. Made by `fit` or `load`.
@@ -169,7 +68,7 @@ class Calibration:
         Parameters of the curve, their covariance, and the scatter.
     ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
         The fitted data; moduli in MPa; standard errors are 0 if none were given.
-    about : dict of str
+    about : palpate.calibration.calibration_file.About
         Origin of the data; saved with the calibration.
     version : str
         The version of palpate that fitted it.
@@ -186,7 +85,7 @@ class Calibration:
     moduli: Array
     standard_errors: Array
     touches: Array
-    about: Mapping[str, str] = field(default_factory=dict)
+    about: About = field(default_factory=About)
     version: str = ""
     ratio: str = "hold"
     contact_exponent: float = 1.0
@@ -202,7 +101,7 @@ class Calibration:
         standard_errors: ArrayLike | None = None,
         touches: ArrayLike | None = None,
         soft_ratio: float | None = 1.0,
-        about: Mapping[str, str] | None = None,
+        about: About | None = None,
     ) -> "Calibration":
         """CurveFit a calibration curve, equation (2), to ratios on specimens of known modulus.
 
@@ -220,7 +119,7 @@ class Calibration:
             Number of touches of which each ratio is the mean, 1 or more; default 1.
         soft_ratio : float or None
             Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with different gains.
-        about : mapping of str, optional
+        about : palpate.calibration.calibration_file.About, optional
             Origin of the data; saved with the calibration.
 
         Returns
@@ -236,7 +135,8 @@ class Calibration:
 
         Examples
         --------
-        >>> from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+        >>> from palpate.calibration.validity import Refusal, refusal
+        from palpate.elasticity import SORBOTHANE_MPA, Elasticity
         >>> moduli = list(SORBOTHANE_MPA.values())
         >>> four = [1.02, 0.99, 0.98, 1.01]  # four touches on each, at different angles
         >>> ratios = [factor * Elasticity().ratio(E) for E in moduli for factor in four]
@@ -247,23 +147,19 @@ class Calibration:
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data: dict[str, Any] = dict(checked_data(ratios, moduli, standard_errors, touches))
+        data = fit_data(ratios, moduli, standard_errors, touches)
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(
                 f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
             )
-        known, specimen = np.unique(data["moduli"], return_inverse=True)
+        known, specimen = np.unique(data.moduli, return_inverse=True)
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
-        rows = MeanRatios(data["ratios"], data["standard_errors"], data["touches"], specimen)
-        return cls(
-            fit_curve(np.log(known), rows, soft_ratio),
-            **data,
-            about=dict(about or {}),
-            version=__version__,
-        )
+        rows = MeanRatios(data.ratios, data.standard_errors, data.touches, specimen)
+        fitted = fit_curve(np.log(known), rows, soft_ratio)
+        return cls(fitted, *data, about=about or About(), version=__version__)
 
     def __repr__(self) -> str:
         """Return the specimens, the range and the rigid ratio, in one line."""
@@ -272,10 +168,9 @@ class Calibration:
         return calibration_line(self)
 
     def _repr_html_(self) -> str:
-        from palpate.calibration import plot
         from palpate.display.cards import calibration_card
 
-        return calibration_card(self, plot.curve_picture)
+        return calibration_card(self, lambda: curve_picture(self.curve()))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
@@ -294,9 +189,40 @@ class Calibration:
         MissingExtra
             matplotlib is missing; type: pip install 'palpate[science]'.
         """
-        from palpate.calibration import plot
+        return draw_calibration(ax, self.curve(400))
 
-        return plot.draw_calibration(ax, self)
+    def curve(self, points: int = 80) -> CalibrationCurve:
+        """Return the numbers of a drawing: the curve with its band, and the data.
+
+        Parameters
+        ----------
+        points : int
+            Points of the curve, in even steps of the logarithm of the modulus, from half the
+            smallest calibrated modulus to four times the largest.
+
+        Returns
+        -------
+        palpate.calibration.plot.CalibrationCurve
+
+        Examples
+        --------
+        >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+        >>> found.curve(3).modulus.round(2).tolist()
+        [0.09, 0.95, 10.0]
+        """
+        low, high = self.range
+        log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
+        return CalibrationCurve(
+            log_modulus=log_modulus,
+            ratio=curve(self.fitted.parameters, log_modulus),
+            reach=allowance(self.fitted, MeasuredRatio(1.0), log_modulus),
+            rigid_ratio=self.probe.rigid_ratio,
+            rigid_error=float(self.fitted.covariance[0, 0]) ** 0.5,
+            soft_ratio=self.probe.soft_ratio,
+            moduli=self.moduli,
+            ratios=self.ratios,
+            specimens=self.residuals,
+        )
 
     @property
     def probe(self) -> Elasticity:
@@ -312,42 +238,48 @@ class Calibration:
     @property
     def touch_scatter(self) -> Scatter:
         """The same as a part of an uncertainty: wider, as it was estimated; the assumed one with too few touches."""
-        fitted = self.fitted
-        found = Scatter.of(
-            fitted.touch_variance, fitted.touch_freedom or fitted.specimen_freedom, "calibration"
-        )
-        return found._replace(by_level=self.ratio == "level" and found.source == "calibration")
+        found = Scatter.of(self.fitted.touch_variance, self._scatter_freedom, "calibration")
+        by_level = self.ratio == "level" and found.source == "calibration"
+        return found._replace(by_level=by_level)
+
+    @property
+    def _scatter_freedom(self) -> int:
+        """Degrees of freedom of `touch_spread`."""
+        return self.fitted.touch_freedom or self.fitted.specimen_freedom
 
     @property
     def scatter(self) -> str:
         """Scatter from touch to touch as text, and what else it holds."""
         percent = number_format.error(100 * self.touch_spread)
         if self.error_share < 1:
-            return f"{number_format.error(self.error_share)} of the standard errors of the level ratios, as much as they scattered"
+            share = number_format.error(self.error_share)
+            return f"{share} of the standard errors of the level ratios, as much as they scattered"
         if self.fitted.touch_freedom:
             return f"scatter from touch to touch ({percent} %)"
-        return f"scatter of touches and specimens together ({percent} %; the calibration has one value a specimen)"
+        return (
+            f"scatter of touches and specimens together ({percent} %; the calibration has one value "
+            "a specimen)"
+        )
 
     @property
     def accepted(self) -> frozenset[str]:
-        """Flags of touches that do not exclude them: those accepted for the fit; a level ratio has no offset."""
-        return frozenset(
-            [*self.about.get("accepted flags", "").split(), *["offset"] * (self.ratio == "level")]
-        )
+        """Flags that do not exclude a touch: those accepted for the fit; a level ratio has no offset."""
+        accepted = frozenset(self.about.accepted_flags)
+        return accepted | {"offset"} if self.ratio == "level" else accepted
 
     def for_tracking(self, tracking: Mapping[str, Any]) -> dict[str, Any]:
-        """Return scene and settings of a tracker with the age and exponent of this calibration, where the scene has them."""
-        wanted = {"age": self.age_s} | (
-            {"contact_exponent": self.contact_exponent} if self.ratio == "level" else {}
-        )
-        known: Mapping[str, Any] = {
-            **Tracker(tracking.get("scene", "handheld")).settings,
-            **tracking,
-        }
-        return {
-            **tracking,
-            **{name: value for name, value in wanted.items() if known.get(name, value) != value},
-        }
+        """Return scene and settings of a tracker with the age and the exponent of this calibration.
+
+        A setting that the scene does not have is not added.
+        """
+        known = {**Tracker(tracking.get("scene", "handheld")).settings, **tracking}
+        changed = dict(tracking)
+        if known.get("age", self.age_s) != self.age_s:
+            changed["age"] = self.age_s
+        exponent = self.contact_exponent
+        if self.ratio == "level" and known.get("contact_exponent", exponent) != exponent:
+            changed["contact_exponent"] = exponent
+        return changed
 
     def refusal(self, touch: Touch) -> Refusal | None:
         """Return why a touch has no modulus by this calibration; None: it has one."""
@@ -380,11 +312,11 @@ class Calibration:
         return touch.ratio, touch.standard_error
 
     def modulus_of(self, touch: Touch) -> Modulus:
-        """Return the modulus of an object from a touch, as `modulus` of its `ratio_of`; without one the reason says why."""
-        ratio, error = self.ratio_of(touch)
+        """Return the modulus of an object from a touch: `modulus` of its `ratio_of`, or the reason."""
         refused = self.refusal(touch)
         if refused:
             return Modulus(nan, nan, nan, str(refused))
+        ratio, error = self.ratio_of(touch)
         return self.modulus(ratio, error if isfinite(error) else None)
 
     @property
@@ -393,36 +325,48 @@ class Calibration:
         return float(self.moduli.min()), float(self.moduli.max())
 
     @property
-    def residuals(self) -> list[verdict.Residual]:
+    def residuals(self) -> list[Residual]:
         """Distance of each specimen from the curve, in order of modulus."""
-        return verdict.residuals(
-            self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches
-        )
+        return residuals(self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches)
+
+    @property
+    def assessment(self) -> Assessment:
+        """What speaks against the fit; prints as the verdict."""
+        return assess(self.fitted, self.residuals, len(self.ratios))
 
     @property
     def verdict(self) -> str:
         """Assessment of the fit, as text."""
-        return verdict.verdict(self.fitted, self.residuals, len(self.ratios))
+        return str(self.assessment)
 
     @property
     def sound(self) -> bool:
         """Whether the fit has no objection."""
-        return not verdict.objections_to_fit(self.fitted, self.residuals)
+        return not self.assessment.objections
 
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         check_level(level)
-        t = float(
-            need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2)
-        )
+        quantile = need("scipy.special", "science").stdtrit
+        t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
-        ends = np.stack([self.fitted.parameters - reach, self.fitted.parameters + reach], axis=1)
-        rigid, log_half, soft = ((float(low), float(high)) for low, high in ends)
+        low = (self.fitted.parameters - reach).tolist()
+        high = (self.fitted.parameters + reach).tolist()
         return {
-            "rigid_ratio": rigid,
-            "half_modulus": (exp(log_half[0]), exp(log_half[1])),
-            "soft_ratio": soft,
+            "rigid_ratio": (low[0], high[0]),
+            "half_modulus": (exp(low[1]), exp(high[1])),
+            "soft_ratio": (low[2], high[2]),
         }
+
+    def parameter_rows(self) -> list[ParameterRow]:
+        """Return name, value and 95 % interval of each parameter as text."""
+        ends = self.parameter_intervals()
+        probe = self.probe
+        return [
+            parameter_row("rigid_ratio", "", probe.rigid_ratio, ends["rigid_ratio"]),
+            parameter_row("half_modulus", " MPa", probe.half_modulus, ends["half_modulus"]),
+            parameter_row("soft_ratio", "", probe.soft_ratio, ends["soft_ratio"]),
+        ]
 
     def modulus(
         self,
@@ -471,13 +415,16 @@ class Calibration:
             raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
         _check_touches(touches)
         check_level(level)
-        ends = bounds(self.fitted, MeasuredRatio(ratio, error, touches, level))
-        low, high = (inf if x >= _LARGEST else exp(x) for x in ends)
-        if reason := _outside(self.probe, ratio):
-            far = "; the difference is larger than the uncertainty" if isnan(low) else ""
-            return Modulus(nan, low, high, reason + far, extrapolated=True)
+        low_x, high_x = bounds(self.fitted, MeasuredRatio(ratio, error, touches, level))
+        low, high = _modulus_at(low_x), _modulus_at(high_x)
+        reason = _outside(self.probe, ratio)
+        if reason:
+            if isnan(low):
+                reason += "; the difference is larger than the uncertainty"
+            return Modulus(nan, low, high, reason, extrapolated=True)
         value = self.probe.modulus(ratio)
-        return Modulus(value, low, high, extrapolated=not self.range[0] <= value <= self.range[1])
+        softest, stiffest = self.range
+        return Modulus(value, low, high, extrapolated=not softest <= value <= stiffest)
 
     def budget(
         self,
@@ -487,7 +434,7 @@ class Calibration:
         touches: float = 1,
         linearity: float = 0.0,
     ) -> list[UncertaintyPart]:
-        """Return what the uncertainty of a modulus consists of.
+        """Return the parts of the uncertainty of a modulus.
 
         Parameters
         ----------
@@ -517,13 +464,13 @@ class Calibration:
         _check_touches(touches)
         modulus = self.probe.modulus(ratio)
         measured = MeasuredRatio(ratio, standard_error or 0.0, touches)
-        of = variances(self.fitted, measured, np.array(log(modulus)))
+        parts = variances(self.fitted, measured, np.array(log(modulus)))
         squares = {
-            "noise": of.noise,
+            "noise": parts.noise,
             "linearity": linearity**2,
-            "scatter from touch to touch": float(of.touch),
-            "scatter of specimens": float(of.specimen),
-            "fitted curve": float(of.curve),
+            "scatter from touch to touch": float(parts.touch),
+            "scatter of specimens": float(parts.specimen),
+            "fitted curve": float(parts.curve),
         }
         squares["together"] = sum(squares.values())
         errors = {name: 100 * sqrt(square) for name, square in squares.items()}
@@ -540,11 +487,10 @@ class Calibration:
         ValueError
             No usable touch.
         """
-        freedom = self.fitted.touch_freedom or self.fitted.specimen_freedom
         return agreement(
             touches,
             scatter=self.touch_spread,
-            freedom=freedom,
+            freedom=self._scatter_freedom,
             accept=self.accepted,
             ratio_of=self.ratio_of,
         )
@@ -553,12 +499,13 @@ class Calibration:
         """Write the calibration as TOML, with units, versions and the fitted data."""
         calibration_file.write_document(Path(path), self.as_dict())
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> calibration_file.Table:
         """Return the contents of the file that `save` writes, as plain numbers and text."""
+        fitted = self.fitted
         return {
             "schema": calibration_file.SCHEMA,
             "palpate": self.version,
-            "about": dict(self.about),
+            "about": self.about.entries(),
             "units": calibration_file.UNITS,
             "fit": {
                 "rigid_ratio": self.probe.rigid_ratio,
@@ -566,14 +513,29 @@ class Calibration:
                 "soft_ratio": self.probe.soft_ratio,
                 "calibrated_MPa": list(self.range),
                 "verdict": self.verdict,
-                "parameters": self.fitted.parameters.tolist(),
-                "covariance": self.fitted.covariance.tolist(),
+                "parameters": fitted.parameters.tolist(),
+                "covariance": fitted.covariance.tolist(),
                 "covariance_of": calibration_file.PARAMETERS,
             },
-            "touch": {name: getattr(self, name) for name in calibration_file.TOUCH},
-            "scatter": {name: getattr(self.fitted, name) for name in calibration_file.SCATTER},
+            "touch": {
+                "ratio": self.ratio,
+                "contact_exponent": self.contact_exponent,
+                "age_s": self.age_s,
+                "error_share": self.error_share,
+            },
+            "scatter": {
+                "touch_variance": fitted.touch_variance,
+                "touch_freedom": fitted.touch_freedom,
+                "specimen_variance": fitted.specimen_variance,
+                "specimen_freedom": fitted.specimen_freedom,
+                "specimen_share": fitted.specimen_share,
+                "misfit": fitted.misfit,
+            },
             "data": {
-                key: getattr(self, name).tolist() for name, key in calibration_file.DATA.items()
+                "moduli_MPa": self.moduli.tolist(),
+                "ratios": self.ratios.tolist(),
+                "standard_errors": self.standard_errors.tolist(),
+                "touches": self.touches.tolist(),
             },
         }
 
@@ -586,21 +548,4 @@ class Calibration:
         CalibrationError
             The file is not a calibration.
         """
-        return cls(**calibration_file.read_document(Path(path)))
-
-
-_BELOW, _ABOVE = (
-    2.0,
-    4.0,
-)  # the drawing ends at the smallest calibrated modulus / 2, and at the largest times 4
-
-
-def band(calibration: Calibration, points: int) -> tuple[Array, Array, Array]:
-    """Return points of the curve: log(E / MPa), the ratio, and the distance from it within which 95 % of single touches lie.
-
-    They go in even steps from half the smallest calibrated modulus to four times the largest.
-    """
-    low, high = calibration.range
-    log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
-    ratio = curve(calibration.fitted.parameters, log_modulus)
-    return log_modulus, ratio, allowance(calibration.fitted, MeasuredRatio(1.0), log_modulus)
+        return cls(**calibration_file.read_fields(Path(path)))

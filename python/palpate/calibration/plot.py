@@ -1,51 +1,105 @@
-"""Plots of a calibration with matplotlib, and as SVG: touches, specimens, curve, and the band for the next touch."""
+"""Drawings of a calibration, with matplotlib and as SVG: the curve, its band for a single touch, and the data."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.calibration.model import Calibration, Modulus, band
+from palpate.calibration.assessment import Residual
+from palpate.calibration.fit import Array
+from palpate.calibration.modulus import Modulus
 from palpate.display import markup, text
-from palpate.display.markup import ACCENT, Markup
+from palpate.display.markup import ACCENT, Axis, Markup
 from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, written
 
-_POINTS = 400
+
+@dataclass(frozen=True, eq=False)
+class CalibrationCurve:
+    """The numbers of a drawing; made by `Calibration.curve`.
+
+    Attributes
+    ----------
+    log_modulus : numpy.ndarray, shape (points,)
+        log(E / MPa), in even steps.
+    ratio, reach : numpy.ndarray, shape (points,)
+        The curve, and the distance from it within which 95 % of single touches lie.
+    rigid_ratio, rigid_error, soft_ratio : float
+        Ratio on a rigid object with its standard error; ratio on an infinitely soft one.
+    moduli, ratios : numpy.ndarray, shape (n,)
+        The fitted data; moduli in MPa.
+    specimens : sequence of Residual
+        The mean of each specimen.
+    """
+
+    log_modulus: Array
+    ratio: Array
+    reach: Array
+    rigid_ratio: float
+    rigid_error: float
+    soft_ratio: float
+    moduli: Array
+    ratios: Array
+    specimens: Sequence[Residual]
+
+    @property
+    def modulus(self) -> Array:
+        """Moduli of the points, MPa."""
+        return np.asarray(np.exp(self.log_modulus))
+
+    @property
+    def low(self) -> Array:
+        """Lower edge of the band."""
+        return self.ratio - self.reach
+
+    @property
+    def high(self) -> Array:
+        """Upper edge of the band."""
+        return self.ratio + self.reach
+
+    @property
+    def rigid_label(self) -> str:
+        """Label of the ratio on a rigid object."""
+        return f"rigid object: {text.ratio(self.rigid_ratio, self.rigid_error)}"
 
 
-def draw_curve(ax: Any, calibration: Calibration, *, colour: str = HANDHELD) -> None:
-    """Draw the curve and the band for a single touch, over a logarithmic axis of moduli."""
-    x, level, reach = band(calibration, _POINTS)
-    ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
-                    label="95 % of touches")  # fmt: skip
-    ax.plot(np.exp(x), level, color=colour, label="eq. (2), fitted")
-    ax.axhline(
-        calibration.probe.rigid_ratio,
-        **TRUTH,
-        label=f"rigid object: {text.rigid_ratio(calibration)}",
-    )
+def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> None:
+    """Draw the curve and the band on matplotlib axes, over a logarithmic axis of moduli."""
+    modulus = curve.modulus
+    band: dict[str, Any] = {"color": colour, "alpha": 0.15, "linewidth": 0}
+    ax.fill_between(modulus, curve.low, curve.high, label="95 % of touches", **band)
+    ax.plot(modulus, curve.ratio, color=colour, label="eq. (2), fitted")
+    ax.axhline(curve.rigid_ratio, **TRUTH, label=curve.rigid_label)
     moduli_axis(ax)
-    ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
+    ax.set_xlim(modulus[0], modulus[-1])
     ax.set_ylabel("capacitance ratio")
 
 
-def draw_calibration(ax: Any, calibration: Calibration) -> Any:
-    """Draw the curve, the measured ratios and the mean of each specimen on axes, or on new ones; return the axes."""
+def draw_calibration(ax: Any, curve: CalibrationCurve) -> Any:
+    """Draw the curve, the ratios and the specimens' means on axes, or on new ones; return the axes."""
     with axes(ax) as drawn:
-        draw_curve(drawn, calibration)
+        draw_curve(drawn, curve)
         drawn.plot(
-            calibration.moduli,
-            calibration.ratios,
+            curve.moduli,
+            curve.ratios,
             ".",
             color=HARD,
             markersize=3,
             label="measured",
             zorder=3,
         )
-        rows = calibration.residuals
-        drawn.errorbar([row.modulus for row in rows], [row.ratio for row in rows], [row.standard_error for row in rows],
-                       fmt="_", color=PAPER, markersize=9, capsize=2, linewidth=0.8, label="specimen's mean, std. error")  # fmt: skip
+        drawn.errorbar(
+            [each.modulus for each in curve.specimens],
+            [each.ratio for each in curve.specimens],
+            [each.standard_error for each in curve.specimens],
+            fmt="_",
+            color=PAPER,
+            markersize=9,
+            capsize=2,
+            linewidth=0.8,
+            label="specimen's mean, std. error",
+        )
         drawn.legend(loc="lower right")
     return drawn
 
@@ -57,10 +111,18 @@ def moduli_axis(ax: Any) -> None:
     ax.set_xlabel("Young's modulus, MPa")
 
 
-def save_plot(calibration: Calibration, path: Path) -> None:
+def save_plot(curve: CalibrationCurve, path: Path) -> None:
     """Write the plot; the suffix selects the format."""
     with written(path, 1.3 * COLUMN_IN, 0.9 * COLUMN_IN) as figure:
-        draw_calibration(figure.add_subplot(), calibration)
+        draw_calibration(figure.add_subplot(), curve)
+
+
+class MeasuredObject(NamedTuple):
+    """An object that is drawn beside the data: its name, mean ratio and modulus."""
+
+    name: str
+    ratio: float
+    modulus: Modulus
 
 
 _LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
@@ -68,53 +130,76 @@ _GRID: dict[str, Any] = {"stroke": "currentColor", "stroke_opacity": 0.15}
 _BAR: dict[str, Any] = {"stroke": "currentColor", "stroke_width": 1.2}
 
 
-def curve_picture(
-    calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]] = ()
-) -> Markup:
-    """Return SVG: the curve, the band for a touch, and the data; `seen`: names, ratios and moduli, as rings."""
-    log_E, level, reach = band(calibration, 80)
-    rigid, low, high = (
-        calibration.probe.rigid_ratio,
-        float(np.exp(log_E[0])),
-        float(np.exp(log_E[-1])),
-    )
-    bottom = min(1.0, float(calibration.ratios.min()), calibration.probe.soft_ratio)
-    top = 1.08 * max(rigid, float(calibration.ratios.max()))
-    across, down = (
-        markup.axis(log_E[0], log_E[-1], _LEFT, _RIGHT),
-        markup.axis(bottom, top, _FOOT, _TOP),
-    )
+class _Scales(NamedTuple):
+    """The axes of the picture: from log(E / MPa) and ratio to pixels."""
 
-    def x(modulus: float) -> float:
-        return float(across(np.log(np.clip(modulus, low, high))))
+    curve: CalibrationCurve
+    across: Axis
+    down: Axis
 
-    def y(ratio: float) -> float:
-        return float(down(np.array(ratio)))
+    def x(self, modulus: float) -> float:
+        """Return the pixel of a modulus, MPa; one outside is at the edge."""
+        ends = self.curve.modulus
+        inside = np.clip(modulus, ends[0], ends[-1])
+        return float(self.across(np.log(inside)))
 
-    around, edge = np.append(log_E, log_E[::-1]), np.append(level - reach, (level + reach)[::-1])
+    def y(self, ratio: float) -> float:
+        """Return the pixel of a ratio."""
+        return float(self.down(np.array(ratio)))
+
+
+def curve_picture(curve: CalibrationCurve, objects: Iterable[MeasuredObject] = ()) -> Markup:
+    """Return an SVG picture: the curve, its band, the data as dots, and objects as rings."""
+    bottom = min(1.0, float(curve.ratios.min()), curve.soft_ratio)
+    top = 1.08 * max(curve.rigid_ratio, float(curve.ratios.max()))
+    across = markup.axis(curve.log_modulus[0], curve.log_modulus[-1], _LEFT, _RIGHT)
+    scales = _Scales(curve, across, markup.axis(bottom, top, _FOOT, _TOP))
+    drawn = _grid(scales, bottom, top)
+    drawn += _curve_and_band(scales)
+    for modulus, ratio in zip(curve.moduli, curve.ratios, strict=True):
+        drawn.append(markup.dot(scales.x(modulus), scales.y(ratio), fill="currentColor"))
+    for one in objects:
+        drawn += _ring(scales, one)
+    return markup.drawing(450, 250, "Calibration: ratio against modulus", *drawn)
+
+
+def _grid(scales: _Scales, bottom: float, top: float) -> list[Markup]:
+    """Return the lines and numbers of both axes."""
     drawn = []
-    for tick in markup.decades(low, high):
-        drawn += [markup.path([x(tick)] * 2, (_TOP, _FOOT), **_GRID)]
-        drawn += [markup.label(x(tick), _FOOT + 15, f"{tick:g}", "middle")]
-    for tick in markup.ticks(bottom, top):
-        drawn += [markup.path((_LEFT, _RIGHT), [y(tick)] * 2, **_GRID)]
-        drawn += [markup.label(_LEFT - 6, y(tick) + 4, f"{tick:g}", "end")]
-    drawn += [
+    ends = scales.curve.modulus
+    for modulus in markup.decades(float(ends[0]), float(ends[-1])):
+        x = scales.x(modulus)
+        drawn.append(markup.path((x, x), (_TOP, _FOOT), **_GRID))
+        drawn.append(markup.label(x, _FOOT + 15, f"{modulus:g}", "middle"))
+    for ratio in markup.ticks(bottom, top):
+        y = scales.y(ratio)
+        drawn.append(markup.path((_LEFT, _RIGHT), (y, y), **_GRID))
+        drawn.append(markup.label(_LEFT - 6, y + 4, f"{ratio:g}", "end"))
+    return drawn
+
+
+def _curve_and_band(scales: _Scales) -> list[Markup]:
+    """Return the band, the curve, and the line of a rigid object with its label."""
+    curve, across, down = scales
+    around = np.append(curve.log_modulus, curve.log_modulus[::-1])
+    edge = np.append(curve.low, curve.high[::-1])
+    rigid = scales.y(curve.rigid_ratio)
+    dashed: dict[str, Any] = {"stroke": "currentColor", "stroke_dasharray": "5 4"}
+    return [
         markup.path(across(around), down(edge), fill=ACCENT, fill_opacity=0.24),
-        markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2),
-        markup.path((_LEFT, _RIGHT), [y(rigid)] * 2, stroke="currentColor", stroke_dasharray="5 4"),
-        markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid_ratio(calibration)}"),
+        markup.path(across(curve.log_modulus), down(curve.ratio), stroke=ACCENT, stroke_width=2),
+        markup.path((_LEFT, _RIGHT), (rigid, rigid), **dashed),
+        markup.label(_LEFT + 8, rigid - 4, curve.rigid_label),
         markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
     ]
-    for modulus, ratio in zip(calibration.moduli, calibration.ratios, strict=True):
-        drawn += [markup.dot(x(modulus), y(ratio), fill="currentColor")]
-    for name, ratio, found in seen:
-        at, height = x(found.value), y(ratio)
-        beside = (
-            (at - 8, height - 6, name, "end")
-            if at > (_LEFT + _RIGHT) / 2
-            else (at + 8, height + 14, name)
-        )
-        drawn += [markup.path((x(found.low), x(found.high)), [height] * 2, **_BAR)]
-        drawn += [markup.dot(at, height, 4, fill="none", **_BAR), markup.label(*beside)]
-    return markup.drawing(450, 250, "Calibration: ratio against modulus", *drawn)
+
+
+def _ring(scales: _Scales, one: MeasuredObject) -> list[Markup]:
+    """Return the ring of an object, the interval of its modulus, and its name on the freer side."""
+    x, y = scales.x(one.modulus.value), scales.y(one.ratio)
+    ends = scales.x(one.modulus.low), scales.x(one.modulus.high)
+    name = markup.label(x + 8, y + 14, one.name)
+    if x > (_LEFT + _RIGHT) / 2:
+        name = markup.label(x - 8, y - 6, one.name, "end")
+    bar = markup.path(ends, (y, y), **_BAR)
+    return [bar, markup.dot(x, y, 4, fill="none", **_BAR), name]

@@ -1,16 +1,19 @@
-"""Choose one ratio from the touches on a specimen, and fit a calibration to specimens."""
+"""The touches on the specimens of a calibration: one ratio of several touches, their table, and the fit."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import isfinite, nan, sqrt
 
 import numpy as np
 
+from palpate import number_format
+from palpate.calibration.calibration_file import About
 from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.errors import CalibrationError
 from palpate.messages import unlike
-from palpate.repeatability import most_reliable, usable
+from palpate.repeatability import most_reliable, objections, usable
 from palpate.touch import Touch
 from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
@@ -88,7 +91,90 @@ class SpecimenTouches:
     def spread(self) -> float:
         """Standard deviation of these ratios, divided by their mean; nan for one touch."""
         ratios = [self.ratio_of(touch)[0] for touch in self.usable]
-        return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
+        if len(ratios) < 2:
+            return nan
+        return float(np.std(ratios, ddof=1) / np.mean(ratios))
+
+    def summary(self) -> "SpecimenSummary":
+        """Return the row of this specimen in a table."""
+        against = [objections(touch, self.accept, self.ratio_of) for touch in self.touches]
+        return SpecimenSummary(
+            name=self.name,
+            modulus=self.modulus,
+            touches=len(self.touches),
+            usable=against.count(()),
+            smallest_covariance=self._ratio("covariance"),
+            smallest_error=self._ratio("standard_error"),
+            nearest_to_mean=self._ratio("agreement"),
+            mean=self._ratio("mean"),
+            spread=self.spread,
+        )
+
+    def _ratio(self, by: str) -> float:
+        """Return the ratio by a choice; nan if no touch is usable for it."""
+        try:
+            return self.choose(by).ratio
+        except ValueError:
+            return nan
+
+
+RATIO_COLUMNS = ("smallest P", "smallest error", "nearest to mean", "mean")
+"""Ratios of a summary: of the touch with the smallest P (the choice of the paper), and so on."""
+
+
+@dataclass(frozen=True)
+class SpecimenSummary:
+    """A specimen in the table of a calibration; a ratio is nan if no touch is usable for it."""
+
+    name: str
+    modulus: float
+    touches: int
+    usable: int
+    smallest_covariance: float
+    smallest_error: float
+    nearest_to_mean: float
+    mean: float
+    spread: float
+
+    @property
+    def ratios(self) -> tuple[float, float, float, float]:
+        """The ratios of `RATIO_COLUMNS`."""
+        return (self.smallest_covariance, self.smallest_error, self.nearest_to_mean, self.mean)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain values for JSON; None for nan."""
+        ratios = dict(zip(RATIO_COLUMNS, self.ratios, strict=True))
+        return {
+            "specimen": self.name,
+            "modulus_MPa": self.modulus,
+            "touches": self.touches,
+            "usable": self.usable,
+            **number_format.plain({**ratios, "spread": self.spread}),
+        }
+
+    def cells(self) -> list[str]:
+        """Return the row as text; ratios have two digits of their scatter, of which a mean has less."""
+        spread = "-"
+        if isfinite(self.spread):
+            spread = f"{number_format.error(100 * self.spread)} %"
+        texts = [number_format.number(each, self.spread * abs(each)) for each in self.ratios[:-1]]
+        of_mean = self.spread * abs(self.mean) / sqrt(max(self.usable, 1))
+        texts.append(number_format.number(self.mean, of_mean))
+        return [self.name, f"{self.modulus:g}", str(self.touches), *texts, spread]
+
+
+def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
+    """Return the table of the specimens as text: a header, a row for each, and whether each column rises."""
+    summaries = [specimen.summary() for specimen in specimens]
+    rows = [["specimen", "MPa", "touches", *RATIO_COLUMNS, "spread"]]
+    rows += [summary.cells() for summary in summaries]
+    rising = []
+    for column in zip(*(summary.ratios for summary in summaries), strict=True):
+        if not np.isfinite(column).all():
+            rising.append("-")
+        else:
+            rising.append("yes" if rises(column) else "no")
+    return [*rows, ["rises", "", "", *rising, ""]]
 
 
 def combined_ratio(
@@ -125,12 +211,14 @@ def combined_ratio(
     4.0
     """
     if by not in ("mean", "weighted"):
-        return _single_ratio(
-            ratio_of(most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of))
-        )
+        best = most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)
+        return _single_ratio(ratio_of(best))
     each = [_single_ratio(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
-    errors = np.array([one.standard_error for one in each])
-    weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(each))
+    weights = np.ones(len(each))
+    if by == "weighted":
+        errors = np.array([one.standard_error for one in each])
+        if (errors > 0).all():
+            weights = 1 / errors**2
     return weighted_mean(each, weights)
 
 
@@ -146,7 +234,9 @@ def weighted_mean(each: Sequence[CombinedRatio], weights: Array) -> CombinedRati
 
 
 def _single_ratio(known: tuple[float, float]) -> CombinedRatio:
-    return CombinedRatio(known[0], known[1] if np.isfinite(known[1]) else 0.0)
+    """Return the ratio of one touch; an unknown standard error counts as 0."""
+    ratio, error = known
+    return CombinedRatio(ratio, error if isfinite(error) else 0.0)
 
 
 def rises(ratios: Sequence[float]) -> bool:
@@ -159,7 +249,7 @@ def fit_specimens(
     *,
     by: str = "all",
     soft_ratio: float | None = 1.0,
-    about: Mapping[str, str] | None = None,
+    about: About | None = None,
 ) -> Calibration:
     """Return a calibration fitted to specimens.
 
@@ -190,55 +280,51 @@ def fit_specimens(
     >>> from palpate.simulation.hand import session
     >>> runs = session(0, touches=2)
     >>> specimens = [SpecimenTouches(name, E, palpate.touches(runs[name])) for name, E in SORBOTHANE_MPA.items()]
-    >>> fit_specimens(specimens).about["fitted on"]
+    >>> fit_specimens(specimens).about.fitted_on
     'all'
     """
     if by not in CHOICES:
         raise ValueError(f"by: {unlike(by, CHOICES)}")
-    by_level, share = any(specimen.ratio_of is level_ratio for specimen in specimens), 1.0
-    ages, exponents = (
-        {getattr(t, name) for s in specimens for t in s.usable}
-        for name in ("age_s", "contact_exponent")
-    )
-    if (
-        max(
-            len(ages), len(exponents) * by_level, len({specimen.ratio_of for specimen in specimens})
-        )
-        > 1
-    ):
+    kinds = {specimen.ratio_of for specimen in specimens}
+    used = [touch for specimen in specimens for touch in specimen.usable]
+    ages = {touch.age_s for touch in used}
+    exponents = {touch.contact_exponent for touch in used}
+    by_level = level_ratio in kinds
+    if len(kinds) > 1 or len(ages) > 1 or (by_level and len(exponents) > 1):
         raise CalibrationError(
             "touches: got several ages, exponents or kinds of ratio, allowed: one of each"
         )
+    share = 1.0
     if by_level:
-        share = error_share(
-            [level_ratio(touch) for touch in specimen.usable] for specimen in specimens
-        )
-    rows = [
-        (chosen, specimen.modulus)
-        for specimen in specimens
-        for chosen in (
-            [_single_ratio(specimen.ratio_of(touch)) for touch in specimen.usable]
-            if by == "all"
-            else [specimen.choose(by)]
-        )
-    ]
+        share = error_share([level_ratio(touch) for touch in each.usable] for each in specimens)
+    rows = []
+    moduli = []
+    for specimen in specimens:
+        ratios = _ratios(specimen, by)
+        rows += ratios
+        moduli += [specimen.modulus] * len(ratios)
     found = Calibration.fit(
-        [chosen.ratio for chosen, _ in rows],
-        [modulus for _, modulus in rows],
-        standard_errors=[share * chosen.standard_error for chosen, _ in rows],
-        touches=[chosen.touches for chosen, _ in rows],
+        [row.ratio for row in rows],
+        moduli,
+        standard_errors=[share * row.standard_error for row in rows],
+        touches=[row.touches for row in rows],
         soft_ratio=soft_ratio,
-        about={**(about or {}), "fitted on": by},
+        about=replace(about or About(), fitted_on=by),
     )
-    exponent = max(exponents) if by_level else 1.0
-    kind = "level" if by_level else "hold"
     return replace(
         found,
-        ratio=kind,
-        contact_exponent=exponent,
+        ratio="level" if by_level else "hold",
+        contact_exponent=max(exponents) if by_level else 1.0,
         age_s=max(ages, default=0.0),
         error_share=share,
     )
+
+
+def _ratios(specimen: SpecimenTouches, by: str) -> list[CombinedRatio]:
+    """Return the values of a specimen that are fitted."""
+    if by == "all":
+        return [_single_ratio(specimen.ratio_of(touch)) for touch in specimen.usable]
+    return [specimen.choose(by)]
 
 
 def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
@@ -248,14 +334,16 @@ def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
     so that the calibrated curve has it, shows in the scatter: R. T. Birge, Physical Review 40 (1932) 207. With few degrees
     of freedom v it is larger by v / (v - 2), as in `Scatter.of`.
     """
-    squares, freedom = 0.0, 0
+    squares = 0.0
+    freedom = 0
     for known in specimens:
-        ratios, errors = np.array(known, float).reshape(-1, 2).T
+        if len(known) < 2:
+            continue
+        ratios, errors = np.array(known, float).T
         weights = 1 / np.maximum(errors, 1e-9 * ratios) ** 2
-        squares += (
-            float(weights @ (ratios - np.average(ratios, weights=weights)) ** 2)
-            if len(known) > 1
-            else 0.0
-        )
-        freedom += max(len(known) - 1, 0)
-    return min(float(np.sqrt(squares / (freedom - 2))), 1.0) if freedom > 2 else 1.0
+        mean = np.average(ratios, weights=weights)
+        squares += float(weights @ (ratios - mean) ** 2)
+        freedom += len(known) - 1
+    if freedom <= 2:
+        return 1.0
+    return min(float(np.sqrt(squares / (freedom - 2))), 1.0)

@@ -115,11 +115,12 @@ class CalibrationDoubts:
 
 def doubts_of_calibration(calibration: "Calibration", scene: str) -> CalibrationDoubts:
     """Return what may be wrong with a calibration for a measurement with this scene."""
-    made_with = calibration.about.get("scene", scene)
+    about = calibration.about
+    made_with = about.scene or scene
     is_other = made_with != scene
     return CalibrationDoubts(
         verdict="" if calibration.sound else calibration.verdict,
         scene=scene if is_other else "",
         made_with=made_with if is_other else "",
-        recordings=calibration.about.get("doubts", ""),
+        recordings="; ".join(about.doubts),
     )

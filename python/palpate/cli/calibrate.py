@@ -3,17 +3,17 @@
 import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from palpate import Calibration, Touch
-from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
 from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
-from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
+from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -134,19 +134,26 @@ def calibrate_command(
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(
         runs
     )
-    about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
-    about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
-    about |= chosen.about
+    about = replace(
+        chosen.about,
+        scene=how["scene"],
+        accepted_flags=accept,
+        doubts=(shortened("; ".join(doubts), 1000),) if doubts else (),
+    )
     with usage_errors():
         soft = None if free_soft_ratio else 1.0
         found = fit_specimens(specimens, by=by, soft_ratio=soft, about=about)
         if plot:
-            save_plot(found, plot)
+            save_plot(found.curve(400), plot)
         if report:
             write_file(report, calibration_page(found, specimens).encode())
         found.save(output)
     notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
-    more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
+    more = {
+        "sound": found.sound,
+        "specimens": [one.summary().as_dict() for one in specimens],
+        "notes": notes,
+    }
     print_result(
         {"calibration": str(output), **found.as_dict(), **more},
         _fit_table(found, specimens, chosen),
@@ -169,13 +176,13 @@ def _copies(runs: Sequence[AnalysedRecording]) -> list[str]:
 
 
 def _fit_table(found: Calibration, specimens: list[SpecimenTouches], chosen: RatioChoice) -> str:
-    why = [f"{name}: {text}" for name, text in chosen.about.items()]
+    why = [f"{name}: {text}" for name, text in chosen.about.entries().items()]
     parameters = [
-        f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)
+        f"{name:15} {value:>12}   {interval}" for name, value, interval in found.parameter_rows()
     ]
     return "\n".join(
         [
-            format_table(specimen_rows(specimens)),
+            format_table(specimen_table(specimens)),
             "",
             *why,
             *[""] * bool(why),

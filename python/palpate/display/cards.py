@@ -153,9 +153,7 @@ def channels_drawing(time: Array, hard: Array, soft: Array) -> Markup:
     return markup.drawing(480, 90, "both channels over time", *drawn)
 
 
-def calibration_card(
-    shown: "Calibration", curve_drawing: Callable[["Calibration"], Markup]
-) -> Markup:
+def calibration_card(shown: "Calibration", curve_drawing: Callable[[], Markup]) -> Markup:
     """Return the curve with the measured ratios, its parameters and the verdict on the fit."""
     low, high = shown.range
     error = float(shown.fitted.covariance[1, 1]) ** 0.5 * shown.probe.half_modulus
@@ -168,7 +166,7 @@ def calibration_card(
     }
     try:
         facts["verdict"] = shown.verdict
-        drawn = curve_drawing(shown)
+        drawn = curve_drawing()
     except MissingExtra as missing:
         facts["verdict"] = str(missing)
         drawn = Markup()

@@ -7,11 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from palpate.calibration import Calibration
-from palpate.calibration.fit_tables import parameter_rows
-from palpate.calibration.model import band
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
@@ -113,16 +109,22 @@ class GuidedCalibration:
     ) -> tuple[list[KnownSpecimen], list[SpecimenTouches], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
         recorder, how = self._measurement.newest_recorder, self._measurement.how
-        about = {"scene": how.get("scene", "handheld")}
+        chosen = RatioChoice("hold", {})
         if recorder and (track := _track(RecordingFile(recorder.path), how, known)):
             chosen = choose_ratio([track])
-            about, known = {**about, **chosen.about}, _measured_again(known, track, chosen)
+            known = _measured_again(known, track, chosen)
         specimens = [
             SpecimenTouches(e.name, e.modulus, e.kept, ratio_of=e.ratio_of)
             for e in known
             if e.usable
         ]
-        return list(known), specimens, fit_specimens(specimens, about=about)
+        return (
+            list(known),
+            specimens,
+            fit_specimens(
+                specimens, about=replace(chosen.about, scene=how.get("scene", "handheld"))
+            ),
+        )
 
     def _finished(self) -> Document:
         """Save the calibration, and a report of the recording if there is one."""
@@ -206,17 +208,19 @@ def too_few(known: Sequence[KnownSpecimen]) -> str:
 def _fitted(found: Calibration | None) -> Document:
     if found is None:
         return {"parameters": [], "curve": None, "rigid": None}
-    x, level, reach = band(found, _POINTS)
-    columns = {"modulus": np.exp(x), "ratio": level, "low": level - reach, "high": level + reach}
+    curve = found.curve(_POINTS)
+    columns = {
+        "modulus": curve.modulus,
+        "ratio": curve.ratio,
+        "low": curve.low,
+        "high": curve.high,
+    }
     return {
-        "parameters": [
-            dict(zip(("name", "value", "interval"), row, strict=True))
-            for row in parameter_rows(found)
-        ],
+        "parameters": [row._asdict() for row in found.parameter_rows()],
         "curve": {name: values.tolist() for name, values in columns.items()},
         "rigid": {
-            "value": found.probe.rigid_ratio,
-            "error": float(found.fitted.covariance[0, 0] ** 0.5),
+            "value": curve.rigid_ratio,
+            "error": curve.rigid_error,
         },
     }
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from palpate.ad7746.registers import linearity_pF
-from palpate.calibration.model import Calibration, Modulus, UncertaintyPart
+from palpate.calibration.model import Calibration
+from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences

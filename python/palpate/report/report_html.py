@@ -13,11 +13,12 @@ from typing import Any
 
 from palpate import number_format
 from palpate._core import __version__
-from palpate.calibration import plot, verdict
-from palpate.calibration.fit_tables import parameter_rows, specimen_rows
-from palpate.calibration.model import Calibration, Modulus
+from palpate.calibration import plot
+from palpate.calibration.assessment import Residual
+from palpate.calibration.model import Calibration
+from palpate.calibration.modulus import Modulus
 from palpate.calibration.specimen_files import read_moduli
-from palpate.calibration.specimen_fit import SpecimenTouches
+from palpate.calibration.specimen_fit import SpecimenTouches, specimen_table
 from palpate.calibration.validity import doubts_of_calibration
 from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
 from palpate.display.text import counted, lasting
@@ -170,7 +171,7 @@ def write_report(
 
 def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
-    head, *rows = specimen_rows(specimens)
+    head, *rows = specimen_table(specimens)
     records = [dict(zip(head, row, strict=True)) for row in rows]
     return _render(
         {
@@ -328,19 +329,23 @@ def _fitted(calibration: Calibration, results: Iterable[SpecimenResult] = ()) ->
     new = [
         one for one in results if one.known is None and one.modulus and isfinite(one.modulus.value)
     ]
-    seen = [(one.name, one.mean.ratio, one.modulus) for one in new if one.mean and one.modulus]
+    seen = [
+        plot.MeasuredObject(one.name, one.mean.ratio, one.modulus)
+        for one in new
+        if one.mean and one.modulus
+    ]
     names = ("Parameter", "Value", "95 % interval")
     return {
         "calibration": calibration,
-        "picture": plot.curve_picture(calibration, seen),
+        "picture": plot.curve_picture(calibration.curve(), seen),
         "rings": bool(seen),
-        "parameters": [dict(zip(names, row, strict=True)) for row in parameter_rows(calibration)],
+        "parameters": [dict(zip(names, row, strict=True)) for row in calibration.parameter_rows()],
         "distances": [_distance(calibration, one) for one in calibration.residuals],
-        "about": ", ".join(f"{key}: {value}" for key, value in calibration.about.items()),
+        "about": ", ".join(f"{key}: {value}" for key, value in calibration.about.entries().items()),
     }
 
 
-def _distance(calibration: Calibration, one: verdict.Residual) -> dict[str, object]:
+def _distance(calibration: Calibration, one: Residual) -> dict[str, object]:
     """Return the row of a specimen of a fit: its values, their mean, and its distance from the curve."""
     values = calibration.ratios[calibration.moduli == one.modulus].tolist()
     return {
@@ -348,7 +353,7 @@ def _distance(calibration: Calibration, one: verdict.Residual) -> dict[str, obje
         "Touches": one.touches,
         "Ratio": number_format.number(one.ratio, one.standard_error),
         "Curve": number_format.number(one.fitted, one.standard_error),
-        "Distance, %": verdict.percent(one).replace("-", MINUS),
+        "Distance, %": one.percent.replace("-", MINUS),
         "In std. errors": f"{one.standardised:+.1f}".replace("-", MINUS),
         "Values": ", ".join(
             number_format.number(value, calibration.touch_spread * value) for value in values

@@ -1,0 +1,122 @@
+"""The interval of a modulus: the curve of eq. (2) read backwards from a measured ratio.
+
+The interval is the set of all E whose predicted ratio is within t standard deviations of the measured ratio. The
+variance belongs to a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
+from object to object, and the error of the fitted curve. For every E the measured ratio is within t standard deviations
+of its prediction with the given probability; so the set contains the true E with this probability, also near the rigid
+ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
+
+t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite: each variance has
+the degrees of freedom of its estimate; the standard error is taken as exact. With few of them t falls so fast that adding a standard error
+to a hardly known scatter narrows the interval.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.calibration.fit import Array, CurveFit, curve, gradient
+from palpate.errors import need
+
+_REACH = 40.0  # log(E / half_modulus): beyond it the curve is constant in double precision
+_STEPS = 401
+
+
+@dataclass(frozen=True)
+class MeasuredRatio:
+    """A measured ratio: the mean of `touches` touches, its standard error, and the confidence level."""
+
+    ratio: float
+    standard_error: float = 0.0
+    touches: float = 1
+    level: float = 0.95
+
+
+def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
+    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees."""
+    # -inf: all softer objects agree; inf: all stiffer objects agree.
+    points = fit.parameters[1] + np.linspace(-_REACH, _REACH, _STEPS)
+    middle = _best(fit, measured.ratio)
+    if np.isfinite(middle):
+        points = np.append(points, middle)
+    x = np.concatenate([[-np.inf], np.sort(points), [np.inf]])
+    agrees = np.flatnonzero(np.abs(_distance(fit, measured, x)) <= 1)
+    if not len(agrees):
+        return np.nan, np.nan
+    low, high = -np.inf, np.inf
+    first, last = agrees[0], agrees[-1]
+    if first > 0:
+        low = _crossing(fit, measured, inside=x[first], outside=x[first - 1])
+    if last < len(x) - 1:
+        high = _crossing(fit, measured, inside=x[last], outside=x[last + 1])
+    return low, high
+
+
+def _best(fit: CurveFit, ratio: float) -> float:
+    """Return log E for a ratio; infinite beyond the ends of the curve."""
+    rigid, log_half, soft = fit.parameters
+    if ratio >= rigid:
+        return np.inf
+    if not soft < ratio:
+        return -np.inf
+    return float(log_half + np.log((ratio - soft) / (rigid - ratio)))
+
+
+def _distance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
+    """Return ratio minus prediction at x, in units of `allowance`; it decreases with x."""
+    return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
+
+
+class Variances(NamedTuple):
+    """The parts of the variance of a measured ratio, which add up."""
+
+    noise: float  # square of the standard error: noise of the converter
+    touch: Array  # scatter from touch to touch, of the mean of the touches: how the probe is held
+    specimen: Array  # scatter of specimens around the curve
+    curve: Array  # error of the fitted curve
+
+
+def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
+    """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
+    level = curve(fit.parameters, x)
+    slopes = gradient(fit.parameters, x)
+    error = measured.standard_error
+    return Variances(
+        error * error,  # not **, which raises an error at overflow
+        fit.touch_variance * level**2 / measured.touches,
+        fit.specimen_variance * level**2,
+        np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes),
+    )
+
+
+def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
+    """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
+    noise, touch, specimen, fitted = variances(fit, measured, x)
+    total = noise + touch + specimen + fitted
+    # Terms from the same estimate are fully correlated; the error of the curve comes from both estimates.
+    if fit.touch_freedom:
+        by_specimen = specimen + fit.specimen_share * fitted
+    else:
+        by_specimen = touch + fitted
+    by_touch = touch + specimen + fitted - by_specimen
+    parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        freedom = np.minimum(total**2 / parts, 1e9)
+    t = need("scipy.special", "science").stdtrit(freedom, 0.5 + measured.level / 2)
+    return np.asarray(t * np.sqrt(total))
+
+
+def _crossing(fit: CurveFit, measured: MeasuredRatio, *, inside: float, outside: float) -> float:
+    """Return x at which the distance is 1 or -1, between a point inside the interval and one outside."""
+    if not np.isfinite(inside):
+        return outside  # beyond _REACH
+    if not np.isfinite(outside):
+        return inside
+    side = np.sign(_distance(fit, measured, np.array(outside)))
+
+    def beyond(x: float) -> float:
+        return float(_distance(fit, measured, np.array(x)) - side)
+
+    brentq = need("scipy.optimize", "science").brentq
+    return float(brentq(beyond, inside, outside, xtol=1e-12))
