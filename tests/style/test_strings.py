@@ -22,7 +22,7 @@ def layers() -> dict[str, int]:
     rows = contracts["tool"]["importlinter"]["contracts"][0]["layers"]
     heights = {}
     for depth, row in enumerate(rows):
-        for room in row.split(" | "):
+        for room in re.split(" [|:] ", row):
             heights[room] = -depth
     return heights
 

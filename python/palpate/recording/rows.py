@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate import _core
+from palpate._core import format_rows as _format_rows
+from palpate._core import parse_rows as _parse_rows
 from palpate.ad7746.registers import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.messages import quoted
 from palpate.samples import Block, Status
@@ -119,7 +120,7 @@ _GOOD = dict(zip(COLUMNS, (b"0", b"0", b"0", b"-1", b"-1", b"0", b"0", b"-1", b"
 
 def format_rows(block: Block) -> bytes:
     """Return samples as lines: times in s with 9 decimals, capacitances with all digits."""
-    return _core.format_rows(np.ascontiguousarray(block))
+    return _format_rows(np.ascontiguousarray(block))
 
 
 def parse_rows(
@@ -127,9 +128,9 @@ def parse_rows(
 ) -> Block:
     """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
     form = None if scale is None else (scale.zero, scale.per_pF), columns == COLUMNS
-    block = _core.parse_rows(data, *form)
+    block = _parse_rows(data, *form)
     if block is None and b"inf" in data:
-        block = _core.parse_rows(re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data), *form)
+        block = _parse_rows(re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data), *form)
     if block is None:
         raise ValueError("a line is not a row of a recording")
     return block
