@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, cast, overload
 
 import numpy as np
 
@@ -54,12 +54,10 @@ def touches(
     Parameters
     ----------
     recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame; or an iterable of them
-        Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
-        reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
-        read in blocks, and tared at the same samples as in the measurement; a path is read so. With an attribute
-        `host_stamps` that is True, the setting `host_stamps` is True by default. With `gap_marks`, as those of
-        `palpate.recorded`, or `gap_rows`, as those of `palpate.read`, a touch after a gap has the flag "gap" as in the
-        measurement.
+        Anything with the members of `palpate.recording_protocol.RecordingProtocol`. A reading that is nan, or
+        `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` and a path are read in
+        blocks. Of a recording of palpate, the baseline is tared at the same samples as in the measurement, and a
+        touch after a gap has the flag "gap".
     scene : str
         As in `Tracker`.
     unit : str, optional
@@ -89,12 +87,12 @@ def touches(
         An unknown scene, a setting out of range, or `seconds` for a recording without times; a window without a touch, or
         whose baseline was measured in contact.
     TypeError
-        An unknown setting; or not a recording.
+        An unknown setting; or not a recording: the message names the missing members.
     RecordingError
         A file cannot be read.
     SomeFailed
-        Of several recordings some failed, for any such reason. It is raised when all are done, with the results of the
-        the other ones in its `results`.
+        Some of several recordings failed, for any of these reasons. It is raised when all are done, and has the
+        results of the other ones in `results`.
 
     Examples
     --------
@@ -112,31 +110,40 @@ def touches(
     """
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
-    asked = {**(reading or {}), **({} if unit is None else {"unit": unit})}
-    one = partial(_of_one, asked, scene=scene, windows=windows, **settings)
+    keywords = dict(reading or {})
+    if unit is not None:
+        keywords["unit"] = unit
+    one = partial(_of_one, keywords, scene=scene, windows=windows, **settings)
     if not _is_several(recording):
         return one(recording)
     if windows is not None:
         raise ValueError("windows: got them with several recordings, allowed: with one")
-    given: dict[str, Any] = {**settings}
-    Tracker(scene, **given)  # a wrong setting is no error of each recording
-    results = list(in_order(one, recording, jobs))
-    if any(isinstance(result, Exception) for result in results):
+    Tracker(scene, **cast(Any, settings))  # a wrong setting is one error, not one of each recording
+    touches_of_each = list[Touches]()
+    results = list[Touches | Exception]()
+    for result in in_order(one, recording, jobs):
+        results.append(result)
+        if not isinstance(result, Exception):
+            touches_of_each.append(result)
+    if len(touches_of_each) < len(results):
         raise SomeFailed.of(results)
-    return [result for result in results if not isinstance(result, Exception)]
+    return touches_of_each
 
 
-def _of_one(asked: Mapping[str, Any], recording: Any, **how: Any) -> Touches:
+def _of_one(keywords: Mapping[str, Any], recording: Any, **options: Any) -> Touches:
+    """Return the touches of a recording, a path or a table; `keywords` of `read`, `options` of `tracked`."""
+    is_path = isinstance(recording, str | os.PathLike)
     if is_frame(recording) and not isinstance(recording, Recording):
-        recording = read(recording, **asked)
-    elif "unit" in asked and not isinstance(recording, str | os.PathLike):
+        recording = read(recording, **keywords)
+    elif "unit" in keywords and not is_path:
         raise ValueError(
-            f"unit: got {asked['unit']!r} with a recording in memory, allowed: with a path or a table"
+            f"unit: got {keywords['unit']!r} with a recording in memory, "
+            "allowed: with a path or a table"
         )
-    if not isinstance(recording, str | os.PathLike):
-        return tracked(recording, **how).touches
+    if not is_path:
+        return tracked(recording, **options).touches
     try:
-        found = tracked(recorded(recording, **asked), **how).touches
+        found = tracked(recorded(recording, **keywords), **options).touches
     except Exception as error:
         error.add_note(f"file: {os.fspath(recording)}")
         raise
@@ -182,5 +189,5 @@ def in_order(
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
-        finally:  # after Ctrl-C: what runs is ended, what waits is not begun
+        finally:  # after Ctrl-C: running ones end, waiting ones do not begin
             pool.shutdown(cancel_futures=True)

@@ -20,6 +20,7 @@ from palpate.live.files import RunFiles
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
 from palpate.recording import session as stored
 from palpate.recording import sidecar
+from palpate.recording.sidecar import Sidecar
 from palpate.simulation import scenarios
 
 GOOD = palpate.touches(scenarios.run("four-specimens"))[0]
@@ -46,7 +47,7 @@ class Bench:
     """A plan without a measurement: touches come when the test says so."""
 
     def __init__(self, wanted: int = 2, calibration: Calibration | None = None) -> None:
-        self.touches, self.last_s, self.document = list[Any](), 0.0, dict[str, Any]()
+        self.touches, self.last_s, self.sidecar = list[Any](), 0.0, Sidecar()
         self.listeners, self.recording_begun, self.said = list[Any](), list[Any](), list[str]()
         self.recorder: Recorder | None = Recorder()
         self.newest_recorder: Recorder | None = self.recorder
@@ -345,8 +346,8 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     bench.do("discard", touch=1)
     after = sidecar.load_checked(path)
     assert after
-    assert after[1]
-    assert stored.plan_of(after[0]).touches == (stored.Entry(1.0, "gel", "discarded"),)
+    assert after.intact
+    assert after.session.touches == (stored.Entry(1.0, "gel", "discarded"),)
     (tmp_path / "run.json").unlink()
     with pytest.raises(RecordingError, match=r"run\.json"):
         bench.do("keep", touch=1)

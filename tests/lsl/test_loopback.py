@@ -82,7 +82,7 @@ def test_what_is_sent_is_received(ahead_s: float, name: str, tmp_path: Path, tal
     record(tmp_path, name, ahead_s)
     recordings = [palpate.recorded(tmp_path / f"{each}.csv") for each in ("sent", "received")]
     sent, received = (np.concatenate(list(each.blocks())) for each in recordings)
-    zeros = [(each.document or {})["clock"]["zero_monotonic_ns"] for each in recordings]
+    zeros = [each.sidecar.entries["clock"]["zero_monotonic_ns"] for each in recordings]
     count = len(received)
     [begin] = [
         i

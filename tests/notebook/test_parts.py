@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.recording.recording import Mark, Recording
-from palpate.recording.sidecar import marks_of
+from palpate.recording.sidecar import Sidecar
 from project import FOUR
 
 WHOLE = palpate.read(FOUR)
@@ -76,8 +76,8 @@ def test_gaps_and_marks_stay_at_their_rows(gaps: set[int], begin: int, length: i
 
 def test_a_mark_with_a_wrong_time_has_none() -> None:
     wrong: list[Any] = ["12", True, None, [1], 10**400, 1e300]
-    marks = marks_of(
+    marks = Sidecar(
         {"marks": [3, "a", *({"t_s": t_s, "text": "x" * 1000} for t_s in wrong), {"t_s": 2}]}
-    )
-    assert [np.isnan(time_s) for time_s, _ in marks] == [True] * len(wrong) + [False]
-    assert (len(marks[0][1]) < 550, marks[-1]) == (True, (2.0, ""))
+    ).marks
+    assert [np.isnan(mark.t_s) for mark in marks] == [True] * len(wrong) + [False]
+    assert (len(marks[0].text) < 550, marks[-1].t_s, marks[-1].text) == (True, 2.0, "")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 from palpate import RecordingError, check, read
-from palpate.recording import verification
 from palpate.recording.csv_reader import RecordingFile
+from palpate.recording.repair import repair_files
 from recording_bench import killed, rows_of, survivors
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
@@ -85,5 +85,5 @@ def test_a_file_that_changed_during_the_repair_is_left_alone(tmp_path: Path) -> 
     with pytest.raises(
         RecordingError, match="it has changed in the meantime; all files are as they were"
     ):
-        verification.repair_files(recording)
+        repair_files(recording)
     assert contents(tmp_path) == before

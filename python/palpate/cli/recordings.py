@@ -36,7 +36,7 @@ from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import of_table, recorded
-from palpate.recording.verification import Verification, verified
+from palpate.recording.verification import Verification, check_opened
 from palpate.tracking import tracked
 
 _SHOWN = 4  # rows of a preview
@@ -98,7 +98,7 @@ def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool,
 
 def _checked(file: Path, repair: bool, yes: bool, reading: SourceOptions) -> Verification:
     recording = recorded(file, **reading.keywords())
-    report = verified(recording, repair=repair, remove_damage=yes)
+    report = check_opened(recording, repair=repair, remove_damage=yes)
     print_notes(file, [simulation_note(recording)])
     if repair and not yes and report.damaged and not report.running:
         print_message(f"{file}: --yes takes out what is damaged, and keeps it in a file")

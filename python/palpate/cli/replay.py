@@ -33,7 +33,7 @@ from palpate.cli.shared_options import (
 )
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
-from palpate.recording.session import Entry, plan_of
+from palpate.recording.session import Entry
 from palpate.repeatability import objections, session_scatter
 from palpate.tracking import baseline_takes, tracked
 from palpate.uncertainty import RATIOS, Uncertainty
@@ -214,7 +214,7 @@ def replayed(
     touches, notes, plan = (
         of_tracker.touches,
         [*of_tracker.touches.notes],
-        plan_of(recording.document or {}),
+        recording.sidecar.session,
     )
     other = {} if recording.unit == "pF" else {"unit": recording.unit}
     entries = plan.matched(touches, recording.survey.period_s)

@@ -103,9 +103,7 @@ class TrackerOptions:
 
 def simulation_note(recording: "OpenedRecording") -> str:
     """Return a note if a simulator made a recording, else ""."""
-    from palpate.recording.sidecar import is_simulated
-
-    if is_simulated(recording.document.get("device", {})):
+    if recording.sidecar.is_simulated:
         return "simulated: no probe was used"
     return ""
 

@@ -21,13 +21,13 @@ from palpate.errors import PalpateError, RecordingError
 from palpate.live.feed import Document, RefusedCommand, ends_of, rows_of
 from palpate.live.files import RunFiles
 from palpate.live.levels import Levels
-from palpate.recording import sidecar
 from palpate.recording.convert import RATE
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.recorder import Recorder
-from palpate.recording.verification import judged
+from palpate.recording.sidecar import Sidecar
+from palpate.recording.verification import verification_of
 from palpate.samples import Sample, samples_of, usable
 from palpate.sources import Gap, Source
 from palpate.sources.options import split
@@ -83,7 +83,7 @@ class Measurement(Listener):
     ) -> None:
         self.files = files
         self.number: int = 0  # of the measurement, counted from 1
-        self.document: Document = {}  # the sidecar of a file that is shown
+        self.sidecar: Sidecar = Sidecar()  # of a file that is shown
         self.error: str = ""  # that ended the measurement
         self.failed: bool = False  # a recording failed: the one written, or a file as the source
         self.events = Listeners(tell)
@@ -478,8 +478,8 @@ class RecordedMeasurement(Measurement):
         recording.skip_damage()
         self.recording = recording
         self.tracker = tracker_of(recording, settings.pop("scene"), settings)
-        self.document = recording.document or {}
-        marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
+        self.sidecar = recording.sidecar
+        marks = [(m.t_s, m.text) for m in self.sidecar.marks if math.isfinite(m.t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
         self.moment = Moment("waiting")
         self._verdict = ""  # what `palpate check` says; nothing while it is read
@@ -506,7 +506,7 @@ class RecordedMeasurement(Measurement):
     @property
     def amendable(self) -> bool:
         """Whether specimens can be given to its touches: it has a sidecar, and has ended."""
-        return self.recording.path.suffix == ".csv" and "end" in self.document
+        return self.recording.path.suffix == ".csv" and "end" in self.sidecar.entries
 
     def cut(self, from_s: float, to_s: float) -> Touch:
         """Return the touch between two times; as `palpate.touches` with a window."""
@@ -556,7 +556,7 @@ class RecordedMeasurement(Measurement):
         self.tracker.finish()
         self.touches = self.tracker.touches
         self.events.tell("ended", None)
-        found = judged(self.recording)
+        found = verification_of(self.recording)
         long = "too long to show every sample: at first only lowest and highest values are shown"
         for line in (
             self.recording.understood,

@@ -103,7 +103,7 @@ class TouchPlan(Listener):
         self._measurement = measurement
         self._recorded = isinstance(measurement, RecordedMeasurement)
         # Title, operator, notes and the kind of ratio; of a recording also the touches before it is read.
-        self._plan = plan = stored.plan_of(measurement.document)
+        self._plan = plan = measurement.sidecar.session
         self._stored: tuple[Recorder | None, stored.Plan] = (
             None,
             plan,

@@ -1,8 +1,7 @@
-"""The ratio of a touch from its readings: windows without mismatch, instrumental variables, spikes and a lag removed; and its level ratio."""
+"""The ratio of a touch from its readings: matched windows, instrumental variables, without spikes and lag; and its level ratio."""
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,16 @@ _AT_ONCE = 4096  # windows solved together: some 10 MB
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows of the readings of one channel and their filters: which readings, and weights, the sum of each row is 1."""
+    """Windows of the readings of one channel, with their filters.
+
+    Attributes
+    ----------
+    readings : Readings
+    at : numpy.ndarray of int, shape (n, size)
+        Positions of the readings in each window.
+    weight : numpy.ndarray, shape (n, size)
+        Their weights; each row has the sum 1.
+    """
 
     readings: Readings
     at: NDArray[np.intp]
@@ -46,7 +54,8 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
     # minimum of the mean of |A - B|^2 over the band, plus 1e-6 (sum a_i^2 + sum b_i^2), with sum a_i = sum b_i = 1. The
     # mean of cos w (t_i - t_j) over the band has a closed form; so no even grid is needed.
     t_hard_s, t_soft_s = all_hard.t, all_soft.t
-    before, half = HARD // 2, SOFT // 2
+    before = HARD // 2
+    half = SOFT // 2
     centre = np.arange(before, len(t_hard_s) - before)
     after = np.searchsorted(t_soft_s, t_hard_s[centre])
     whole = (after >= half) & (after <= len(t_soft_s) - half)
@@ -55,16 +64,15 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
     times = np.concatenate([t_hard_s[hard_at], t_soft_s[soft_at]], axis=1)
     parts = [_designed(times[i : i + _AT_ONCE]) for i in range(0, max(len(times), 1), _AT_ONCE)]
     weights, mismatch = (np.concatenate(part) for part in zip(*parts, strict=True))
-    hard, soft = (
-        Windows(all_hard, hard_at, weights[:, :HARD]),
-        Windows(all_soft, soft_at, weights[:, HARD:]),
-    )
+    hard = Windows(all_hard, hard_at, weights[:, :HARD])
+    soft = Windows(all_soft, soft_at, weights[:, HARD:])
     return hard, soft, mismatch
 
 
 def _designed(times: Array) -> tuple[Array, Array]:
     """Return weights, shape (n, 11), and mismatch, shape (n,)."""
-    number, size = len(times), HARD + SOFT
+    number = len(times)
+    size = HARD + SOFT
     sign = np.where(np.arange(size) < HARD, 1.0, -1.0)
     square = sign[:, None] * sign * _mean_cosine(times[:, :, None] - times[:, None, :])
     system = np.zeros((number, size + 2, size + 2))
@@ -85,7 +93,8 @@ def _mean_cosine(lag_s: Array) -> Array:
     def to(f: float) -> Array:
         return np.asarray(f * np.sinc(2 * f * lag_s))
 
-    slow, lines = to(_LINES_Hz) - to(low), to(high) - to(_LINES_Hz)
+    slow = to(_LINES_Hz) - to(low)
+    lines = to(high) - to(_LINES_Hz)
     return (_SLOW * slow + lines) / (_SLOW * (_LINES_Hz - low) + high - _LINES_Hz)
 
 
@@ -104,11 +113,20 @@ _LEAST = 0.001  # change from the flanks to the height, share
 
 @dataclass(frozen=True)
 class Aligned:
-    """Changes of both channels, pF, and what the windows make of them."""
+    """Changes of both channels from the baseline, pF, filtered in windows.
 
-    # row: Row of the hard reading in the middle.
-    # y, x, z: Hard, soft, and the instrument: the mean of the soft readings around the readings of x, which are left out.
-    # good: Windows without a gap.
+    Attributes
+    ----------
+    hard, soft : Windows
+    row : numpy.ndarray of int, shape (n,)
+        Row of the hard reading in the middle of each window.
+    y, x : numpy.ndarray, shape (n,)
+        Filtered hard and soft change, pF.
+    z : numpy.ndarray, shape (n,)
+        The instrument: mean of the soft readings around those of x, without them.
+    good : numpy.ndarray of bool, shape (n,)
+        Windows without a gap.
+    """
 
     hard: Windows
     soft: Windows
@@ -121,9 +139,9 @@ class Aligned:
     @property
     def high(self) -> NDArray[np.bool_]:
         """Which good windows are above half of the touch."""
-        return np.asarray(
-            self.good & (np.abs(self.x) > np.abs(self.x[self.good]).max(initial=0) / 2)
-        )
+        size = np.abs(self.x)
+        height = size[self.good].max(initial=0)
+        return np.asarray(self.good & (size > height / 2))
 
     def rest(self, ratio: float) -> Array:
         """Return y - ratio * x."""
@@ -140,45 +158,64 @@ def aligned(hard: Readings, soft: Readings) -> Aligned | None:
     return Aligned(in_hard, in_soft, row, in_hard.value, in_soft.value, _instrument(in_soft), good)
 
 
-def _instrument(made: Windows) -> Array:
-    sums = np.append(0, np.cumsum(made.readings.value))
-    first, end = made.at[:, 0], made.at[:, -1] + 1
-    low, high = np.maximum(first - _REACH, 0), np.minimum(end + _REACH, len(sums) - 1)
+def _instrument(soft: Windows) -> Array:
+    sums = np.append(0, np.cumsum(soft.readings.value))
+    first = soft.at[:, 0]
+    end = soft.at[:, -1] + 1
+    low = np.maximum(first - _REACH, 0)
+    high = np.minimum(end + _REACH, len(sums) - 1)
     count = np.maximum(high - low - SOFT, 1)
     return np.asarray((sums[high] - sums[low] - (sums[end] - sums[first])) / count)
 
 
-def fitted(hard: Readings, soft: Readings, levels: Levels) -> dict[str, Any] | None:
-    """Return the ratio of changes of both channels; None: there are too few."""
+@dataclass(frozen=True)
+class RatioFit:
+    """The ratio of a touch; the fields are as in `OfflineTouch`."""
+
+    ratio: float
+    standard_error: float
+    covariance: float
+    samples: int
+    left_out: int
+    lag_s: float
+    start_s: float
+    stop_s: float
+
+
+def fit_ratio(hard: Readings, soft: Readings, levels: Levels) -> RatioFit | None:
+    """Return the ratio of the changes of both channels; None: there are too few pairs."""
     # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where
     # it is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
     # explains most is left out.
-    lag, left_out, whole = 0.0, 0, None
-    for last in [False] * _ROUNDS + [True]:
+    lag = 0.0
+    left_out = 0
+    whole = None
+    for number in range(_ROUNDS + 1):
         pairs = aligned(hard, soft)
         if pairs is None or not pairs.high.any():
             break
         ratio = float(np.median(pairs.y[pairs.high] / pairs.x[pairs.high]))
         more = _lag(pairs, ratio)
         bad = np.abs(pairs.rest(ratio)) > _OUTLIER * _scale(pairs, ratio, levels)
-        if last or (more == 0 and not bad.any()):
+        if number == _ROUNDS or (more == 0 and not bad.any()):
             return _solved(pairs, pairs.good & ~bad, whole or pairs, levels, left_out, lag)
         if more:
-            soft, lag = replace(soft, t=soft.t - more), lag + more
+            soft = replace(soft, t=soft.t - more)
+            lag += more
             continue
         whole = whole or pairs
         keep_hard, keep_soft = _without_spikes(pairs, ratio, np.flatnonzero(bad))
         left_out += int(np.count_nonzero(~keep_hard) + np.count_nonzero(~keep_soft))
-        hard, soft = hard[keep_hard], soft[keep_soft]
+        hard = hard[keep_hard]
+        soft = soft[keep_soft]
     return None
 
 
 def _lag(pairs: Aligned, ratio: float) -> float:
     """Return how late the soft channel is, s; 0 if that is not significant."""
     rest = pairs.rest(ratio)
-    near = pairs.good & (
-        np.abs(rest) <= _OUTLIER * _MAD * float(np.median(np.abs(rest[pairs.good])))
-    )
+    spread = _MAD * float(np.median(np.abs(rest[pairs.good])))
+    near = pairs.good & (np.abs(rest) <= _OUTLIER * spread)
     if np.count_nonzero(near) < FEWEST:
         return 0.0
     slope = np.gradient(pairs.x, pairs.hard.readings.t[pairs.hard.at[:, HARD // 2]])[near]
@@ -193,28 +230,41 @@ def _lag(pairs: Aligned, ratio: float) -> float:
 def _scale(pairs: Aligned, ratio: float, levels: Levels) -> float:
     """Return the scatter of the windows, at least by the noise of their readings."""
     seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
-    hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
+    hard = (pairs.hard.weight**2).sum(axis=1)
+    soft = (pairs.soft.weight**2).sum(axis=1)
     noise2 = np.median(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
     return max(seen, math.sqrt(float(noise2)))
 
 
-def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Any, Any]:
+Mask = NDArray[np.bool_]
+
+
+def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Mask, Mask]:
     """Return masks of the readings to keep: without the one that explains most of each run of bad windows."""
-    sides = (pairs.hard, pairs.soft)
-    keep = [np.ones(len(made.readings.t), bool) for made in sides]
-    explained = [_explained(made, pairs.rest(ratio)) for made in sides]
+    rest = pairs.rest(ratio)
+    keep_hard = np.ones(len(pairs.hard.readings.t), bool)
+    keep_soft = np.ones(len(pairs.soft.readings.t), bool)
+    by_hard = _explained(pairs.hard, rest)
+    by_soft = _explained(pairs.soft, rest)
     for run in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1):
-        best = [of[made.at[run]].max() for of, made in zip(explained, sides, strict=True)]
-        worst = int(best[1] > best[0])
-        inside = np.unique(sides[worst].at[run])
-        keep[worst][inside[np.argmax(explained[worst][inside])]] = False
-    return keep[0], keep[1]
+        hard_at = pairs.hard.at[run]
+        soft_at = pairs.soft.at[run]
+        if by_soft[soft_at].max() > by_hard[hard_at].max():
+            _leave_out_largest(keep_soft, by_soft, soft_at)
+        else:
+            _leave_out_largest(keep_hard, by_hard, hard_at)
+    return keep_hard, keep_soft
 
 
-def _explained(made: Windows, rest: Array) -> Array:
+def _leave_out_largest(keep: Mask, explained: Array, at: NDArray[np.intp]) -> None:
+    inside = np.unique(at)
+    keep[inside[np.argmax(explained[inside])]] = False
+
+
+def _explained(channel: Windows, rest: Array) -> Array:
     """Return the part of the sum of squares that an error of each reading explains."""
-    squares = replace(made, weight=made.weight**2).spread(np.ones(len(rest)))
-    return np.asarray(made.spread(rest) ** 2 / np.where(squares > 0, squares, 1))
+    squares = replace(channel, weight=channel.weight**2).spread(np.ones(len(rest)))
+    return np.asarray(channel.spread(rest) ** 2 / np.where(squares > 0, squares, 1))
 
 
 def _solved(
@@ -224,7 +274,7 @@ def _solved(
     levels: Levels,
     left_out: int,
     lag: float,
-) -> dict[str, Any] | None:
+) -> RatioFit | None:
     """Return the result from some windows; `whole`: the pairs before readings were left out."""
     if np.count_nonzero(used) < FEWEST:
         return None
@@ -234,32 +284,32 @@ def _solved(
     # ratio = truth + sum of each reading's error times its weight: exact, since the windows are linear.
     hard = pairs.hard.spread(z) / size
     soft = -pairs.soft.spread(z) * ratio / size
-    of_readings = levels[0].noise ** 2 * float(hard @ hard) + levels[1].noise ** 2 * float(
-        soft @ soft
-    )
+    of_hard = levels[0].noise ** 2 * float(hard @ hard)
+    of_soft = levels[1].noise ** 2 * float(soft @ soft)
+    of_readings = of_hard + of_soft
     scores = (z * pairs.rest(ratio))[used] / size
     number = max(min(_BATCHES, len(scores) // 4), 2)
     parts = np.array([part.sum() for part in np.array_split(scores, number)])
     seen = float(parts @ parts) * number / (number - 1)
     of_levels = _of_levels(
-        ((hard, pairs.hard.readings.t, levels[0]), (soft, pairs.soft.readings.t, levels[1]))
+        _LevelError.of(hard, pairs.hard.readings.t, levels[0]),
+        _LevelError.of(soft, pairs.soft.readings.t, levels[1]),
     )
+    of_flanks = _flank_error(whole, ratio, levels)
     times = pairs.hard.readings.t[pairs.hard.at[used]]
-    return {
-        "ratio": ratio,
-        "standard_error": math.sqrt(
-            max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2
-        ),
-        "covariance": 1 / size,
-        "samples": len(scores),
-        "left_out": left_out,
-        "lag_s": lag,
-        "start_s": float(times.min()),
-        "stop_s": float(times.max()),
-    }
+    return RatioFit(
+        ratio=ratio,
+        standard_error=math.sqrt(max(of_readings, seen) + of_levels + of_flanks**2),
+        covariance=1 / size,
+        samples=len(scores),
+        left_out=left_out,
+        lag_s=lag,
+        start_s=float(times.min()),
+        stop_s=float(times.max()),
+    )
 
 
-def _open(pairs: Aligned, ratio: float, levels: Levels) -> float:
+def _flank_error(pairs: Aligned, ratio: float, levels: Levels) -> float:
     """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0."""
     # An offset or a curve causes it. At half of the height, the change by an offset is the error of the result; a curve
     # has half of its change as error.
@@ -270,23 +320,39 @@ def _open(pairs: Aligned, ratio: float, levels: Levels) -> float:
     change = float(np.median(pairs.y[flank] / pairs.x[flank])) - ratio
     noise = 1.25 * _scale(pairs, ratio, levels) / float(np.median(np.abs(pairs.x[flank])))
     error = noise / math.sqrt(float(np.count_nonzero(flank)))
-    return (
-        2 * change if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio) else 0.0
-    )
+    is_significant = abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio)
+    return 2 * change if is_significant else 0.0
 
 
-def _of_levels(channels: Any) -> float:
-    """Return the variance of the ratio by the baselines, and what a drift that was not even leaves open: 1 / 16."""
-    # As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
-    # quarter for an exponential.
-    variance, shift, noise2 = 0.0, 0.0, 0.0
-    for weight, t, level in channels:
+@dataclass(frozen=True)
+class _LevelError:
+    """Effect of a channel's baseline on the ratio: variance, shift by its drift, and variance of that shift."""
+
+    variance: float
+    shift: float
+    shift_variance: float
+
+    @staticmethod
+    def of(weight: Array, t: Array, level: IdleLevel) -> "_LevelError":
+        """Return the effect of a baseline; `weight`: of each reading in the ratio, `t`: its time."""
         late = float(weight @ level.share(t))
         early = float(weight.sum()) - late
-        variance += early**2 * level.variance[0] + late**2 * level.variance[-1]
-        shift += late * (level.value[-1] - level.value[0])
-        noise2 += late**2 * (level.variance[0] + level.variance[-1])
-    return float(variance + (shift**2 / 16 if shift**2 > 9 * noise2 else 0.0))
+        return _LevelError(
+            early**2 * level.variance[0] + late**2 * level.variance[-1],
+            late * (level.value[-1] - level.value[0]),
+            late**2 * (level.variance[0] + level.variance[-1]),
+        )
+
+
+def _of_levels(hard: _LevelError, soft: _LevelError) -> float:
+    """Return the variance of the ratio by the baselines, with 1/16 of the squared shift by a significant drift."""
+    # As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
+    # quarter for an exponential.
+    variance = hard.variance + soft.variance
+    shift = hard.shift + soft.shift
+    if shift**2 > 9 * (hard.shift_variance + soft.shift_variance):
+        variance += shift**2 / 16
+    return float(variance)
 
 
 _KNOWN = 4  # pairs of a part whose ratio can be compared
@@ -299,7 +365,8 @@ def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
     # part back, parts are joined as long as they agree; one that is too short to be compared joins with the one before
     # it.
     high = pairs.high
-    ratios, rows = pairs.y[high] / pairs.x[high], pairs.row[high]
+    ratios = pairs.y[high] / pairs.x[high]
+    rows = pairs.row[high]
     parts = np.split(ratios, np.searchsorted(rows, alarms + 1))
     starts = [int(pairs.hard.readings.row[0]), *(int(alarm) + 1 for alarm in alarms)]
     known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
@@ -336,16 +403,23 @@ _FEWEST = 3  # pairs of the hold, and of the rise or the fall
 _SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio
 _MOST_NOISE = 0.3  # share of the variation of the soft channel
-_OF_HOLD = (
-    0.25  # share of what the depth varies in the hold: a tremor moves force and angle together
-)
+# Weight of the variation in the hold: a tremor moves force and angle together.
+_OF_HOLD = 0.25
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """The pairs of a touch from contact to the end of its fall: hard, soft, pF, and which are of rise, hold and fall."""
+    """The pairs of a touch from contact to the end of its fall.
 
-    # noise: variance of soft, which makes a slope too small, pF^2
+    Attributes
+    ----------
+    hard, soft : numpy.ndarray, shape (n,)
+        Changes from the baseline, pF.
+    noise : numpy.ndarray, shape (n,)
+        Variance of `soft`, which makes a slope too small, pF^2.
+    rise, hold, fall : numpy.ndarray of bool, shape (n,)
+        Pairs of each part of the touch.
+    """
 
     hard: Array
     soft: Array
@@ -356,21 +430,20 @@ class Sweep:
 
     def result(self, ratio: float, exponent: float) -> tuple[float, float]:
         """Return the level ratio and its standard error, beside the ratio of the hold; nan: there is none."""
-        falls, rises = self.fall.sum() >= _FEWEST, self.rise.sum() >= _FEWEST
+        falls = self.fall.sum() >= _FEWEST
+        rises = self.rise.sum() >= _FEWEST
         if self.hold.sum() < _FEWEST or not (rises or falls):
             return math.nan, math.nan
         used = self.rise | self.hold | (self.fall & falls)
         size = np.abs(self._line(used, exponent)[3])
-        used[used] = size <= max(
-            _SPIKE * float(np.median(size)), size.max() * 1e-9
-        )  # without spikes
+        limit = max(_SPIKE * float(np.median(size)), size.max() * 1e-9)
+        used[used] = size <= limit  # without spikes
         slope, variance, noise, _ = self._line(used, exponent)
         apart = 0.0
         if falls and rises:
-            apart = (
-                self._line(used & ~self.fall, exponent)[0]
-                - self._line(used & ~self.rise, exponent)[0]
-            )
+            without_fall = self._line(used & ~self.fall, exponent)[0]
+            without_rise = self._line(used & ~self.rise, exponent)[0]
+            apart = without_fall - without_rise
         if not slope > 0:
             return math.nan, math.nan
         # 9 and 3 times the variance by the residuals, which are not independent; of what the intercept changes 5 and 2 %.
@@ -378,24 +451,26 @@ class Sweep:
         shift = (0.02 if falls else 0.05) * (level - ratio) / level
         own = (3 if falls else 9) * variance + apart**2 / 4
         error = math.sqrt(exponent**2 * (own / slope**2 + noise**2 / 16) + shift**2)
-        return (level, level * error) if error < _LARGEST else (math.nan, math.nan)
+        if not error < _LARGEST:
+            return math.nan, math.nan
+        return level, level * error
 
     def _line(self, which: NDArray[np.bool_], exponent: float) -> tuple[float, float, float, Array]:
         """Return the slope by least squares, its variance from the residuals, the share of noise in x, and the residuals.
 
-        What the depth varies in the hold counts `_OF_HOLD`. The noise is taken out of the sum of squares; if it is most of that,
-        the slope is 0.
+        The variation in the hold has the weight `_OF_HOLD`. The noise is taken out of the sum of squares; if it is most
+        of that, the slope is 0.
         """
-        x, y = (values[which] ** (1 / exponent) for values in (self.soft, self.hard))
+        x = self.soft[which] ** (1 / exponent)
+        y = self.hard[which] ** (1 / exponent)
         held = self.hold[which]
         noise = self.noise[which] * (x ** (1 - exponent) / exponent) ** 2
-        x, y = x - x.mean(), y - y.mean()
+        x = x - x.mean()
+        y = y - y.mean()
         swept = np.where(held, x[held].mean() + _OF_HOLD * (x - x[held].mean()), x)
         square = float(swept @ x) or math.inf
-        share, slope = (
-            float(noise @ np.where(held, _OF_HOLD, 1.0)) / square,
-            float(swept @ y) / square,
-        )
+        share = float(noise @ np.where(held, _OF_HOLD, 1.0)) / square
+        slope = float(swept @ y) / square
         rest = y - slope * x
         variance = float(rest @ rest) / max(len(rest) - 2, 1) / square / (1 - share) ** 2
         return (slope / (1 - share) if share < _MOST_NOISE else 0.0), variance, share, rest
@@ -407,26 +482,35 @@ def sweep(pairs: Aligned | None, noise: float, begin_s: float, end: int) -> Swee
     if pairs is None:
         return None
     good = pairs.good & (pairs.x > 0) & (pairs.y > 0)
-    hard, soft, row = pairs.y[good], pairs.x[good], pairs.row[good]
+    hard = pairs.y[good]
+    soft = pairs.x[good]
+    row = pairs.row[good]
     t = pairs.hard.readings.t[pairs.hard.at[good, HARD // 2]]
     count, height = _settled(soft, t)
     if not count:
         return None
-    number = np.arange(len(soft))
-    pressed, rising = soft > _HELD * height, number < count
+    pressed = soft > _HELD * height
+    rising = np.arange(len(soft)) < count
     inside = t >= begin_s
     higher = soft > _EDGE * height
-    hold, fall = inside & ~rising & pressed & (row <= end), inside & ~rising & ~pressed & higher
-    variance = noise**2 * (pairs.soft.weight[good] ** 2).sum(axis=1)
-    return Sweep(hard, soft, variance, inside & rising & higher, hold, fall)
+    return Sweep(
+        hard,
+        soft,
+        noise=noise**2 * (pairs.soft.weight[good] ** 2).sum(axis=1),
+        rise=inside & rising & higher,
+        hold=inside & ~rising & pressed & (row <= end),
+        fall=inside & ~rising & ~pressed & higher,
+    )
 
 
 def _settled(soft: Array, t: Array) -> tuple[int, float]:
     """Return the number of pairs until the press has settled, and its height, pF; 0: it has not."""
-    highest, grown_s = 0.0, 0.0
+    highest = 0.0
+    grown_s = 0.0
     for number, (value, at_s) in enumerate(zip(soft, t, strict=True), 1):
         if value > _GROWS * highest:
-            highest, grown_s = float(value), float(at_s)
+            highest = float(value)
+            grown_s = float(at_s)
         elif at_s - grown_s > _SETTLED_S:
             return number, highest
     return 0, 0.0

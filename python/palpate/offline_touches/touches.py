@@ -1,4 +1,4 @@
-"""Touches of a recording, estimated afterwards: with more points, all idle readings, and spikes left out."""
+"""Touches of a recording, estimated offline: with more points, all idle readings, and without spikes."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import number_format
-from palpate.offline_touches.fit import HARD, SOFT, Sweep, aligned, fitted, since_change, sweep
+from palpate.offline_touches.fit import HARD, SOFT, Sweep, aligned, fit_ratio, since_change, sweep
 from palpate.offline_touches.idle import IdleLevel, Readings, idle, level_of, pause
 from palpate.recording_protocol import RecordingProtocol, require_recording
 from palpate.touch import Touch
@@ -31,7 +31,8 @@ def smooth(t: Array) -> Array:
     pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
     for rows in np.split(np.arange(len(t)), pauses):
         part = t[rows] - t[rows[0]]
-        sums, place = np.append(0, np.cumsum(part)), np.arange(len(rows))
+        sums = np.append(0, np.cumsum(part))
+        place = np.arange(len(rows))
         reach = np.minimum(_REACH, np.minimum(place, place[::-1]))
         out[rows] = t[rows[0]] + (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1)
     return out
@@ -44,7 +45,7 @@ _MISFITS = frozenset({"offset", "drift", "lag", "curve", "creep", "baseline"})
 
 @dataclass(frozen=True)
 class OfflineTouch:
-    """A touch estimated afterwards, beside the live result.
+    """A touch estimated offline, with its live result.
 
     Attributes
     ----------
@@ -63,7 +64,7 @@ class OfflineTouch:
     left_out : int
         Readings left out as spikes.
     lag_s : float
-        How late the soft channel was, or its times: removed; 0 if not significant.
+        Delay of the soft channel, or of its times, s: removed; 0 if not significant.
     live : Touch
         The touch as the tracker found it; its flags hold here, too.
     level_ratio, level_standard_error : float
@@ -89,11 +90,9 @@ class OfflineTouch:
 
     def level(self, contact_exponent: float) -> tuple[float, float]:
         """Return the level ratio with another exponent, and its standard error; nan: there is none."""
-        return (
-            self.sweep.result(self.live.ratio, contact_exponent)
-            if self.sweep
-            else (math.nan, math.nan)
-        )
+        if self.sweep is None:
+            return math.nan, math.nan
+        return self.sweep.result(self.live.ratio, contact_exponent)
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -132,7 +131,7 @@ def offline(
       live result has the flag "creep", only after with the flag "baseline"; never across a gap or a tare.
 
     The standard error is made of the noise of the readings or the scatter of the parts of the touch, whichever is
-    larger, of the baselines, and of what a ratio that differs on the flanks leaves open. With a flag that the readings
+    larger, of the baselines, and of a difference of the ratio on the flanks. With a flag that the readings
     contradict hard = ratio * soft it is not below the live one. With the flag "drift" the ratio is a mean over
     the touch; the live ratio is nearer to its end.
 
@@ -195,11 +194,11 @@ def offline(
     hard = _readings(t_hard, whole.hard, full_scale)
     soft = _readings(t_soft, whole.soft, full_scale)
     found = _estimated(tracker.touches, whole.rows, whole.era, (hard, soft))
-    levels = [one.level(exponent) for one in found]
-    return [
-        replace(one, level_ratio=r, level_standard_error=e)
-        for one, (r, e) in zip(found, levels, strict=True)
-    ]
+    with_levels = list[OfflineTouch]()
+    for touch in found:
+        ratio, error = touch.level(exponent)
+        with_levels.append(replace(touch, level_ratio=ratio, level_standard_error=error))
+    return with_levels
 
 
 def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
@@ -211,112 +210,151 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
 def _estimated(
     touches: list[Touch],
     rows: NDArray[Any],
-    era: NDArray[np.intp],
+    era: NDArray[np.int64],
     channels: tuple[Readings, Readings],
 ) -> list[OfflineTouch]:
-    ends = [
-        int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)
-    ]
-    starts = [touch.start for touch in touches] + [len(rows)]
-    pauses = [
-        pause(rows, end, start, measured=touch.revised)
-        for touch, end, start in zip(touches, ends, starts[1:], strict=True)
-    ]
-    free = idle(rows, channels[0], starts, pauses)
-    unused = [channel[free[channel.row]] for channel in channels]
-    found = []
-    for i, touch in enumerate(touches):
+    spans = _spans(touches, rows)
+    starts = [*(span.start for span in spans), len(rows)]
+    free = idle(rows, channels[0], starts, [span.pause for span in spans])
+    found = list[OfflineTouch]()
+    for touch, span in zip(touches, spans, strict=True):
+        unused = (channel[free[channel.row]] for channel in channels)
         levels = [
-            _level(
-                touch,
-                channel[era[channel.row] == era[ends[i]]],
-                starts[i],
-                (pauses[i], starts[i + 1]),
-                all_of,
-            )
-            for channel, all_of in zip(unused, channels, strict=True)
+            _level(touch, span, readings, channel, era)
+            for readings, channel in zip(unused, channels, strict=True)
         ]
-        inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
-        alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
-        one = _one(touch, inside, levels, alarms)
-        if not math.isnan(one.ratio) and levels[1] and not _coarse(inside, levels):
-            bases = (
-                [rows[name][starts[i]] for name in ("hard_baseline", "soft_baseline")]
-                if touch.age_s
-                else levels
-            )
-            part = max(starts[i] - HARD // 2, 0), ends[i] + 1 if touch.age_s else pauses[i]
-            swept = (
-                _change(channel.rows(*part), base)
+        inside = [channel.rows(span.start, span.end + 1) for channel in channels]
+        alarms = span.start + np.flatnonzero(rows["alarm"][span.start : span.end + 1])
+        result = _estimate(touch, inside, levels, alarms)
+        if not math.isnan(result.ratio) and levels[1] and not _coarse(inside, levels):
+            since_s = result.start_s if len(alarms) else -math.inf
+            bases: list[Any] = levels
+            end = span.pause
+            if touch.age_s:  # by the tracker's baseline, as creep has hardly begun
+                bases = [rows[name][span.start] for name in ("hard_baseline", "soft_baseline")]
+                end = span.end + 1
+            begin = max(span.start - HARD // 2, 0)
+            hard, soft = (
+                _change(channel.rows(begin, end), base)
                 for channel, base in zip(channels, bases, strict=True)
             )
-            since_s = one.start_s if len(alarms) else -math.inf
-            one = replace(one, sweep=sweep(aligned(*swept), levels[1].noise, since_s, ends[i]))
-        found.append(one)
+            swept = sweep(aligned(hard, soft), levels[1].noise, since_s, span.end)
+            result = replace(result, sweep=swept)
+        found.append(result)
     return found
 
 
+@dataclass(frozen=True)
+class _Span:
+    """Rows of a touch: its first and last one, the first of the baseline after it, and the first of the next touch."""
+
+    start: int
+    end: int
+    pause: int
+    next_start: int
+
+
+def _spans(touches: list[Touch], rows: NDArray[Any]) -> list[_Span]:
+    next_starts = [*(touch.start for touch in touches[1:]), len(rows)]
+    spans = list[_Span]()
+    for number, (touch, next_start) in enumerate(zip(touches, next_starts, strict=True), 1):
+        end = int(np.flatnonzero(rows["touch"] == number)[-1])
+        after = pause(rows, end, next_start, measured=touch.revised)
+        spans.append(_Span(touch.start, end, after, next_start))
+    return spans
+
+
 def _level(
-    touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings
+    touch: Touch, span: _Span, unused: Readings, channel: Readings, era: NDArray[np.int64]
 ) -> IdleLevel | None:
+    """Return the baseline of a touch from a channel's unused readings; None: there are too few.
+
+    Readings from the other side of a gap or tare are not used.
+    """
+    unused = unused[era[unused.row] == era[span.end]]
     nothing = unused[:0]
-    before = nothing if "baseline" in touch.flags else unused.rows(0, start)
-    later = nothing if "creep" in touch.flags else unused.rows(*after)
-    begin = channel.rows(start, after[0]).t
-    following = channel.t[np.searchsorted(channel.row, after[1]) :]
-    return level_of(
-        before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following))
-    )
+    before = nothing if "baseline" in touch.flags else unused.rows(0, span.start)
+    after = nothing if "creep" in touch.flags else unused.rows(span.pause, span.next_start)
+    begin_s = _first_s(channel.rows(span.start, span.pause).t)
+    next_s = _first_s(channel.t[np.searchsorted(channel.row, span.next_start) :])
+    return level_of(before, after, begin_s, next_s)
 
 
-def _change(channel: Readings, base: Any) -> Readings:
-    """Return readings without their baseline; at an age by the tracker's baseline, as creep has hardly begun."""
-    return replace(
-        channel, value=channel.value - (base.at(channel.t) if isinstance(base, IdleLevel) else base)
-    )
+def _first_s(t: Array) -> float:
+    return float(t[0]) if len(t) else math.inf
 
 
-def _one(
+def _change(channel: Readings, base: IdleLevel | float) -> Readings:
+    """Return readings without their baseline: a line, or a number."""
+    level = base.at(channel.t) if isinstance(base, IdleLevel) else base
+    return replace(channel, value=channel.value - level)
+
+
+def _estimate(
     touch: Touch, inside: list[Readings], levels: list[IdleLevel | None], alarms: NDArray[np.intp]
 ) -> OfflineTouch:
     hard_level, soft_level = levels
     if hard_level is None or soft_level is None:
         return _without(touch, "no idle readings before and after the touch")
-    hard, soft = map(_change, inside, (hard_level, soft_level))
+    hard = _change(inside[0], hard_level)
+    soft = _change(inside[1], soft_level)
+    since = ""
     if len(alarms):
+        since = " since the last change of the ratio"
         pairs = aligned(hard, soft)
         first = since_change(pairs, alarms) if pairs else None
         if first is None:
-            return _without(touch, "too few pairs since the last change of the ratio")
-        hard, soft = (channel[channel.row >= first] for channel in (hard, soft))
-    found = fitted(hard, soft, (hard_level, soft_level))
+            return _without(touch, f"too few pairs{since}")
+        hard = hard[hard.row >= first]
+        soft = soft[soft.row >= first]
+    found = fit_ratio(hard, soft, (hard_level, soft_level))
     if found is None:
-        return _without(
-            touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else "")
-        )
-    if _MISFITS & set(touch.flags) or _coarse(inside, levels):
-        found["standard_error"] = max(found["standard_error"], touch.standard_error)
-    names = [level.side for level in (hard_level, soft_level)]
-    baselines = names[0] if names[0] == names[1] else f"{names[0]} (hard), {names[1]} (soft)"
-    return OfflineTouch(**found, method=METHOD, baselines=baselines, live=touch)
+        return _without(touch, f"too few pairs{since}")
+    standard_error = found.standard_error
+    if _MISFITS.intersection(touch.flags) or _coarse(inside, levels):
+        standard_error = max(standard_error, touch.standard_error)
+    baselines = hard_level.side
+    if soft_level.side != hard_level.side:
+        baselines = f"{hard_level.side} (hard), {soft_level.side} (soft)"
+    return OfflineTouch(
+        ratio=found.ratio,
+        standard_error=standard_error,
+        method=METHOD,
+        baselines=baselines,
+        samples=found.samples,
+        covariance=found.covariance,
+        start_s=found.start_s,
+        stop_s=found.stop_s,
+        left_out=found.left_out,
+        lag_s=found.lag_s,
+        live=touch,
+    )
 
 
 def _coarse(inside: list[Readings], levels: list[IdleLevel | None]) -> bool:
     """Return whether the noise does not move the readings from code to code: only the tracker knows what that hides."""
     for channel, level in zip(inside, levels, strict=True):
         steps = np.diff(np.unique(channel.value))
-        codes = steps / steps.min(initial=math.inf)
-        if (
-            level is not None
-            and level.noise < steps.min(initial=math.inf) / 2
-            and (np.abs(codes - np.rint(codes)) < 0.01).all()
-        ):
+        code = steps.min(initial=math.inf)
+        if level is None or not level.noise < code / 2:
+            continue
+        codes = steps / code
+        if (np.abs(codes - np.rint(codes)) < 0.01).all():
             return True
     return False
 
 
 def _without(touch: Touch, reason: str) -> OfflineTouch:
-    nan = math.nan
     return OfflineTouch(
-        nan, nan, f"offline: none, {reason}", "", 0, nan, touch.start_s, nan, 0, 0.0, touch
+        ratio=math.nan,
+        standard_error=math.nan,
+        method=f"offline: none, {reason}",
+        baselines="",
+        samples=0,
+        covariance=math.nan,
+        start_s=touch.start_s,
+        stop_s=math.nan,
+        left_out=0,
+        lag_s=0.0,
+        live=touch,
     )

@@ -1,8 +1,10 @@
-"""A recording as a data frame, and back with the same bits: all that its touches depend on is in the columns.
+"""A recording as a data frame, and back with the same bits: its columns have everything that touches depend on.
 
 So it survives a polars frame, which has no metadata, and a part of the rows.
 """
 
+import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -16,9 +18,9 @@ from palpate.importers.table_checks import pace, rate_of, remarks
 from palpate.messages import quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
+from palpate.recording.sidecar import Json
 from palpate.samples import blank, usable
 
-_ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
 _UNITS = {
     "t_hard_s": "s",
     "t_soft_s": "s",
@@ -40,22 +42,23 @@ def to_arrow(recording: Recording) -> Any:
     """
     arrow = need("pyarrow", "tables")
     rows = len(recording.hard)
-    timed = bool(np.isfinite([recording.t_hard_s, recording.t_soft_s]).all())
-    arrays = _ARRAYS if timed else {"hard": "hard_pF", "soft": "soft_pF"}
-    columns: dict[str, Any] = {
-        name: arrow.array(getattr(recording, field)) for field, name in arrays.items()
-    }
+    timed = recording.timed
+    columns: Json = {}
+    if timed:
+        columns["t_hard_s"] = arrow.array(recording.t_hard_s)
+        columns["t_soft_s"] = arrow.array(recording.t_soft_s)
+    columns["hard_pF"] = arrow.array(recording.hard)
+    columns["soft_pF"] = arrow.array(recording.soft)
     if recording.zero_utc_ns is not None and timed:
         columns["utc"] = arrow.array(recording.utc_ns.view("M8[ns]"), arrow.timestamp("ns", "UTC"))
     if recording.gap_rows:
         columns["gap"] = arrow.array(np.isin(np.arange(rows), recording.gap_rows))
-    for name, usual in {
-        "full_scale_pF": SATURATED_PF,
-        "host_stamps": False,
-        "period_s": 0.0,
-    }.items():
-        if (value := getattr(recording, name)) != usual:
-            columns[name] = arrow.array(np.full(rows, value))
+    if recording.full_scale_pF != SATURATED_PF:
+        columns["full_scale_pF"] = arrow.array(np.full(rows, recording.full_scale_pF))
+    if recording.host_stamps:
+        columns["host_stamps"] = arrow.array(np.full(rows, True))
+    if recording.period_s:
+        columns["period_s"] = arrow.array(np.full(rows, recording.period_s))
     units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
     fields = [
         arrow.field(name, columns[name].type, metadata=unit)
@@ -68,48 +71,66 @@ def own_frame(table: Table) -> Recording | None:
     """Return the recording of a frame that palpate made, or of its rows as text; None: another one. Errors as of `read`."""
     names = {column.name for column in table.columns}
     stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
-    if not names >= {"hard_pF", "soft_pF"} or (stamps is None and "full_scale_pF" not in names):
+    is_own = names >= {"hard_pF", "soft_pF"} and (stamps or "full_scale_pF" in names)
+    if not is_own:
         return None
-    hard, soft = (table.column(name).numbers() for name in ("hard_pF", "soft_pF"))
-    full_scale = (
-        np.inf
-        if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0
-        else SATURATED_PF
-    )
-    if "full_scale_pF" in names:
-        cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
-        full_scale = float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))
+    full_scale_pF = _full_scale_pF(table, names)
+    hard = table.column("hard_pF").numbers()
+    soft = table.column("soft_pF").numbers()
     if "status" in names:
         block = blank(len(table))
-        block["hard"], block["soft"], block["status"] = hard, soft, _status(table)
-        hard, soft = usable(block, full_scale)
+        block["hard"] = hard
+        block["soft"] = soft
+        block["status"] = _status(table)
+        hard, soft = usable(block, full_scale_pF)
     t_hard = t_soft = np.full(len(table), np.nan)
     if stamps:
         t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
-    date_ns = times(table.column("utc")).zero_ns if "utc" in names else None
-    gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
+    zero_utc_ns = None
+    if "utc" in names:
+        first_ns = times(table.column("utc")).zero_ns
+        if first_ns is not None:
+            zero_utc_ns = first_ns - round(float(t_hard[0]) * 1e9)
+    gap_rows = list[int]()
+    if "gap" in names:
+        gap_rows = np.flatnonzero(_flags(table, "gap")).tolist()
+    period_s = 0.0
+    if "period_s" in names:
+        period_s = float(_only(table.column("period_s").numbers()))
     rate = rate_of(t_hard)
-    notes = [
-        *remarks(t_hard, t_soft, hard, soft, rate),
-        *table.notes,
-        *([ROWS_ONLY] if "status" in names else []),
-    ]
+    notes = [*remarks(t_hard, t_soft, hard, soft, rate), *table.notes]
+    if "status" in names:
+        notes.append(ROWS_ONLY)
     return Recording(
-        *(t_hard, t_soft, hard, soft),
+        t_hard,
+        t_soft,
+        hard,
+        soft,
         notes=tuple(dict.fromkeys(notes)),
-        full_scale_pF=full_scale,
+        full_scale_pF=full_scale_pF,
         host_stamps="host_stamps" in names and bool(_only(_flags(table, "host_stamps"))),
-        period_s=float(_only(table.column("period_s").numbers())) if "period_s" in names else 0.0,
-        gap_rows=tuple(row for row in gaps if row),
-        zero_utc_ns=None if date_ns is None else date_ns - round(float(t_hard[0]) * 1e9),
+        period_s=period_s,
+        gap_rows=tuple(row for row in gap_rows if row),
+        zero_utc_ns=zero_utc_ns,
         understood=f"a recording of palpate as a data frame; {pace(rate)}; {len(table)} rows",
     )
+
+
+def _full_scale_pF(table: Table, names: Collection[str]) -> float:
+    """Return the full scale in the rows; without it that of the AD7746, unless the rows have no codes."""
+    if "full_scale_pF" in names:
+        cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
+        return float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))
+    if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0:
+        return math.inf
+    return SATURATED_PF
 
 
 def _flags(table: Table, name: str) -> NDArray[np.bool_]:
     """Return the values of a column of True and False, or of texts of them."""
     texts = [str(cell).strip().casefold() for cell in table.column(name).cells]
-    if wrong := set(texts) - {"true", "false"}:
+    wrong = set(texts) - {"true", "false"}
+    if wrong:
         raise ValueError(f"{name}: got {quoted(min(wrong))}, allowed: True or False in each row")
     return np.array([text == "true" for text in texts])
 
@@ -123,6 +144,7 @@ def _only(values: NDArray[Any]) -> Any:
 
 def _status(table: Table) -> NDArray[np.float64]:
     column = table.column("status")
-    wrong = ~np.isin(values := column.numbers(), np.arange(LARGEST_STATUS + 1))
+    values = column.numbers()
+    wrong = ~np.isin(values, np.arange(LARGEST_STATUS + 1))
     column.refuse(wrong, f"is no status, allowed: whole numbers, 0 to {LARGEST_STATUS}")
     return values

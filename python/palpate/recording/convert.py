@@ -26,7 +26,7 @@ RATE = "pairs a second, for a table without times; or name the column of times w
 SUFFIXES = (".csv", ".parquet", ".arrow", ".feather")
 KEY = b"palpate"
 """The key of the sidecar in the metadata."""
-_MEANT = {
+_COLUMNS = {
     "seq": ("", "number of the sample; missing numbers are lost samples"),
     "t_hard_ns": ("ns", "middle of the hard channel's conversion"),
     "t_soft_ns": ("ns", "middle of the soft channel's conversion"),
@@ -41,7 +41,7 @@ _MEANT = {
     ),
 }
 NAMES: dict[str, str] = {
-    name: f"{name}_pF" if unit == "pF" else name for name, (unit, _) in _MEANT.items()
+    name: f"{name}_pF" if unit == "pF" else name for name, (unit, _) in _COLUMNS.items()
 }
 """The names of the columns, by field of a sample."""
 
@@ -50,8 +50,10 @@ def schema() -> Any:
     """Return the Arrow schema of the rows, with the unit and the meaning of each column."""
     arrow = need("pyarrow", "tables")
     fields = []
-    for name, (unit, meaning) in _MEANT.items():
-        metadata = {"description": meaning, **({"unit": unit} if unit else {})}
+    for name, (unit, meaning) in _COLUMNS.items():
+        metadata = {"description": meaning}
+        if unit:
+            metadata["unit"] = unit
         fields.append(
             arrow.field(
                 NAMES[name], arrow.from_numpy_dtype(DTYPE[name]), nullable=False, metadata=metadata
@@ -73,7 +75,7 @@ def own_recording(table: "Table") -> RecordingFile | None:
                 table.path, f"column {name}: got {cells.dtype}, allowed: {DTYPE[field]} in each row"
             )
         rows[field] = cells
-    known = Known(*sidecar.parsed(table.path, table.metadata[KEY]))
+    known = Known(sidecar.parsed(table.path, table.metadata[KEY]))
     return RecordingFile(table.path, known, HEADER.encode() + format_rows(rows))
 
 
@@ -143,7 +145,7 @@ def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: b
             raise RecordingError(path, "already exists: choose another name, or use --force")
 
 
-def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: dict[str, Any]) -> None:
+def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: sidecar.Json) -> None:
     complete = schema().with_metadata({KEY: sidecar.text_of(document)})
     table = need("pyarrow", "tables").table(
         [np.ascontiguousarray(rows[name]) for name in NAMES], schema=complete
@@ -155,14 +157,14 @@ def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: dict[str,
         whole.write_table(table)
 
 
-def _document(recording: "OpenedRecording", seal: dict[str, int]) -> dict[str, Any]:
-    """Return the sidecar of the output; its end says what is known of its source, which a checksum alone would hide."""
-    known = recording.document
-    document = dict(known or sidecar.fresh(recording.describe(), {}, list(recording.notes)))
-    if not known:
-        gaps = recording.gap_marks
+def _document(recording: "OpenedRecording", seal: dict[str, int]) -> sidecar.Json:
+    """Return the sidecar of the output; its end has the doubts on its source, which a checksum alone would hide."""
+    document = dict(recording.sidecar.entries)
+    if not document:
+        document = sidecar.fresh(recording.describe(), {}, list(recording.notes))
         document["marks"] = [
-            {"seq": seq, "text": text, "tare": True, "gap": True} for seq, text in gaps
+            {"seq": mark.seq, "text": mark.text, "tare": True, "gap": True}
+            for mark in recording.gap_marks
         ]
     source = f"converted from {recording.path.name}"
     document["notes"] = [*document.get("notes", []), f"{source} by palpate {__version__}"]
@@ -173,7 +175,9 @@ def _document(recording: "OpenedRecording", seal: dict[str, int]) -> dict[str, A
         if found.verified < seal["rows"]:
             end["verified"] = found.verified
         if found.limits and "repaired" not in end:
-            end |= {"clean": False, "repaired": f"{source}: {'; '.join(found.limits)}"}
-        if doubts := found.doubts_before("conversion", end):
+            end["clean"] = False
+            end["repaired"] = f"{source}: {'; '.join(found.limits)}"
+        doubts = found.doubts_before("conversion", recording.sidecar.end)
+        if doubts:
             end["doubts"] = doubts
     return {**document, "schema": sidecar.SCHEMA, "end": end}

@@ -14,7 +14,6 @@ import numpy as np
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.files import file_errors, open_unpacked
-from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
 from palpate.recording.opened import Damage, GapMark, OpenedRecording
@@ -28,7 +27,7 @@ from palpate.recording.rows import (
     parse_rows,
     unreadable,
 )
-from palpate.recording.session import plan_of
+from palpate.recording.sidecar import BEGUN, Json, load
 from palpate.recording_protocol import PartEnd
 from palpate.samples import DTYPE, Block
 
@@ -105,7 +104,7 @@ class RecordingFile(OpenedRecording):
             )
             raise RecordingError(self.path, reason)
         self.known: Known = known or known_of(self.path)
-        self.document = self.known.document
+        self.sidecar = self.known.sidecar
         self.seen: Bytes = Bytes()
         self.integrity: Integrity = Integrity()
         self.headed: bool = False
@@ -114,14 +113,17 @@ class RecordingFile(OpenedRecording):
         self._skips_damage = False
         device = self.describe()
         self.unit = str(device.get("unit", "pF"))
-        self.settings = sidecar.settings_of(self.document)
+        self.settings = self.sidecar.settings
         self.host_stamps = device.get("stamps") == "host"
-        self.period_s = float(self.settings.get("period", device.get("period_s", 0.0)))
-        self.zero_utc_ns, self._zero_at_end_ns = sidecar.zero_of(self.document)
-        tares = sidecar.tares_of(self.document)
-        self.tares = frozenset(seq for seq, _, _ in tares)
-        self.gap_marks = [GapMark(seq, text) for seq, text, is_gap in tares if is_gap]
-        if self.document:
+        period: Any = device.get("period_s", 0.0)
+        if "period" in self.settings:
+            period = self.settings["period"]
+        self.period_s = float(period)
+        self.zero_utc_ns = self.sidecar.zero_utc_ns
+        tares = self.sidecar.tares
+        self.tares = frozenset(mark.seq for mark in tares)
+        self.gap_marks = [GapMark(mark.seq, mark.text) for mark in tares if mark.kind == "gap"]
+        if self.sidecar.entries:
             self.codes = codes_of(device)
             self.full_scale_pF = float(device.get("full_scale_pF", math.inf))
         else:
@@ -154,11 +156,7 @@ class RecordingFile(OpenedRecording):
     @property
     def recorder_notes(self) -> tuple[str, ...]:
         """Notes of the recorder: it began late, or had gaps."""
-        notes = [
-            str(note)
-            for note in self.document.get("notes", [])
-            if str(note).startswith(sidecar.BEGUN)
-        ]
+        notes = [note for note in self.sidecar.notes if note.startswith(BEGUN)]
         for mark in self.gap_marks[:_MOST_GAPS]:
             notes.append(
                 f"gap after sample {mark.seq}: {mark.text}: the baseline was measured again"
@@ -197,18 +195,19 @@ class RecordingFile(OpenedRecording):
             yield (
                 "the codes are not those of an AD7746, and no sidecar says their scale: left out"
             )
-        if self.zero_utc_ns is not None and self._zero_at_end_ns is not None:
-            moved_s = (self._zero_at_end_ns - self.zero_utc_ns) / 1e9
+        zero_at_end_ns = self.sidecar.zero_utc_ns_at_end
+        if self.zero_utc_ns is not None and zero_at_end_ns is not None:
+            moved_s = (zero_at_end_ns - self.zero_utc_ns) / 1e9
             if abs(moved_s) > _MOVED_S:
                 yield (
                     f"the wall clock was moved by {moved_s:+.3f} s during the recording: "
                     "UTC is by the clock at its begin"
                 )
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the description of the instrument from the sidecar."""
-        if self.document:
-            return dict(self.document["device"])
+        if self.sidecar.entries:
+            return dict(self.sidecar.device)
         return {"name": "recording", "file": self.path.name}
 
     def skip_damage(self) -> None:
@@ -220,7 +219,7 @@ class RecordingFile(OpenedRecording):
         self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
         self.integrity = Integrity()
         tares = sorted(self.tares)
-        seen = Bytes(self.known.sealed("bytes"))
+        seen = Bytes(self.sidecar.seal.bytes)
         for block in self._parsed(seen, _CHUNK, skips_damage=self._skips_damage):
             self._count(block)
             if tares:
@@ -255,8 +254,8 @@ class RecordingFile(OpenedRecording):
             doubts=self.doubts,
             gap_rows=tuple(row for row in gap_rows if row < rows),
             zero_utc_ns=self.zero_utc_ns,
-            marks=tuple(Mark(*mark) for mark in sidecar.marks_of(self.document)),
-            plan=plan_of(self.document),
+            marks=tuple(Mark(mark.t_s, mark.text) for mark in self.sidecar.marks),
+            plan=self.sidecar.session,
         )
 
     def _parsed(self, seen: Bytes, chunk: int, *, skips_damage: bool) -> Iterator[Block]:
@@ -333,7 +332,7 @@ def is_own(path: Path) -> bool:
     if begin.partition(b"\n")[0].removesuffix(b"\r") in HEADERS:
         return True
     try:
-        has_sidecar = sidecar.load(path) is not None
+        has_sidecar = load(path) is not None
     except RecordingError:
         return False
     return has_sidecar and any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)

@@ -1,13 +1,13 @@
-"""What is known of a recording beside its rows, and whether it is as it was written."""
+"""Whether a recording is as it was written: its bytes are compared with its sidecar."""
 
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.files import STANDARD_INPUT, file_errors, unpacked_name
-from palpate.recording import sidecar
+from palpate.recording.sidecar import RecordingEnd, Sidecar, load_checked
 from palpate.recording.writer import is_locked
 
 SOURCE_FAILED = "the source ended with an error"
@@ -15,16 +15,16 @@ SOURCE_FAILED = "the source ended with an error"
 
 
 class Integrity(NamedTuple):
-    """What can be said of a recording that was read to its end.
+    """The verdict on a recording that was read to its end.
 
     Attributes
     ----------
     doubts : tuple of str
-        What is not as it was written: the results may be wrong.
+        Differences from the file as it was written: results may be wrong.
     limits : tuple of str
-        What cannot be verified, and why.
+        Rows that cannot be verified, and why.
     remarks : tuple of str
-        What is known of it from before: a repair, the error that ended it.
+        Earlier events: a repair, the error that ended it.
     verified : int
         Rows whose checksum is right.
     """
@@ -34,44 +34,29 @@ class Integrity(NamedTuple):
     remarks: tuple[str, ...] = ()
     verified: int = 0
 
-    def doubts_before(self, change: str, end: dict[str, Any]) -> list[str]:
-        """Return the doubts for the end of a changed file: those that are not in its end yet are from before the change."""
-        return [
-            text if text in end.get("doubts", []) else f"before the {change}: {text}"
-            for text in self.doubts
-        ]
+    def doubts_before(self, change: str, end: RecordingEnd | None) -> list[str]:
+        """Return the doubts for the end of a changed file; new ones say that they are from before the change."""
+        old = end.doubts if end else ()
+        return [text if text in old else f"before the {change}: {text}" for text in self.doubts]
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a recording before its rows are read.
+    """The facts about a recording before its rows are read.
 
     Attributes
     ----------
-    document : dict
-        The sidecar; empty: missing or not valid.
-    intact : bool or None
-        Whether the sidecar is as it was written; None: it has no checksum.
+    sidecar : Sidecar
+        Empty: missing or not valid.
     problem : str
-        Why there is no document.
+        Why there is no sidecar.
     running : bool
         Whether it is still being recorded.
     """
 
-    document: dict[str, Any] = field(default_factory=dict)
-    intact: bool | None = None
+    sidecar: Sidecar = field(default_factory=Sidecar)
     problem: str = ""
     running: bool = False
-
-    @property
-    def end(self) -> dict[str, Any]:
-        """The end of the recording; empty without one."""
-        return dict(self.document.get("end", {}))
-
-    def sealed(self, name: str) -> int | None:
-        """Return rows, bytes or CRC-32 of the end, or else of the last checkpoint; None: not there."""
-        value = (self.end or self.document.get("checkpoint", {})).get(name)
-        return value if type(value) is int and value >= 0 else None
 
 
 @dataclass
@@ -91,121 +76,148 @@ class Bytes:
         left = -1 if self.to_mark is None else self.to_mark - self.size
         if 0 <= left <= len(data):
             self.marked = zlib.crc32(data[:left], self.crc32)
-        before, self.crc32 = self.crc32, zlib.crc32(data, self.crc32)
-        is_joined = self.joined != before or b"\r" in data
-        self.joined = zlib.crc32(data.replace(b"\r", b""), self.joined) if is_joined else self.crc32
+        is_joined = self.joined != self.crc32 or b"\r" in data
+        self.crc32 = zlib.crc32(data, self.crc32)
+        if is_joined:
+            self.joined = zlib.crc32(data.replace(b"\r", b""), self.joined)
+        else:
+            self.joined = self.crc32
         self.size += len(data)
 
 
 def known_of(path: Path) -> Known:
-    """Return what is known of a recording, from its sidecar and its lock."""
+    """Return the facts about a recording, from its sidecar and its lock."""
     with file_errors(path, "cannot be read"):
-        running = is_locked(
-            path
-        )  # before the sidecar is read: a recording that ends in between has its end there
+        # Before the sidecar is read: a recording that ends in between has its end there.
+        running = is_locked(path)
         try:
-            loaded = sidecar.load_checked(path)
+            found = load_checked(path)
         except RecordingError as error:
             return Known(problem=str(error), running=running)
-    if loaded is None:
-        missing = Path(unpacked_name(path)).with_suffix(".json").name
-        problem = "standard input has none" if path == STANDARD_INPUT else f"{missing} is missing"
-        return Known(problem=problem, running=running)
-    return Known(*loaded, running=running)
+    if found is not None:
+        return Known(found, running=running)
+    problem = "standard input has none"
+    if path != STANDARD_INPUT:
+        name = Path(unpacked_name(path)).with_suffix(".json").name
+        problem = f"{name} is missing"
+    return Known(problem=problem, running=running)
 
 
 def judge(known: Known, seen: Bytes) -> Integrity:
-    """Compare what was read to the end with what is known."""
-    torn = f"the last row is cut off: its {seen.torn} bytes are left out" if seen.torn else ""
-    if not known.document:
-        what = "the rows cannot be verified, the device and its range are unknown"
-        return Integrity((torn,) if torn else (), (f"no valid sidecar ({known.problem}): {what}",))
-    found = _judge_closed(known, seen, torn) if known.end else _judge_open(known, seen, torn)
-    if known.intact is not False:
+    """Compare the bytes of a recording that was read to its end with its sidecar."""
+    torn = ""
+    if seen.torn:
+        torn = f"the last row is cut off: its {seen.torn} bytes are left out"
+    if not known.sidecar.entries:
+        doubts = (torn,) if torn else ()
+        limit = (
+            f"no valid sidecar ({known.problem}): the rows cannot be verified, "
+            "the device and its range are unknown"
+        )
+        return Integrity(doubts, (limit,))
+    end = known.sidecar.end
+    if end:
+        found = _judge_closed(known.sidecar, end, seen, torn)
+    else:
+        found = _judge_open(known, seen, torn)
+    if known.sidecar.intact is not False:
         return found
-    parts = "device, settings, marks, end"
     changed = (
-        f"the sidecar was changed after it was written (its checksum differs): {parts} may be wrong"
+        "the sidecar was changed after it was written (its checksum differs): "
+        "device, settings, marks, end may be wrong"
     )
     if found.verified and not found.doubts:
         changed += "; the rows agree with the checksum in it: take the sidecar from a copy"
     return found._replace(doubts=(changed, *found.doubts))
 
 
-def _judge_closed(known: Known, seen: Bytes, torn: str) -> Integrity:
+def _judge_closed(sidecar: Sidecar, end: RecordingEnd, seen: Bytes, torn: str) -> Integrity:
     """Judge a recording by its end."""
-    end, checksum, remarks = known.end, known.sealed("crc32"), list[str]()
-    if "repaired" in end:
-        remarks.append(f"repaired: {end['repaired']!s:.500}")
-    elif end.get("clean") and end.get("error"):
-        remarks.append(f"{SOURCE_FAILED}: {end['error']!s:.300}")
-    held = seen.crc32 if known.sealed("bytes") is None else seen.marked
-    if held != checksum == seen.joined:
-        held = checksum
+    checksum = sidecar.seal.crc32
+    remarks = list[str]()
+    if end.repaired is not None:
+        remarks.append(f"repaired: {end.repaired:.500}")
+    elif end.clean and end.error:
+        remarks.append(f"{SOURCE_FAILED}: {end.error:.300}")
+    in_file = seen.crc32 if sidecar.seal.bytes is None else seen.marked
+    if in_file != checksum == seen.joined:
+        in_file = checksum
         remarks.append(
             "the line ends were changed to those of Windows; the rows are as they were written"
         )
-    is_complete = end.get("rows") == seen.rows
-    if checksum is None and is_complete and known.document["schema"] != sidecar.SCHEMA:
+    is_complete = end.rows == seen.rows
+    if checksum is None and is_complete and not sidecar.is_of_this_version:
         remarks.append(
-            "no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified"
+            "no checksum in the sidecar, which an older palpate wrote: "
+            "only the number of rows is verified"
         )
-    before, wrong = end.get("doubts", []), _wrong(known, seen, held, torn)
-    doubts = [
-        *map(str, before if isinstance(before, list) else [before]),
-        *([wrong] if wrong else []),
-    ]
-    stopped = not (end.get("clean") or "repaired" in end)
-    limits = (f"the recorder stopped with an error: {end.get('error')!s:.300}",) if stopped else ()
-    verified = seen.rows if is_complete and checksum is not None and checksum == held else 0
-    if type(end.get("verified")) is int and end["verified"] >= 0:  # of a repaired one
-        verified = min(verified, end["verified"])
-    return Integrity(tuple(doubts), limits, tuple(remarks), verified)
+    doubts = end.doubts
+    wrong = _wrong(sidecar, end, seen, in_file, torn)
+    if wrong:
+        doubts += (wrong,)
+    limits = tuple[str, ...]()
+    if not end.clean and end.repaired is None:
+        limits = (f"the recorder stopped with an error: {end.error!s:.300}",)
+    verified = 0
+    if is_complete and checksum is not None and checksum == in_file:
+        verified = seen.rows
+    if end.verified is not None:
+        verified = min(verified, end.verified)
+    return Integrity(doubts, limits, tuple(remarks), verified)
 
 
-def _wrong(known: Known, seen: Bytes, held: int | None, torn: str) -> str:
-    """Return how the rows differ from what the end says of them; "" if they do not."""
-    written, checksum = known.end.get("rows"), known.sealed("crc32")
-    if torn and known.sealed("rows") == seen.rows + 1:
+def _wrong(sidecar: Sidecar, end: RecordingEnd, seen: Bytes, in_file: int | None, torn: str) -> str:
+    """Return how the rows differ from the end in the sidecar; "" if they do not."""
+    checksum = sidecar.seal.crc32
+    if torn and sidecar.seal.rows == seen.rows + 1:
         return torn
-    if written != seen.rows:
-        there = f"{seen.rows} rows in the file, but {written!r:.20} were written"
-        there = there if seen.size else f"the file is empty, but {written!r:.20} rows were written"
+    if end.rows != seen.rows:
+        there = f"{seen.rows} rows in the file, but {end.rows!r:.20} were written"
+        if not seen.size:
+            there = f"the file is empty, but {end.rows!r:.20} rows were written"
         return f"{there}; {torn}" if torn else there
-    if checksum is None and known.document["schema"] == sidecar.SCHEMA:
-        return "the end in the sidecar has no checksum, which palpate always writes: the rows cannot be verified"
-    return torn if checksum in (None, held) else _changed(f"the {seen.rows:,} rows")
+    if checksum is None and sidecar.is_of_this_version:
+        return (
+            "the end in the sidecar has no checksum, which palpate always writes: "
+            "the rows cannot be verified"
+        )
+    if checksum in (None, in_file):
+        return torn
+    return _changed(f"the {seen.rows:,} rows")
 
 
 def _judge_open(known: Known, seen: Bytes, torn: str) -> Integrity:
     """Judge a recording without an end, by its last checkpoint."""
-    size, claimed = known.sealed("bytes"), known.sealed("rows") or 0
-    doubts, verified = list[str](), 0
+    sidecar = known.sidecar
+    size = sidecar.seal.bytes
+    claimed = sidecar.seal.rows or 0
+    doubts = list[str]()
+    verified = 0
     if size is not None and seen.size < size:
         missing = f"{size - seen.size:,} bytes before its last checkpoint"
         doubts.append(f"the file ends {missing}: rows that were written are missing")
-    elif size is not None and seen.marked == known.sealed("crc32"):
+    elif size is not None and seen.marked == sidecar.seal.crc32:
         verified = min(claimed, seen.rows)
-    elif known.document.get("checkpoint"):
+    elif sidecar.has_checkpoint:
         doubts.append(_changed(f"the first {claimed:,} rows"))
     if torn and not known.running and seen.size >= (size or 0):
         doubts.append(torn)
-    part = (
-        f"the first {verified:,} of {seen.rows:,} rows are verified"
-        if verified
-        else "no row is verified"
-    )
+    part = "no row is verified"
+    if verified:
+        part = f"the first {verified:,} of {seen.rows:,} rows are verified"
     if known.running:
         limit = f"still being recorded: only the rows written until now are there; {part}"
     else:
-        why = "" if known.document.get("checkpoint") else " (it has no checkpoint)"
-        end = f"{part}{why}; palpate check --repair writes an end"
-        limit = f"no end in the sidecar: the recording was not closed; {end}"
+        why = "" if sidecar.has_checkpoint else " (it has no checkpoint)"
+        limit = (
+            "no end in the sidecar: the recording was not closed; "
+            f"{part}{why}; palpate check --repair writes an end"
+        )
     return Integrity(tuple(doubts), (limit,), (), verified)
 
 
-def _changed(what: str) -> str:
-    why = (
-        "the rows were changed after they were written, or the sidecar belongs to another recording"
+def _changed(rows: str) -> str:
+    return (
+        "the rows were changed after they were written, or the sidecar belongs to another "
+        f"recording (checksum of {rows} differs): results may be wrong; take the file from a copy"
     )
-    return f"{why} (checksum of {what} differs): results may be wrong; take the file from a copy"

@@ -4,10 +4,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from palpate.recording.counts import Survey
 from palpate.recording.recording import Recording
+from palpate.recording.sidecar import Json, Sidecar
 from palpate.recording_protocol import Part, PartEnd
 from palpate.samples import Block, usable
 
@@ -67,8 +68,8 @@ class OpenedRecording(ABC):
         Of a table of another program: one line that says which columns and units were used; else empty.
     unused : list of str
         Of a table: names, or positions from 1, of the columns that are not in the recording.
-    document : dict
-        The sidecar; empty without one.
+    sidecar : Sidecar
+        Empty without one.
     settings : dict
         Scene and settings of the live measurement; empty if unknown.
     tares : frozenset of int
@@ -94,8 +95,8 @@ class OpenedRecording(ABC):
     def __init__(self, path: Path) -> None:
         self.path: Path = path
         self.unused: list[str] = []
-        self.document: dict[str, Any] = {}
-        self.settings: dict[str, Any] = {}
+        self.sidecar: Sidecar = Sidecar()
+        self.settings: Json = {}
         self.tares: frozenset[int] = frozenset()
         self.gap_marks: list[GapMark] = []
         self.survey: Survey = Survey()
@@ -113,7 +114,7 @@ class OpenedRecording(ABC):
         """Reasons why results may be wrong; complete after `blocks()`."""
 
     @abstractmethod
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the description of the instrument."""
 
     @abstractmethod

@@ -18,6 +18,7 @@ from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile, is_own
 from palpate.recording.opened import GapMark, OpenedRecording
 from palpate.recording.recording import Recording
+from palpate.recording.sidecar import Json
 from palpate.samples import UNTIMED_NS, Block, blank
 
 _GAP = "as a column of the table says"
@@ -74,9 +75,9 @@ class ImportedRecording(OpenedRecording):
         """Return the recording in memory."""
         return self._recording
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the known properties of the instrument: file name, full scale, and others that differ from the usual."""
-        known: dict[str, Any] = {
+        known: Json = {
             "name": "table of another program",
             "file": self.path.name,
             "full_scale_pF": self.full_scale_pF,
@@ -123,23 +124,30 @@ def of_table(path: Path, table: Table, wanted: Asked) -> ImportedRecording:
 
     if not len(table):
         raise RecordingError(path, "has no rows")
-    if wanted == Asked() and (made := own_frame(table)) is not None:
-        return ImportedRecording(path, made)
-    table.decimal = DECIMALS[wanted.decimal] if wanted.decimal else table.decimal
-    soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
+    if wanted == Asked():
+        framed = own_frame(table)
+        if framed is not None:
+            return ImportedRecording(path, framed)
+    if wanted.decimal:
+        table.decimal = DECIMALS[wanted.decimal]
+    soft = None
+    if wanted.soft is not None:
+        soft = read_table(Path(wanted.soft), wanted)
     found = channels(table, wanted, soft)
-    has_own_names = {column.name for column in table.columns} >= {
-        "hard_pF",
-        "soft_pF",
-        "t_hard_s",
-        "t_soft_s",
-    }
-    notes = (*found.notes, AS_TABLE) if has_own_names else found.notes
-    unit = unit_read(wanted.unit or "pF")
+    notes = found.notes
+    if {column.name for column in table.columns} >= _OWN_NAMES:
+        notes += (AS_TABLE,)
     recording = Recording(
-        *found.arrays, notes, unit=unit, zero_utc_ns=found.zero_utc_ns, understood=found.said
+        *found.arrays,
+        notes,
+        unit=unit_read(wanted.unit or "pF"),
+        zero_utc_ns=found.zero_utc_ns,
+        understood=found.said,
     )
     return ImportedRecording(path, recording, found.unused)
+
+
+_OWN_NAMES = {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
 
 
 def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:

@@ -20,13 +20,14 @@ from palpate.errors import RecordingError
 from palpate.files import file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
-from palpate.recording.sidecar import marked
+from palpate.recording.sidecar import Json, marked
 from palpate.recording.writer import SidecarFile, Writer
 from palpate.samples import DTYPE, Block, Sample, block_of, epoch_at, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
-_HANGS_S, _MOST = 3.0, 2**20  # a disk may hang so long at any rate, if that are not more samples
+_HANGS_S = 3.0  # a disk may hang this long at any rate, within the next limit
+_MOST = 2**20  # samples
 
 
 class Recorder:
@@ -82,8 +83,8 @@ class Recorder:
     def __init__(
         self,
         path: str | os.PathLike[str],
-        device: dict[str, Any],
-        settings: dict[str, Any],
+        device: Json,
+        settings: Json,
         notes: list[str],
         *,
         zero_ns: Callable[[], int | None] = lambda: None,
@@ -96,19 +97,19 @@ class Recorder:
         self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(capacity_for(device))
-        self._earlier: tuple[Block, str] | None = (
-            None  # samples that were read before, and from where they begin
-        )
+        # Samples that were read before, and a note on where they begin.
+        self._earlier: tuple[Block, str] | None = None
         self._last: Sample | None = None  # in the ring
-        self._gaps: deque[dict[str, Any]] = deque()
-        self._wake, self._closing = Event(), False
+        self._gaps: deque[Json] = deque()
+        self._wake = Event()
+        self._closing = False
         self._writer = Writer(self.path, document)
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
         self._thread.start()
 
     @property
     def error(self) -> RecordingError | None:
-        """What happened to the recording; a source ends then."""
+        """The error that ended the recording; a source ends then."""
         return self._writer.error
 
     @property
@@ -124,29 +125,27 @@ class Recorder:
 
     @property
     def room(self) -> int:
-        """Samples that a source that can wait may push now: half of what there is place for, any number after an error."""
-        return (
-            self._ring.capacity // 2 - len(self._ring)
-            if self.error is None
-            else self._ring.capacity
-        )
+        """Samples a pausable source may push: half the free space; unlimited after an error."""
+        if self.error is not None:
+            return self._ring.capacity
+        return self._ring.capacity // 2 - len(self._ring)
 
     @property
     def is_behind(self) -> bool:
-        """Whether a source that can wait should wait for the disk."""
+        """Whether a pausable source should wait for the disk."""
         return self.room <= 0
 
-    def begin(self, earlier: Block, marks: Sequence[dict[str, Any]], note: str) -> None:
-        """Begin with samples that were read before; once, before any other sample.
+    def begin(self, earlier: Block, marks: Sequence[Json], note: str) -> None:
+        """Begin with samples that were read before. Call it once, before any other sample.
 
         Parameters
         ----------
         earlier : numpy.ndarray of `DTYPE`, shape (n,)
-            Consecutive samples, any number; those that are pushed come after them.
+            Consecutive samples, before all that are pushed.
         marks : sequence of dict
             Tares and gaps in them.
         note : str
-            From where they begin; "": there is nothing to say.
+            Where they begin; empty: no note.
         """
         if len(earlier):
             self._begin_clock(int(earlier["t_hard_ns"][0]))
@@ -155,15 +154,16 @@ class Recorder:
         self._earlier = earlier, note
 
     def push(self, sample: Sample) -> bool:
-        """Add a sample; return whether there was room. To be called from one thread only."""
+        """Add a sample; return whether there was room. Call it from one thread only."""
         return self.push_many(block_of([sample])) == 1
 
     def push_many(self, block: Block) -> int:
-        """Add consecutive samples; return for how many, the first ones, there was room. From the thread of `push`."""
+        """Add consecutive samples; return how many of them, the first ones, had room. Call it from the thread of `push`."""
         if len(block):
             self._begin_clock(int(block["t_hard_ns"][0]))
         taken = self._ring.push_many(block)
-        self._last = samples_of(block[taken - 1 : taken])[0] if taken else self._last
+        if taken:
+            self._last = samples_of(block[taken - 1 : taken])[0]
         if self.is_behind:
             self._wake.set()
         return taken
@@ -195,11 +195,9 @@ class Recorder:
     def mark_at(self, t_s: float, text: str) -> int:
         """Add a mark at a time, s, as `mark`; ValueError, too, if the recording began later."""
         if self.first_s is None or not t_s >= self.first_s:
-            begins = (
-                "it has no row yet"
-                if self.first_s is None
-                else f"from {self.first_s:.3f} s on, where it begins"
-            )
+            begins = "it has no row yet"
+            if self.first_s is not None:
+                begins = f"from {self.first_s:.3f} s on, where it begins"
             raise ValueError(
                 f"mark: got {t_s:.3f} s, allowed: a time that is in the recording: {begins}"
             )
@@ -244,25 +242,27 @@ class Recorder:
         self._closing = True
         self._wake.set()
         self._thread.join()
-        end = {"dropped": self.dropped, "counters": counters()} | (
-            {"error": error} if error else {}
-        )
-        if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
+        end: Json = {"dropped": self.dropped, "counters": counters()}
+        if error:
+            end["error"] = error
+        zero_ns = self._clock.get("zero_monotonic_ns")
+        if zero_ns is not None:
             self._clock = {**self._clock, "zero_utc_ns_at_end": epoch_at(zero_ns).utc_ns}
         self._writer.end(self._entries, end)
 
     @property
-    def _entries(self) -> dict[str, Any]:
-        return {
-            "clock": self._clock,
-            **({"conditions": self.conditions} if self.conditions else {}),
-        }
+    def _entries(self) -> Json:
+        entries: Json = {"clock": self._clock}
+        if self.conditions:
+            entries["conditions"] = self.conditions
+        return entries
 
     def _begin_clock(self, first_ns: int) -> None:
         """At the first sample: its clock is known now."""
         if self.first_s is None:
             self.first_s = first_ns / 1e9
-        if self._find_zero and (zero_ns := self._find_zero()) is not None:
+        zero_ns = self._find_zero() if self._find_zero else None
+        if zero_ns is not None:
             self._clock = {
                 **self._clock,
                 "zero_monotonic_ns": zero_ns,
@@ -272,7 +272,8 @@ class Recorder:
 
     def _run(self) -> None:
         waiting = np.empty(self._ring.capacity, DTYPE)
-        synced, closing = time.monotonic(), False
+        synced = time.monotonic()
+        closing = False
         while not closing and not self.error:
             closing = self._closing
             count = self._ring.pop_many(waiting)

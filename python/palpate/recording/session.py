@@ -1,4 +1,4 @@
-"""What was touched: the specimens, which touch is on which of them, which are left out, and notes; from the sidecar."""
+"""The session of a recording: its specimens, the specimen of each touch, touches left out, and notes; from the sidecar."""
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -55,14 +55,14 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of a touch beside its result.
+    """The specimen of a touch, and whether the touch is left out.
 
     Attributes
     ----------
     start_s : float
         When it began, on the clock of the recording, s.
     specimen : str or None
-        Name of what was touched; None: unknown.
+        Name of the object that was touched; None: unknown.
     left_out : str or None
         Why it was left out by hand; "": it is kept; None: its flags decide.
     """
@@ -94,7 +94,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Plan:
-    """The session of a recording: what is to be touched, and what was.
+    """The session of a recording: the planned specimens, and the touches.
 
     Attributes
     ----------
@@ -145,10 +145,10 @@ class Plan:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as the entry `session` of a sidecar."""
-        return {
-            name: list(part) if isinstance(part, tuple) else part
-            for name, part in asdict(self).items()
-        }
+        plan = asdict(self)
+        for name in _KINDS:
+            plan[name] = list(plan[name])
+        return plan
 
     def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
         """Return the entry of each touch, whose begin is nearest, within the length of the touch; None: there is none.
@@ -174,10 +174,12 @@ class Plan:
         for at, touch in enumerate(touches):
             length_s = (touch.samples + touch.saturated + touch.refused) * period_s
             for start_s, number in starts[bisect_left(starts, (touch.start_s - length_s,)) :]:
-                if not (apart_s := start_s - touch.start_s) <= length_s:  # also nan, without times
+                apart_s = start_s - touch.start_s
+                if not apart_s <= length_s:  # also nan, without times
                     break
                 near.append((abs(apart_s), at, number))
-        found, used = dict[int, Entry](), set[int]()
+        found = dict[int, Entry]()
+        used = set[int]()
         for _, at, number in sorted(near):
             if at not in found and number not in used:
                 found[at] = self.touches[number]
@@ -194,29 +196,32 @@ _KINDS: dict[str, type[Specimen | Entry | Note]] = {
 
 def plan_of(document: Mapping[str, Any]) -> Plan:
     """Return the plan in a sidecar, empty without the entry `session`; ValueError if a part is not of its kind."""
-    return cast("Plan", _made("session", document.get("session", {}), Plan))
+    return cast("Plan", _parsed("session", document.get("session", {}), Plan))
 
 
-def _made(place: str, given: Any, kind: type[Any]) -> Any:
+def _parsed(place: str, given: Any, kind: type[Any]) -> Any:
     """Return a dataclass made of names and values, and of lists of them; ValueError with the place of what is wrong."""
     if not isinstance(given, Mapping):
         raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
-    known = {each.name: given[each.name] for each in fields(kind) if each.name in given}
-    if missing := [
-        each.name for each in fields(kind) if each.default is MISSING and each.name not in known
-    ]:
-        raise ValueError(f"{place}: got no {missing[0]}, allowed: one in each")
-    for name, part in _KINDS.items() if kind is Plan else ():
-        each = known.get(name, [])
-        if not isinstance(each, list):
-            raise ValueError(f"{place}: {name}: got {quoted(each)}, allowed: a list")  # noqa: TRY004  of a file
-        known[name] = tuple(
-            _made(f"{place}: {name}, {at}", one, part) for at, one in enumerate(each, 1)
-        )
+    known = dict[str, object]()
+    for each in fields(kind):
+        if each.name in given:
+            known[each.name] = given[each.name]
+        elif each.default is MISSING:
+            raise ValueError(f"{place}: got no {each.name}, allowed: one in each")
+    if kind is Plan:
+        for name, part in _KINDS.items():
+            known[name] = _listed(f"{place}: {name}", known.get(name, []), part)
     try:
         return kind(**known)
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from error
+
+
+def _listed(place: str, given: object, kind: type[Any]) -> tuple[Any, ...]:
+    if not isinstance(given, list):
+        raise ValueError(f"{place}: got {quoted(given)}, allowed: a list")  # noqa: TRY004  of a file
+    return tuple(_parsed(f"{place}, {at}", one, kind) for at, one in enumerate(given, 1))
 
 
 def _require_text(
@@ -226,14 +231,13 @@ def _require_text(
         raise ValueError(
             f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters"
         )
-    odd = next(
-        (mark for mark in text if category(mark) in _NOT_SHOWN and not (lines and mark == "\n")),
-        None,
-    )
-    if odd:
-        raise ValueError(
-            f"{name}: got the character {odd!a}, allowed: characters that can be shown"
-        )
+    for character in text:
+        if lines and character == "\n":
+            continue
+        if category(character) in _NOT_SHOWN:
+            raise ValueError(
+                f"{name}: got the character {character!a}, allowed: characters that can be shown"
+            )
 
 
 def _require_time(name: str, value: object) -> None:

@@ -8,8 +8,10 @@ import math
 import platform
 import time
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ from palpate.samples import Sample
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
+Json = dict[str, Any]
+"""A JSON object: the sidecar as it is in the file, or an entry of it."""
 SCHEMA = "palpate-recording-2"
 SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Those that can be read: the first one has no checkpoint and no checksum of its own."""
@@ -43,7 +47,7 @@ def sidecar_path(path: Path) -> Path:
     return path.with_suffix(".json")
 
 
-def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+def fresh(device: Json, settings: Json, notes: list[str]) -> Json:
     """Return the sidecar of a new recording."""
     # Later there are checkpoint (rows, bytes, crc32 of what is on the disk), or in its place end; in clock the time t = 0
     # (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known; session (session.Plan.as_dict); conditions.
@@ -63,19 +67,19 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
     }
 
 
-def made(device: dict[str, Any], rows: int, data: bytes) -> dict[str, Any]:
+def made(device: Json, rows: int, data: bytes) -> Json:
     """Return the sidecar of a file whose rows were computed, not measured: the same rows give the same sidecar."""
     end = {"rows": rows, "dropped": 0, "clean": True, "bytes": len(data), "crc32": zlib.crc32(data)}
-    parts: dict[str, Any] = {"device": device, "settings": {}, "notes": [], "marks": [], "end": end}
+    parts: Json = {"device": device, "settings": {}, "notes": [], "marks": [], "end": end}
     return {"schema": SCHEMA, "versions": {"palpate": __version__}, **parts}
 
 
-def save(path: Path, document: dict[str, Any]) -> None:
+def save(path: Path, document: Json) -> None:
     """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
     write_file(path, text_of(document).encode())
 
 
-def text_of(document: dict[str, Any]) -> str:
+def text_of(document: Json) -> str:
     """Return a sidecar as JSON, with its checksum."""
     text = json.dumps(
         {**_plain(document), "sidecar_crc32": ""}, indent=2, allow_nan=False, default=str
@@ -92,14 +96,14 @@ def is_intact(text: str) -> bool | None:
     return end == f'{zlib.crc32((body + found).encode()):08x}"\n}}\n'
 
 
-def load(path: Path) -> dict[str, Any] | None:
-    """Return the sidecar of a recording, by the path of the recording; None without one; RecordingError if it is none."""
+def load(path: Path) -> Json | None:
+    """Return the sidecar of a recording as JSON; None without one; RecordingError if it is invalid."""
     found = load_checked(path)
-    return found[0] if found else None
+    return dict(found.entries) if found else None
 
 
-def load_checked(path: Path) -> tuple[dict[str, Any], bool | None] | None:
-    """Return the sidecar of a recording, and whether it is as it was written (None: it has no checksum); as `load`."""
+def load_checked(path: Path) -> "Sidecar | None":
+    """Return the sidecar of a recording with its checksum compared; as `load`."""
     path = path.with_name(unpacked_name(path))
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
@@ -107,8 +111,8 @@ def load_checked(path: Path) -> tuple[dict[str, Any], bool | None] | None:
         return parsed(beside, read_bytes(beside, LARGEST))
 
 
-def parsed(path: Path, data: bytes) -> tuple[dict[str, Any], bool | None]:
-    """Return the sidecar in the contents of a file, or in the metadata of one, as `load_checked`; RecordingError if it is none."""
+def parsed(path: Path, data: bytes) -> "Sidecar":
+    """Return the sidecar in the bytes of a file, or in its metadata; RecordingError if they are not valid."""
     try:
         text = data.decode()
         document = json.loads(text)
@@ -124,10 +128,10 @@ def parsed(path: Path, data: bytes) -> tuple[dict[str, Any], bool | None]:
     except ValueError as error:
         raise RecordingError(path, f"not the sidecar of a recording: {error}") from error
     document.pop("sidecar_crc32", None)
-    return document, is_intact(text)
+    return Sidecar(document, is_intact(text))
 
 
-def _require_valid(document: dict[str, Any]) -> None:
+def _require_valid(document: Json) -> None:
     """Raise ValueError with the first invalid one of the parts that are used in computations."""
     for name, kind in _PARTS.items():
         part: Any = document.get(name, {} if name in _OPTIONAL else None)
@@ -135,14 +139,11 @@ def _require_valid(document: dict[str, Any]) -> None:
             allowed = "a list" if kind is list else "names and values"
             raise ValueError(f"{name}: got {quoted(part)}, allowed: {allowed}")  # noqa: TRY004  of a file
     full_scale = document["device"].get("full_scale_pF", math.inf)
-    number: Any = (
-        _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
-    )
-    if (
-        type(number) not in (int, float)
-        or not number > 0
-        or (type(number) is int and number >= 2**63)
-    ):
+    number: Any = full_scale
+    if isinstance(full_scale, str):
+        number = _INFINITE.get(full_scale, full_scale)
+    is_number = type(number) is float or (type(number) is int and number < 2**63)
+    if not is_number or not number > 0:
         raise ValueError(
             f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
         )
@@ -155,7 +156,7 @@ def _require_valid(document: dict[str, Any]) -> None:
 
 
 _OPTIONAL = ("clock", "session", "checkpoint", "end")
-_PARTS: dict[str, Any] = {"device": dict, "settings": dict, "notes": list, "marks": list}
+_PARTS: Json = {"device": dict, "settings": dict, "notes": list, "marks": list}
 _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 
 
@@ -164,31 +165,42 @@ def is_simulated(device: Mapping[str, Any]) -> bool:
     return "simulated" in device or str(device.get("name", "")).startswith("simulated")
 
 
-def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
+def marked(text: str, sample: Sample | None, **more: Any) -> Json:
     """Return a mark at a sample, as it is in the sidecar."""
     where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
     return {**where, "text": text, **more}
 
 
 def amend(path: Path, plan: Plan, known: Plan) -> None:
-    """Replace what was touched in the sidecar of a recording that has ended; RecordingError if that is not possible.
+    """Replace the session in the sidecar of a recording that has ended.
 
-    `known`: what the caller knows to be there; if it is not, another program has written it, and it stays.
+    Parameters
+    ----------
+    path : pathlib.Path
+        The recording.
+    plan, known : Plan
+        The new session; the session that the caller expects in the file.
+
+    Raises
+    ------
+    RecordingError
+        The sidecar is missing, was changed by another program, would be too large, or cannot be written.
     """
-    found, beside = load_checked(path), sidecar_path(path)
+    found = load_checked(path)
+    beside = sidecar_path(path)
     if found is None:
         raise RecordingError(beside, "is gone: the change of the session is in no file")
-    document, intact = found
-    if intact is False:  # a new checksum would hide it
+    if found.intact is False:  # a new checksum would hide it
         raise RecordingError(
             beside, "was changed after it was written: nothing is added; take it from a copy"
         )
-    if plan_of(document) != known:
+    if found.session != known:
         raise RecordingError(
             beside, "was changed by another program: nothing is added; open the recording again"
         )
-    document = {**document, "session": plan.as_dict()}
-    if (size := len(text_of(document).encode())) > LARGEST:
+    document = {**found.entries, "session": plan.as_dict()}
+    size = len(text_of(document).encode())
+    if size > LARGEST:
         raise RecordingError(
             beside, f"would have {size:,} bytes, allowed: {LARGEST:,}: the change is in no file"
         )
@@ -196,44 +208,211 @@ def amend(path: Path, plan: Plan, known: Plan) -> None:
         save(beside, document)
 
 
-def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:
-    """Return UTC of t = 0, ns since 1970, as the wall clock showed it at the begin and at the end; None: unknown."""
-    found = (document.get("clock", {}).get(name) for name in ("zero_utc_ns", "zero_utc_ns_at_end"))
-    begin, end = (at if type(at) is int and 0 <= at < 2**63 else None for at in found)
-    return begin, end
+@dataclass(frozen=True)
+class Seal:
+    """Size and checksum of a recording's first rows, as its sidecar has them; None: the sidecar has no such number."""
+
+    rows: int | None = None
+    bytes: int | None = None
+    crc32: int | None = None
 
 
-def tares_of(document: dict[str, Any]) -> list[tuple[int, str, bool]]:
-    """Return the samples after which the baseline was measured again: number, what happened, whether it is before a gap."""
-    tares = [mark for mark in _marks(document) if mark.get("tare") is True]
-    known = [mark for mark in tares if type(mark.get("seq")) is int and 0 <= mark["seq"] < 2**63]
-    return [(mark["seq"], _text_of(mark), mark.get("gap") is True) for mark in known]
+@dataclass(frozen=True)
+class RecordingEnd:
+    """The end of a recording, which its sidecar has after the recorder closed it, or after a repair.
+
+    Attributes
+    ----------
+    rows, dropped : object
+        Rows written, and samples that are in no file; numbers, if nothing else has changed the sidecar.
+    clean : bool
+        Whether the recorder wrote all samples.
+    error : str or None
+        Error that ended the source or the recorder.
+    repaired : str or None
+        What a repair has removed; None: no repair.
+    verified : int or None
+        Rows whose checksum was right before a repair or a conversion; None: all.
+    doubts : tuple of str
+        Doubts from before a repair or a conversion.
+    """
+
+    rows: object
+    dropped: object
+    clean: bool
+    error: str | None
+    repaired: str | None
+    verified: int | None
+    doubts: tuple[str, ...]
 
 
-def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
-    """Return all marks: time of their sample, s (nan: unknown), and text."""
-    return [(_time_of(mark), _text_of(mark)) for mark in _marks(document)]
+@dataclass(frozen=True)
+class SidecarMark:
+    """A mark of a recording: a text at a sample.
+
+    Attributes
+    ----------
+    seq : int
+        Number of the sample; -1: unknown.
+    t_s : float
+        Its time, s; nan: unknown.
+    text : str
+    kind : str
+        "mark", "tare" (the baseline was measured again), or "gap" (it became invalid).
+    """
+
+    seq: int
+    t_s: float
+    text: str
+    kind: str = "mark"
+    is_tare: bool = False
 
 
-def _marks(document: dict[str, Any]) -> list[dict[str, Any]]:
-    return [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
+@dataclass(frozen=True)
+class Sidecar:
+    """The sidecar of a recording: its JSON entries, which stay as they are, and typed views of them.
+
+    Attributes
+    ----------
+    entries : mapping
+        The JSON object; empty without a valid sidecar.
+    intact : bool or None
+        Whether it is as it was written; None: it has no checksum.
+
+    Examples
+    --------
+    >>> Sidecar().session == Plan(), Sidecar().marks, bool(Sidecar().entries)
+    (True, (), False)
+    """
+
+    entries: Mapping[str, Any] = field(default_factory=dict)
+    intact: bool | None = None
+
+    @property
+    def device(self) -> Mapping[str, Any]:
+        """Description of the instrument, from `Source.describe`."""
+        return self._part("device")
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether no probe was used."""
+        return is_simulated(self.device)
+
+    @property
+    def settings(self) -> Json:
+        """Scene and settings of the tracker, with inf and -inf as numbers."""
+        settings = self._part("settings")
+        return {name: _INFINITE.get(str(value), value) for name, value in settings.items()}
+
+    @property
+    def versions(self) -> Mapping[str, Any]:
+        """Versions of the programs that recorded."""
+        return self._part("versions")
+
+    @property
+    def started(self) -> str:
+        """Begin of the program that recorded, ISO 8601; or any other text."""
+        return str(self.entries.get("started"))
+
+    @property
+    def conditions(self) -> Sequence[Any]:
+        """Conditions that the source measured, one object each."""
+        conditions: Sequence[Any] = self.entries.get("conditions", [])
+        return conditions
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes, as texts."""
+        return tuple(map(str, self.entries.get("notes", [])))
+
+    @cached_property
+    def marks(self) -> tuple[SidecarMark, ...]:
+        """All marks, in the order in which they were made."""
+        found = self.entries.get("marks", [])
+        return tuple(_mark(mark) for mark in found if isinstance(mark, dict))
+
+    @property
+    def tares(self) -> tuple[SidecarMark, ...]:
+        """The tares and gaps whose sample is known."""
+        return tuple(mark for mark in self.marks if mark.is_tare and mark.seq >= 0)
+
+    @cached_property
+    def session(self) -> Plan:
+        """The session: specimens, and which touch is on which of them; empty without one."""
+        return plan_of(self.entries)
+
+    @property
+    def zero_utc_ns(self) -> int | None:
+        """UTC of t = 0, ns since 1970, by the wall clock at the beginning; None: unknown."""
+        return _stamp(self._part("clock").get("zero_utc_ns"))
+
+    @property
+    def zero_utc_ns_at_end(self) -> int | None:
+        """UTC of t = 0, ns since 1970, by the wall clock at the end; None: unknown."""
+        return _stamp(self._part("clock").get("zero_utc_ns_at_end"))
+
+    @cached_property
+    def end(self) -> RecordingEnd | None:
+        """The end of the recording; None without one."""
+        end = self._part("end")
+        if not end:
+            return None
+        doubts = end.get("doubts", [])
+        return RecordingEnd(
+            rows=end.get("rows"),
+            dropped=end.get("dropped"),
+            clean=bool(end.get("clean")),
+            error=str(end["error"]) if end.get("error") else None,
+            repaired=str(end["repaired"]) if "repaired" in end else None,
+            verified=_count(end.get("verified")),
+            doubts=tuple(map(str, doubts if isinstance(doubts, list) else [doubts])),
+        )
+
+    @property
+    def has_checkpoint(self) -> bool:
+        """Whether it has a checkpoint of a recording that has not ended."""
+        return bool(self._part("checkpoint"))
+
+    @property
+    def seal(self) -> Seal:
+        """Rows, bytes and checksum of the end, or else of the last checkpoint."""
+        part = self._part("end") or self._part("checkpoint")
+        return Seal(*(_count(part.get(name)) for name in ("rows", "bytes", "crc32")))
+
+    @property
+    def is_of_this_version(self) -> bool:
+        """Whether it has the newest schema, whose end always has a checksum."""
+        return bool(self.entries["schema"] == SCHEMA)
+
+    def _part(self, name: str) -> Mapping[str, Any]:
+        part: Mapping[str, Any] = self.entries.get(name, {})
+        return part
 
 
-def _text_of(mark: dict[str, Any]) -> str:
-    return shortened(str(mark.get("text", "")), 500)
+def _count(value: object) -> int | None:
+    return value if type(value) is int and value >= 0 else None
 
 
-def _time_of(mark: dict[str, Any]) -> float:
-    time_s: Any = mark.get("t_s")
-    return float(time_s) if type(time_s) in (int, float) and abs(time_s) < 2**63 / 1e9 else math.nan
+def _stamp(value: object) -> int | None:
+    """Return a number of 64 bits, 0 or more, or None."""
+    number = _count(value)
+    return number if number is not None and number < 2**63 else None
 
 
-def settings_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings of the tracker and its scene, with inf and -inf as numbers."""
-    return {
-        name: _INFINITE.get(str(value), value)
-        for name, value in document.get("settings", {}).items()
-    }
+def _mark(mark: Json) -> SidecarMark:
+    """Return a mark; unknown is what another program may have changed."""
+    time_s = mark.get("t_s", math.nan)
+    if type(time_s) not in (int, float) or not abs(time_s) < 2**63 / 1e9:
+        time_s = math.nan
+    is_tare = mark.get("tare") is True
+    kind = "mark"
+    if mark.get("gap") is True:
+        kind = "gap"
+    elif is_tare:
+        kind = "tare"
+    seq = _stamp(mark.get("seq"))
+    text = shortened(str(mark.get("text", "")), 500)
+    return SidecarMark(-1 if seq is None else seq, float(time_s), text, kind, is_tare)
 
 
 _INFINITE = {"inf": math.inf, "-inf": -math.inf}

@@ -1,28 +1,18 @@
-"""Checks whether a recording is complete, and whether samples are missing or saturated; and repairs it.
-
-A repair keeps the rows that can be read, and reports what was taken out. NAME.csv.unrepaired and NAME.json.unrepaired
-have the bytes of the files before it, each only if it was changed. A second repair writes NAME.csv.unrepaired-2 and so
-on: no file is overwritten.
-"""
+"""Checks whether a recording is complete, and whether samples are missing or saturated."""
 
 import os
-import shutil
-import zlib
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass, replace
-from itertools import count
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import RecordingError
-from palpate.files import STANDARD_INPUT, open_regular, to_disk, write_file
-from palpate.recording import sidecar
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile
-from palpate.recording.integrity import SOURCE_FAILED, judge
+from palpate.recording.integrity import SOURCE_FAILED
 from palpate.recording.opened import Damage, OpenedRecording
 from palpate.recording.reading import recorded
+from palpate.recording.repair import reason_against_repair, repair_files
+from palpate.recording.sidecar import BEGUN, Json
 
 
 @dataclass(frozen=True)
@@ -95,16 +85,23 @@ class Verification:
         failed = any(text.startswith(SOURCE_FAILED) for text in self.findings)
         return "complete, until the source failed" if failed else "complete, clean end"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Json:
         """Return the fields as plain values, for JSON."""
         survey = self.survey
-        counts = {name: value for name, value in asdict(survey).items() if isinstance(value, int)}
-        flags = ("clean", "running", "repaired", "changed", "understood")
+        counts = {
+            name: value
+            for name, value in asdict(survey).items()
+            if isinstance(value, int) and not name.endswith("_ns")
+        }
         return {
             "file": str(self.path),
-            **{name: getattr(self, name) for name in flags},
+            "clean": self.clean,
+            "running": self.running,
+            "repaired": self.repaired,
+            "changed": self.changed,
+            "understood": self.understood,
             "seconds": survey.seconds if self.timed else None,
-            **{name: value for name, value in counts.items() if not name.endswith("_ns")},
+            **counts,
             "faults": list(self.faults),
             "findings": list(self.findings),
             "verified": self.verified,
@@ -144,10 +141,10 @@ def check(
     >>> check("tests/data/four-specimens.csv").survey.lost
     0
     """
-    return verified(recorded(path, **table), repair=repair, remove_damage=remove_damage)
+    return check_opened(recorded(path, **table), repair=repair, remove_damage=remove_damage)
 
 
-def verified(
+def check_opened(
     recording: OpenedRecording, *, repair: bool = False, remove_damage: bool = False
 ) -> Verification:
     """Check a recording that is open already, as `check`."""
@@ -155,51 +152,73 @@ def verified(
     for _ in recording.blocks():
         pass
     if not repair or not isinstance(recording, RecordingFile):
-        return judged(recording)
-    refused = why_not(recording, remove_damage=remove_damage)
-    if refused is not None:
-        return judged(recording, refused)
+        return verification_of(recording)
+    reason = reason_against_repair(recording, remove_damage=remove_damage)
+    if reason is not None:
+        return verification_of(recording, reason)
     repair_files(recording)
     return check(recording.path)
 
 
-def judged(recording: OpenedRecording, refused: str = "") -> Verification:
-    """Return what `check` says of a recording that was read to its end, what was left out, and why it is not repaired."""
-    survey = recording.survey
-    if not isinstance(recording, RecordingFile):
-        found = (*_findings(survey, None), *recording.notes)
-        timed, understood = recording.timed, recording.understood
-        return Verification(
-            recording.path,
-            survey,
-            None,
-            False,
-            False,
-            (),
-            found,
-            timed=timed,
-            understood=understood,
-        )
-    known, integrity, damage = recording.known, recording.integrity, recording.damaged
-    advice = refused or (_ADVICE if damage else "")
-    doubts = list(integrity.doubts)
-    if (
-        recording.seen.torn and doubts and refused and not damage
-    ):  # one sentence on the row that is cut off
-        doubts[-1], advice = f"{doubts[-1]}; {refused}", ""
-    faults = (*integrity.limits, *doubts, *_faults(survey, damage), *([advice] if advice else []))
-    told = [note for note in recording.recorder_notes if not note.startswith(sidecar.BEGUN)]
-    pause = [survey.pause_note] if survey.pause_note else []
-    repaired = "repaired" in known.end
-    clean = bool(known.end.get("clean")) and not faults
-    findings = (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped")))
-    changed = (
-        bool(integrity.doubts)
-        and not (integrity.limits or repaired)
-        and known.sealed("rows") == survey.rows
+def verification_of(recording: OpenedRecording, not_repaired: str = "") -> Verification:
+    """Return the result of `check` for a recording that was read to its end.
+
+    Parameters
+    ----------
+    recording : OpenedRecording
+    not_repaired : str
+        Why it was not repaired; empty: nothing to say.
+    """
+    if isinstance(recording, RecordingFile):
+        return _verification_of_file(recording, not_repaired)
+    return Verification(
+        recording.path,
+        recording.survey,
+        clean=None,
+        running=False,
+        repaired=False,
+        faults=(),
+        findings=(*_findings(recording.survey, None), *recording.notes),
+        timed=recording.timed,
+        understood=recording.understood,
     )
-    state = recording.path, survey, clean, known.running, repaired, faults, findings
-    return Verification(*state, integrity.verified, tuple(damage), changed)
+
+
+def _verification_of_file(recording: RecordingFile, not_repaired: str) -> Verification:
+    survey = recording.survey
+    integrity = recording.integrity
+    damage = recording.damaged
+    end = recording.sidecar.end
+    doubts = list(integrity.doubts)
+    advice = not_repaired
+    if damage and not advice:
+        advice = _ADVICE
+    if recording.seen.torn and doubts and not_repaired and not damage:
+        # One sentence on the row that is cut off.
+        doubts[-1] += f"; {not_repaired}"
+        advice = ""
+    faults = [*integrity.limits, *doubts, *_faults(survey, damage)]
+    if advice:
+        faults.append(advice)
+    findings = list(integrity.remarks)
+    findings += [note for note in recording.recorder_notes if not note.startswith(BEGUN)]
+    if survey.pause_note:
+        findings.append(survey.pause_note)
+    findings += _findings(survey, end.dropped if end else None)
+    repaired = end is not None and end.repaired is not None
+    has_all_rows = recording.sidecar.seal.rows == survey.rows
+    return Verification(
+        recording.path,
+        survey,
+        clean=end is not None and end.clean and not faults,
+        running=recording.known.running,
+        repaired=repaired,
+        faults=tuple(faults),
+        findings=tuple(findings),
+        verified=integrity.verified,
+        damaged=tuple(damage),
+        changed=bool(integrity.doubts) and not integrity.limits and not repaired and has_all_rows,
+    )
 
 
 _SHOWN = 3  # damaged places
@@ -214,170 +233,32 @@ def _faults(survey: Survey, damage: list[Damage]) -> Iterator[str]:
         where = f"line {place.line}" if last == place.line else f"lines {place.line} to {last}"
         around = f"{place.rows_before} rows before, {survey.rows - place.rows_before} after"
         yield f"damaged: {where}, {place.bytes} bytes ({place.reason}); {around}"
-    if more := damage[_SHOWN:]:
+    more = damage[_SHOWN:]
+    if more:
         yield f"damaged: {len(more)} more places, {sum(place.bytes for place in more)} bytes"
-    counts = {
-        f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
-        f"time goes back at {survey.backward} rows": survey.backward,
-        f"{survey.miscoded} rows have codes above {survey.largest_code}, the largest of the converter": survey.miscoded,
-    }
-    yield from (text for text, count in counts.items() if count)
-
-
-def _findings(survey: Survey, dropped: Any) -> Iterator[str]:
-    counts = {
-        f"{survey.lost} samples lost {survey.in_gaps}": survey.lost,
-        f"{dropped!s:.20} samples were read, but are not in the file": dropped,
-        f"{survey.refused} rows without a usable value": survey.refused,
-        f"{survey.excitation} of them with the excitation shorted or overloaded": survey.excitation,
-        f"saturated: {survey.hard_saturated} rows in the hard channel": survey.hard_saturated,
-        f"saturated: {survey.soft_saturated} rows in the soft channel": survey.soft_saturated,
-        "no rows": survey.rows == 0,
-    }
-    yield from (text for text, count in counts.items() if count)
-
-
-_PACKED = (
-    "not repaired: it is standard input, or a packed or converted file: unpack it, and repair that"
-)
-
-
-def why_not(recording: RecordingFile, *, remove_damage: bool) -> str | None:
-    """Return why a recording is not to be repaired: "" if there is nothing to repair; None if it is to be."""
-    known, rows, damage = recording.known, recording.survey.rows, recording.damaged
-    if known.running:
-        return "not repaired: it is still being recorded"
-    if damage and not remove_damage:
-        size = sum(place.bytes for place in damage)
-        return f"not repaired: {size:,} damaged bytes would be taken out, and kept in a file: not confirmed"
-    if damage or (known.document and not known.end):
-        path = (
-            recording.path
-        )  # a packed file of another name is no text that can be repaired: it is left as it is
-        is_packed = (
-            recording.data is not None or path == STANDARD_INPUT or path.suffix.lower() == ".gz"
+    if survey.disordered:
+        yield f"{survey.disordered} rows out of order: their seq does not rise"
+    if survey.backward:
+        yield f"time goes back at {survey.backward} rows"
+    if survey.miscoded:
+        yield (
+            f"{survey.miscoded} rows have codes above {survey.largest_code}, "
+            "the largest of the converter"
         )
-        return _PACKED if is_packed else None
-    lines = "the other lines are rows" if recording.seen.torn else "every line is a row"
-    if not known.document:
-        return f"not repaired: {lines}, and what the sidecar said cannot be known again"
-    if not recording.doubts:
-        return ""
-    missing = (known.sealed("rows") or 0) - rows
-    if known.intact is not False and missing > 0:
-        return f"not repaired: {missing:,} rows that were written are missing: take the file from a copy"
-    if known.intact is False and len(recording.doubts) == 1:
-        lines, which = (
-            "only the sidecar was changed",
-            "what it said before cannot be known: take it from a copy",
-        )
-    else:
-        which = "which ones are not as they were written cannot be known"
-    return f"not repaired: {lines}, and {which}"
 
 
-def repair_files(recording: RecordingFile) -> None:
-    """Take out what `blocks()` has left out, and write the end; after a RecordingError all files are as they were."""
-    path, beside = recording.path.resolve(), sidecar.sidecar_path(recording.path).resolve()
-    try:
-        with open_regular(path) as file:
-            before = file.read()
-        if (len(before), zlib.crc32(before)) != (recording.seen.size, recording.seen.crc32):
-            raise OSError("it has changed in the meantime")
-        after = _without(recording, before)
-        suffix = _free_suffix(path, beside)
-        with ExitStack() as undo:
-            if beside.exists():
-                _keep(beside, suffix, undo)
-            if after != before:
-                kept = _keep(path, suffix, undo)
-                write_file(path, after)
-                undo.callback(kept.replace, path)
-            done = _report(recording, path.name + suffix)
-            sidecar.save(beside, _document(recording, done, after))
-            undo.pop_all()
-    except OSError as error:
-        reason = f"cannot be repaired: {error.strerror or error}; all files are as they were"
-        raise RecordingError(recording.path, reason) from error
-
-
-def _without(recording: RecordingFile, data: bytes) -> bytes:
-    """Return the header and the rows: without damaged places and an incomplete last row."""
-    ends = [0, *(place.offset + place.bytes for place in recording.damaged)]
-    begins = [*(place.offset for place in recording.damaged), len(data) - recording.seen.torn]
-    header = b"" if recording.headed else (",".join(recording.columns) + "\n").encode()
-    return header + b"".join(data[end:begin] for end, begin in zip(ends, begins, strict=True))
-
-
-def _free_suffix(*paths: Path) -> str:
-    """Return what to add to the names of the files as they were: no file has these names."""
-    suffixes = (f".unrepaired{f'-{number}' if number > 1 else ''}" for number in count(1))
-    return next(
-        suffix
-        for suffix in suffixes
-        if not any(os.path.lexists(f"{path}{suffix}") for path in paths)
-    )
-
-
-def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
-    """Copy a file to a new name; if the repair fails, the copy is removed."""
-    kept = path.with_name(path.name + suffix)
-    with open_regular(path) as file, kept.open("xb") as copy:
-        undo.callback(kept.unlink, missing_ok=True)
-        shutil.copyfileobj(file, copy)
-        copy.flush()
-        to_disk(copy.fileno())
-    with suppress(OSError):
-        shutil.copymode(path, kept)
-    return kept
-
-
-def _document(recording: RecordingFile, done: str, data: bytes) -> dict[str, Any]:
-    """Return the sidecar after the repair: its end counts the rows that are left, not the rows that were measured."""
-    known, again = recording.known, RecordingFile(recording.path, recording.known, data)
-    for _ in again.blocks():
-        pass
-    rows, found = again.survey.rows, again.integrity
-    if (
-        found.doubts
-    ):  # what is left is not as it was written: it may have been so with what is taken out
-        found = judge(known, replace(recording.seen, torn=0))
-    if not known.document or known.end:
-        found = found._replace(doubts=(*found.doubts, *found.limits))
-    unknown = {**recording.describe(), "full_scale_pF": recording.full_scale_pF}
-    document = dict(known.document or sidecar.made(unknown, 0, b""))
-    document.pop("checkpoint", None)
-    end = {
-        "dropped": 0,
-        **known.end,
-        "rows": rows,
-        "bytes": len(data),
-        "crc32": again.seen.crc32,
-        "clean": False,
-    }
-    end |= {
-        "verified": found.verified,
-        "repaired": f"{done}; {found.verified:,} of {rows:,} rows are verified",
-    }
-    if doubts := found.doubts_before("repair", known.end):
-        end["doubts"] = doubts
-    return {**document, "schema": sidecar.SCHEMA, "end": end}
-
-
-def _report(recording: RecordingFile, kept: str) -> str:
-    """Return what was taken out."""
-    parts, torn, removed = (
-        [place for place in recording.damaged if place.bytes],
-        recording.seen.torn,
-        list[str](),
-    )
-    if parts:
-        places = "1 damaged place" if len(parts) == 1 else f"{len(parts)} damaged places"
-        removed.append(
-            f"{sum(place.bytes for place in parts)} bytes of {places}, from line {parts[0].line} on"
-        )
-    if torn:
-        removed.append(f"{torn} bytes of an incomplete row")
-    done = [f"removed {' and '.join(removed)} (the file before: {kept})"] if removed else []
-    done += [] if recording.headed else ["wrote the missing header"]
-    return ", ".join(done) or "wrote the missing end"
+def _findings(survey: Survey, dropped: object) -> Iterator[str]:
+    if survey.lost:
+        yield f"{survey.lost} samples lost {survey.in_gaps}"
+    if dropped:
+        yield f"{dropped!s:.20} samples were read, but are not in the file"
+    if survey.refused:
+        yield f"{survey.refused} rows without a usable value"
+    if survey.excitation:
+        yield f"{survey.excitation} of them with the excitation shorted or overloaded"
+    if survey.hard_saturated:
+        yield f"saturated: {survey.hard_saturated} rows in the hard channel"
+    if survey.soft_saturated:
+        yield f"saturated: {survey.soft_saturated} rows in the soft channel"
+    if survey.rows == 0:
+        yield "no rows"

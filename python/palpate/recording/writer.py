@@ -27,6 +27,7 @@ from palpate.files import (
 )
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.sidecar import Json
 from palpate.samples import Block
 
 _WAIT_S, _AGAIN_S = 1.0, 0.005  # a reader that asks has the lock for some microseconds
@@ -109,7 +110,7 @@ class Written(NamedTuple):
 class Writer:
     """The files of a recording in progress; after the first `error` nothing is written, and `synced` is on the disk."""
 
-    def __init__(self, path: Path, document: dict[str, Any]) -> None:
+    def __init__(self, path: Path, document: Json) -> None:
         self.path = path
         self.error: RecordingError | None = None
         self.written = self.synced = self._checkpointed = Written()
@@ -117,9 +118,8 @@ class Writer:
         if path.exists():
             raise RecordingError(path, EXISTS)
         beside = sidecar.sidecar_path(path)
-        with file_errors(
-            beside, "cannot be written"
-        ):  # first the sidecar: rows always have one, after a kill, too
+        # First the sidecar: rows always have one, after a kill, too.
+        with file_errors(beside, "cannot be written"):
             self.sidecar = SidecarFile(beside, document)
         try:
             with file_errors(path, "cannot be written"):
@@ -133,9 +133,8 @@ class Writer:
         try:
             lock(file)
             held = os.fstat(file.fileno())
-            self._is_numbered = os.path.samestat(
-                held, self.path.stat()
-            )  # not on some network file systems
+            # Some network file systems do not number their files.
+            self._is_numbered = os.path.samestat(held, self.path.stat())
             write(file, HEADER.encode())
         except OSError:
             file.close()
@@ -154,11 +153,11 @@ class Writer:
         self.attempt(lambda: self._append(len(block), format_rows(block)))
         self._taken += len(block)
 
-    def checkpoint(self, entries: dict[str, Any]) -> None:
+    def checkpoint(self, entries: Json) -> None:
         """Sync the rows; then store in the sidecar how many are on the disk."""
         self.attempt(lambda: self._checkpoint(entries))
 
-    def end(self, entries: dict[str, Any], end: dict[str, Any]) -> None:
+    def end(self, entries: Json, end: Json) -> None:
         """Close the file, and write the end of the sidecar; RecordingError if that is not possible."""
         unlock(self._file)
         self._file.close()
@@ -188,7 +187,8 @@ class Writer:
 
     def _require_own_file(self) -> None:
         """Compare the open file with its path."""
-        held, wrong = os.fstat(self._file.fileno()), ""
+        held = os.fstat(self._file.fileno())
+        wrong = ""
         try:
             named = self.path.stat()
             if self._is_numbered and not os.path.samestat(held, named):
@@ -200,7 +200,7 @@ class Writer:
         if wrong:
             raise RecordingError(self.path, f"{wrong} while it was recorded")
 
-    def _checkpoint(self, entries: dict[str, Any]) -> None:
+    def _checkpoint(self, entries: Json) -> None:
         to_disk(self._file.fileno(), data_only=True)
         self.synced = self.written
         if self.synced != self._checkpointed or self.sidecar.unsaved:
@@ -217,9 +217,9 @@ class Writer:
         except RecordingError as error:
             self.error = error
         except Exception as error:  # noqa: BLE001  the thread must not end in silence
-            why = (
-                error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
-            )
+            why = f"{type(error).__name__}: {error}"
+            if isinstance(error, OSError):
+                why = str(error.strerror)
             synced = f"{self.synced.rows:,} rows are synced to the disk"
             self.error = RecordingError(self.path, f"cannot be written: {why}; {synced}")
 
@@ -227,9 +227,11 @@ class Writer:
 class SidecarFile:
     """The sidecar of a recording in progress, never written over the file of another program; from any thread."""
 
-    def __init__(self, path: Path, document: dict[str, Any]) -> None:
-        self.path, self.unsaved = path, False
-        self._lock, self._document = Lock(), document
+    def __init__(self, path: Path, document: Json) -> None:
+        self.path = path
+        self.unsaved = False
+        self._lock = Lock()
+        self._document = document
         self._with("notes", document["notes"])
         path.open("xb").close()  # the process that creates it owns the name
         self._saved = b""
@@ -239,10 +241,10 @@ class SidecarFile:
             path.unlink()
             raise
 
-    def add(self, name: str, what: Any) -> int:
+    def add(self, name: str, entry: str | Json) -> int:
         """Add a note or a mark; return how many there are with it. ValueError if there is no room; errors as `put`."""
         with self._lock:
-            longer = [*self._document[name], what]
+            longer = [*self._document[name], entry]
             self._save(self._with(name, longer))
             return len(longer)
 
@@ -261,10 +263,11 @@ class SidecarFile:
             marks[number - 1] = {**marks[number - 1], "text": text}
             self._save(self._with("marks", marks))
 
-    def set(self, name: str, what: dict[str, Any]) -> None:
+    def set(self, name: str, entry: Json) -> None:
         """Set an entry, which is saved with the next `put`; ValueError if there is no room for it."""
         with self._lock:
-            self._document, self.unsaved = self._with(name, what), True
+            self._document = self._with(name, entry)
+            self.unsaved = True
 
     def put(self, *notes: str, **entries: Any) -> None:
         """Add notes of the recorder, set entries (None removes one), and save; it is left as it is after an error."""
@@ -272,16 +275,16 @@ class SidecarFile:
             document = {**self._document, "notes": [*self._document["notes"], *notes], **entries}
             self._save({name: value for name, value in document.items() if value is not None})
 
-    def _with(self, name: str, what: Any) -> dict[str, Any]:
-        """Return the document with an entry; ValueError if it is too long with them."""
-        document = {**self._document, name: what}
+    def _with(self, name: str, entry: object) -> Json:
+        """Return the document with an entry; ValueError if it is too long."""
+        document = {**self._document, name: entry}
         size = len(sidecar.text_of(document))
         if size > _MOST_BYTES:
             allowed = f"{_MOST_BYTES}; begin another one"
             raise ValueError(f"{name}: got {size} bytes of sidecar with them, allowed: {allowed}")
         return document
 
-    def _save(self, document: dict[str, Any]) -> None:
+    def _save(self, document: Json) -> None:
         text = sidecar.text_of(document).encode()
         with replacing(self.path) as file:
             file.write(text)
@@ -292,7 +295,9 @@ class SidecarFile:
                     raise RecordingError(
                         self.path, "was changed by another program while it was recorded"
                     )
-        self._document, self._saved, self.unsaved = document, text, False
+        self._document = document
+        self._saved = text
+        self.unsaved = False
 
 
 def write(file: FileIO, data: bytes) -> None:

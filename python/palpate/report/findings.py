@@ -17,8 +17,8 @@ from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
-from palpate.recording.session import Plan, plan_of
-from palpate.recording.verification import Verification, judged
+from palpate.recording.session import Plan
+from palpate.recording.verification import Verification, verification_of
 from palpate.repeatability import Agreement, agreement, objections, session_scatter, with_scatter
 from palpate.report.anova import Repeatability, one_way_anova
 from palpate.touch import Touch
@@ -60,7 +60,13 @@ def analyse_recording(
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
     return AnalysedRecording(
-        name, recording, tracking, found, judged(recording), plan_of(recording.document), *times
+        name,
+        recording,
+        tracking,
+        found,
+        verification_of(recording),
+        recording.sidecar.session,
+        *times,
     )
 
 

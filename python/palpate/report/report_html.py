@@ -478,7 +478,7 @@ def _listed(texts: Iterable[str], between: str = ", ") -> str:
 
 def _simulated(runs: list[AnalysedRecording]) -> str:
     """Return what to say of simulated data; "": there are none."""
-    devices = {run.name: run.recording.document.get("device", {}) for run in runs}
+    devices = {run.name: run.recording.sidecar.device for run in runs}
     made = [name for name, device in devices.items() if sidecar.is_simulated(device)]
     which = "" if len(made) == len(runs) else f" in {', '.join(made)}"
     return f"Simulated data{which}: no probe was used." if made else ""
@@ -536,7 +536,7 @@ def _begin(run: AnalysedRecording) -> str:
     """
     zero_ns = run.recording.zero_utc_ns
     try:
-        at = datetime.fromisoformat(str(run.recording.document.get("started")))
+        at = datetime.fromisoformat(run.recording.sidecar.started)
     except ValueError:
         at = None
     if zero_ns is not None and isfinite(run.first_s):
@@ -546,7 +546,7 @@ def _begin(run: AnalysedRecording) -> str:
 
 def _board(run: AnalysedRecording) -> str:
     """Return the board, and the fingerprint of its chip."""
-    device = run.recording.document.get("device", {})
+    device = run.recording.sidecar.device
     inner = device["device"] if isinstance(device.get("device"), dict) else device
     chip = f"fingerprint {device['fingerprint']}" if "fingerprint" in device else ""
     return _listed([shortened(str(inner.get("name", ""))), shortened(chip)])
@@ -554,17 +554,9 @@ def _board(run: AnalysedRecording) -> str:
 
 def _happened(run: AnalysedRecording) -> list[_Event]:
     """Return notes, marks, tares and gaps in order of time; first those without one."""
-    document = run.recording.document
-    raw = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
-    kinds = [
-        "gap" if mark.get("gap") is True else "tare" if mark.get("tare") is True else "mark"
-        for mark in raw
-    ]
-    found = [(nan, "note", shortened(str(note), _LONGEST)) for note in document.get("notes", [])]
-    found += [
-        (t_s, kind, text)
-        for kind, (t_s, text) in zip(kinds, sidecar.marks_of(document), strict=True)
-    ]
+    known = run.recording.sidecar
+    found = [(nan, "note", shortened(note, _LONGEST)) for note in known.notes]
+    found += [(mark.t_s, mark.kind, mark.text) for mark in known.marks]
     found += [(note.t_s, "note", note.text) for note in run.plan.notes]
     return sorted(found, key=lambda one: -inf if isnan(one[0]) else one[0])
 
@@ -573,9 +565,9 @@ def _settings(runs: list[AnalysedRecording]) -> list[tuple[str, list[tuple[str, 
     """Return devices and settings, each with its title; equal ones once, with the names of their recordings."""
     named: dict[tuple[str, tuple[tuple[str, str], ...]], list[str]] = {}
     for run in runs:
-        of = run.recording.document.get
-        parts = {"Device": of("device"), "Chip": _conditions(of("conditions", []))}
-        parts |= {"Estimator": run.tracking, "Recorded by": of("versions")}
+        known = run.recording.sidecar
+        parts = {"Device": known.device, "Chip": _conditions(known.conditions)}
+        parts |= {"Estimator": run.tracking, "Recorded by": known.versions}
         for title, values in parts.items():
             named.setdefault((title, tuple(_flat(values))), []).append(run.name)
     return [
@@ -594,7 +586,7 @@ def _flat(values: Any, name: str = "") -> Iterator[tuple[str, str]]:
         yield name, shortened(str(values), _LONGEST)
 
 
-def _conditions(known: list[Any]) -> dict[str, str]:
+def _conditions(known: Sequence[Any]) -> dict[str, str]:
     """Return the range of temperature and supply of the chip, as the recording has them."""
     ranges = dict[str, str]()
     for name in ("temperature_C", "supply_V"):
