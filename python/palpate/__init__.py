@@ -18,18 +18,7 @@ from palpate._core import (
     VectorRls,
     __version__,
 )
-from palpate.errors import (
-    CalibrationError,
-    DeviceNotFound,
-    DeviceRefused,
-    MissingExtra,
-    PalpateError,
-    ProtocolError,
-    RecordingError,
-    SomeFailed,
-    SourceError,
-    SourceTimeout,
-)
+from palpate.errors import PalpateError
 
 TYPE_CHECKING = (
     False  # True for a type checker; importing typing would take longer than all the rest
@@ -38,13 +27,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from palpate.batch import touches
-    from palpate.calibration import Calibration, Modulus
+    from palpate.calibration import Calibration
     from palpate.flags import advice
-    from palpate.offline_touches import OfflineTouch, offline
+    from palpate.offline_touches import offline
     from palpate.recording import Recording, check, read, recorded
     from palpate.repeatability import agreement, most_reliable
     from palpate.samples import Sample, Status
-    from palpate.sources import Gap, Source, open
+    from palpate.sources import Source, open
     from palpate.stream import Stream
     from palpate.touch import Touch
     from palpate.uncertainty import Uncertainty
@@ -54,27 +43,15 @@ __all__ = [
     "AdaptiveRls32",
     "Bank",
     "Calibration",
-    "CalibrationError",
-    "DeviceNotFound",
-    "DeviceRefused",
-    "Gap",
     "HandoverRls",
     "HandoverRls32",
-    "MissingExtra",
-    "Modulus",
-    "OfflineTouch",
     "PalpateError",
-    "ProtocolError",
     "Recording",
-    "RecordingError",
     "Rls",
     "Rls32",
     "Sample",
     "SampleRing",
-    "SomeFailed",
     "Source",
-    "SourceError",
-    "SourceTimeout",
     "Status",
     "Stream",
     "Touch",
@@ -96,14 +73,14 @@ __all__ = [
 ]
 
 _LAZY = {
-    "offline_touches": ("OfflineTouch", "offline"),
-    "calibration": ("Calibration", "Modulus"),
+    "offline_touches": ("offline",),
+    "calibration": ("Calibration",),
     "batch": ("touches",),
     "recording": ("Recording", "check", "read", "recorded"),
     "samples": ("Sample", "Status"),
     "flags": ("advice",),
     "repeatability": ("agreement", "most_reliable"),
-    "sources": ("Gap", "Source", "open"),
+    "sources": ("Source", "open"),
     "stream": ("Stream",),
     "touch": ("Touch",),
     "uncertainty": ("Uncertainty",),

@@ -15,9 +15,10 @@ from effort import NIGHTLY, examples
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from palpate import Calibration, CalibrationError, number_format
+from palpate import Calibration, number_format
 from palpate.calibration.calibration_file import About
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.errors import CalibrationError
 
 Array = NDArray[np.float64]
 PROBE = Elasticity()

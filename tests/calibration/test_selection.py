@@ -221,14 +221,14 @@ def test_files_with_and_without_a_choice(tilted: Path, tmp_path: Path) -> None:
         older.write_text(
             text.replace('ratio = "level"\n', f"{wrong}\n", 1).replace("\nage_s = 0.0", "")
         )
-        with pytest.raises(palpate.CalibrationError, match=said):
+        with pytest.raises(palpate.errors.CalibrationError, match=said):
             Calibration.load(older)
     runs = hand.session(0, moduli=MODULI)
     mixed = [
         SpecimenTouches(n, E, palpate.touches(runs[n], age=float(n == "40 A")))
         for n, E in MODULI.items()
     ]
-    with pytest.raises(palpate.CalibrationError, match="several ages, exponents or kinds"):
+    with pytest.raises(palpate.errors.CalibrationError, match="several ages, exponents or kinds"):
         fit_specimens(mixed)
 
 

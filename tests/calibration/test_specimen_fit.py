@@ -135,5 +135,5 @@ def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float])
 def test_what_is_no_table_of_moduli(tmp_path: Path, text: bytes, message: str) -> None:
     path = tmp_path / "m.csv"
     path.write_bytes(text)
-    with pytest.raises(palpate.CalibrationError, match=message):
+    with pytest.raises(palpate.errors.CalibrationError, match=message):
         read_moduli(path)

@@ -10,7 +10,6 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import document, run
-from palpate import DeviceNotFound
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit import discovery, udev, usb_bus
 from palpate.ad7746.evalkit.udev import UDEV_RULE
@@ -18,6 +17,7 @@ from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.ad7746.simulator.evalboard import KitTwin
 from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.cli import doctor
+from palpate.errors import DeviceNotFound
 from palpate.sources import devices
 
 OLDER = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'

@@ -9,8 +9,9 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import document, run
-from palpate import SourceTimeout, check
+from palpate import check
 from palpate.cli.main import COMMANDS
+from palpate.errors import SourceTimeout
 from project import FOUR, ROOT
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from command_lines import run
-from palpate import SomeFailed, touches
+from palpate import touches
+from palpate.errors import SomeFailed
 from project import FOUR, ROOT
 from report_session import change
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from effort import draws
 from foreign_files import RATE, RATIOS, measurement  # tests/tools
-from palpate import RecordingError, read, touches
+from palpate import read, touches
+from palpate.errors import RecordingError
 
 BEGUN = datetime(2026, 3, 9, 23, 59, 51, 260_000, UTC)
 TIMES: dict[str, Callable[[float], str]] = {

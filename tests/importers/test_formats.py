@@ -16,7 +16,8 @@ import palpate
 import pyarrow as pa
 import pytest
 from command_lines import run
-from palpate import RecordingError, files
+from palpate import files
+from palpate.errors import RecordingError
 from palpate.recording.verification import check
 from project import FOUR, ROOT
 from pyarrow import feather, parquet

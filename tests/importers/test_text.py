@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import RecordingError, read
+from palpate import read
+from palpate.errors import RecordingError
 from palpate.importers.formats import text_table
 from palpate.importers.table import Asked, Table
 from palpate.importers.units import to_number

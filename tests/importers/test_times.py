@@ -11,7 +11,7 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from palpate import RecordingError
+from palpate.errors import RecordingError
 from palpate.importers.channels import Times, times
 from palpate.importers.table import Table
 from palpate.importers.table_checks import typical_step

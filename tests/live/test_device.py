@@ -86,7 +86,7 @@ def test_settings_with_which_the_board_does_not_begin(tmp_path: Path) -> None:
     """Nothing answers on EXCA: the measurement has ended then, and begins again with the settings from before."""
     bench = begun(IDLE, tmp_path)
     soon(lambda: bench.measurement.last)
-    with pytest.raises(palpate.SourceError):
+    with pytest.raises(palpate.errors.SourceError):
         bench.obey("device", excitation="A")
     assert bench.waited("ended")["now"]["word"] == "Stop"
     bench.obey("again")

@@ -327,7 +327,7 @@ def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -
         assert len(found.levels.view(-1, 1e9, 4096)) == 1410
         assert found.touches
     path.write_text("nothing\n")
-    with pytest.raises(palpate.RecordingError):
+    with pytest.raises(palpate.errors.RecordingError):
         RecordedMeasurement(str(path), {}, {})
 
 

@@ -13,8 +13,9 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import Calibration, RecordingError, Touch
+from palpate import Calibration, Touch
 from palpate.calibration.calibration_file import About
+from palpate.errors import RecordingError
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of

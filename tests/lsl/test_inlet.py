@@ -15,7 +15,9 @@ import pylsl
 import pytest
 from command_lines import run
 from lsl_sender import PERIOD_S, Sender
-from palpate import DeviceNotFound, Gap, MissingExtra, ProtocolError, Sample, Source
+from palpate import Sample, Source
+from palpate.errors import DeviceNotFound, MissingExtra, ProtocolError
+from palpate.sources import Gap
 from palpate.sources import lsl as lsl_source
 from palpate.sources.conformance import check_source
 from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library

@@ -18,8 +18,9 @@ import pylsl
 import pytest
 from command_lines import document, run
 from lsl_sender import Listener, Sender, take_all
-from palpate import Gap, Stream
+from palpate import Stream
 from palpate.samples import block_of, feed
+from palpate.sources import Gap
 from palpate.stream import Batch, lsl_outlets
 from palpate.stream.lsl_outlets import Outlets
 from recording_bench import Scripted, four, soon

@@ -88,12 +88,12 @@ def test_one_that_fails_loses_no_other(tmp_path: Path) -> None:
     letter = tmp_path / "letter.csv"
     letter.write_text("Dear colleague,\nhere are the data.\n")
     good = palpate.touches(FOUR)
-    with pytest.raises(palpate.SomeFailed, match="2 of 4 recordings failed") as caught:
+    with pytest.raises(palpate.errors.SomeFailed, match="2 of 4 recordings failed") as caught:
         palpate.touches([FOUR, letter, FOUR, 3], jobs=2)  # type: ignore[list-item]
     failed = caught.value
     assert same([failed.results[0], failed.results[2]], [good, good])
     assert failed.exceptions == (failed.results[1], failed.results[3])
-    assert isinstance(failed.results[1], palpate.RecordingError)
+    assert isinstance(failed.results[1], palpate.errors.RecordingError)
     assert failed.results[1].__notes__ == [f"file: {letter}"]
     assert isinstance(failed.results[3], TypeError)
     for again in (pickle.loads(pickle.dumps(failed)), copy.copy(failed)):
@@ -107,7 +107,7 @@ def test_other_processes_give_the_same_bits_and_errors(tmp_path: Path) -> None:
             pool.submit(palpate.touches, path) for path in (FOUR, tmp_path / "nowhere.csv", FOUR)
         ]
         assert same([futures[0].result(), futures[2].result()], [palpate.touches(FOUR)] * 2)
-        with pytest.raises(palpate.RecordingError, match=r"nowhere\.csv: cannot be read"):
+        with pytest.raises(palpate.errors.RecordingError, match=r"nowhere\.csv: cannot be read"):
             futures[1].result()
 
 

@@ -8,7 +8,8 @@ import palpate
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import ProtocolError, RecordingError, Sample, Stream
+from palpate import Sample, Stream
+from palpate.errors import ProtocolError, RecordingError
 from palpate.recording import sidecar
 from palpate.recording.csv_reader import RecordingFile
 from palpate.sources import Codes

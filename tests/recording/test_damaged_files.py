@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from palpate import RecordingError, Status, check, read
+from palpate import Status, check, read
+from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from recording_bench import record, sample
 

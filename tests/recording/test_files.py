@@ -8,9 +8,10 @@ from pathlib import Path
 
 import palpate
 import pytest
-from palpate import Calibration, CalibrationError, ProtocolError, RecordingError
+from palpate import Calibration
 from palpate.ad7746.evalkit.usb_bus import read_hex
 from palpate.calibration.specimen_files import read_moduli
+from palpate.errors import CalibrationError, ProtocolError, RecordingError
 from palpate.files import parse_toml, replacing
 
 NODES = ["pipe", "folder"]

@@ -113,7 +113,7 @@ MIDDLE = np.arange(len(PLAIN.hard)) == 50
     ],
 )  # fmt: skip
 def test_wrong_cells_of_an_own_frame_are_refused(frame: pd.DataFrame, message: str) -> None:
-    with pytest.raises((ValueError, palpate.RecordingError), match=message):
+    with pytest.raises((ValueError, palpate.errors.RecordingError), match=message):
         palpate.read(frame)
 
 

@@ -21,7 +21,8 @@ from effort import draws
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
-from palpate import RecordingError, check, read, recorded
+from palpate import check, read, recorded
+from palpate.errors import RecordingError
 from palpate.recording import sidecar, writer
 from palpate.recording.writer import unlock
 from palpate.samples import block_of

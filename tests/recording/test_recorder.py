@@ -9,7 +9,8 @@ from threading import Event, Timer
 from unittest.mock import Mock
 
 import pytest
-from palpate import RecordingError, check, read
+from palpate import check, read
+from palpate.errors import RecordingError
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
 from palpate.recording import writer as writer_module

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from palpate import RecordingError, check, read
+from palpate import check, read
+from palpate.errors import RecordingError
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.repair import repair_files
 from recording_bench import killed, rows_of, survivors

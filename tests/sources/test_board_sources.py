@@ -6,9 +6,10 @@ from pathlib import Path
 import palpate
 import pytest
 from kit_bench import CENTRED, Bench
-from palpate import SourceTimeout, Status, Stream
+from palpate import Status, Stream
 from palpate.ad7746 import registers
 from palpate.ad7746.simulator.evalboard import Fault
+from palpate.errors import SourceTimeout
 from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
 
@@ -94,7 +95,7 @@ def test_they_are_in_the_recording_and_make_no_pair_late(
 
 def test_a_chip_that_cannot_be_read_has_none(tmp_path: Path) -> None:
     """The board is unplugged before the end: the error of the source counts, not the error of the temperature."""
-    with pytest.raises(palpate.DeviceNotFound):
+    with pytest.raises(palpate.errors.DeviceNotFound):
         conditions(tmp_path / "run.csv", "sim:four-specimens?seed=1&replug=1&fault=unplug:inf@5")
     assert [each["temperature_C"] for each in (load(tmp_path / "run.csv") or {})["conditions"]] == [
         25.0

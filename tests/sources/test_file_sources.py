@@ -5,7 +5,8 @@ from pathlib import Path
 
 import palpate
 import pytest
-from palpate import RecordingError, Status, Stream, check
+from palpate import Status, Stream, check
+from palpate.errors import RecordingError
 from recording_bench import killed, measured, record, sample
 
 CHANGED = "were changed after they were written"

@@ -9,8 +9,9 @@ from typing import Any
 import palpate
 import pytest
 from iio_kernel import Kernel
-from palpate import DeviceNotFound, DeviceRefused, ProtocolError, Sample, Source, Status, Stream
+from palpate import Sample, Source, Status, Stream
 from palpate.ad7746 import registers
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.sources import iio
 from recording_bench import passing_gaps
 

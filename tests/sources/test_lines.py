@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from effort import draws, random_of
 from line_grammar import line_of, strict
-from palpate import Gap, Sample, Status
+from palpate import Sample, Status
+from palpate.sources import Gap
 from project import ROOT
 from serial_lines import Sent
 

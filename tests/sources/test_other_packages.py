@@ -5,8 +5,9 @@ from pathlib import Path
 
 import palpate
 import pytest
-from palpate import SourceError, sources
+from palpate import sources
 from palpate.cli import doctor
+from palpate.errors import SourceError
 from palpate.sources import Found
 from palpate.sources.devices import devices
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import run
-from palpate import DeviceNotFound, DeviceRefused, Stream
+from palpate import Stream
+from palpate.errors import DeviceNotFound, DeviceRefused
 from palpate.recording.reading import recorded
 
 pytest.importorskip("pty")

@@ -9,8 +9,8 @@ from typing import Any
 
 import palpate
 import pytest
-from palpate import DeviceNotFound, RecordingError
 from palpate.ad7746 import registers
+from palpate.errors import DeviceNotFound, RecordingError
 from palpate.sources.files import FileSource
 from project import FOUR
 

@@ -8,10 +8,10 @@ import palpate
 import pytest
 from command_lines import run
 from effort import NIGHTLY
-from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.wiring import Look, Wiring
+from palpate.errors import DeviceRefused
 from palpate.flags import Suspicion
 from palpate.samples import Sample, Status
 from palpate.simulation.board_input import known

@@ -156,7 +156,7 @@ def test_a_measurement_may_outlive_its_recording(tmp_path: Path) -> None:
         while not recorder.error:
             path.unlink(missing_ok=True)
         source.go.release(1)
-        with pytest.raises(palpate.RecordingError, match="was removed"):
+        with pytest.raises(palpate.errors.RecordingError, match="was removed"):
             stream.stop_recording()
         stream.start_recording(tmp_path / "again.csv", earlier=True)
         source.go.release(10_000)

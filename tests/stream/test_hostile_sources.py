@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from palpate import ProtocolError, SourceTimeout, Stream, check
+from palpate import Stream, check
+from palpate.errors import ProtocolError, SourceTimeout
 from palpate.samples import block_of
 from palpate.stream import StreamCounters
 from recording_bench import Blocks, Liar, sample, soon

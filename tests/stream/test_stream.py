@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 from effort import Tally
-from palpate import DeviceNotFound, RecordingError, Stream, Tracker, check
+from palpate import Stream, Tracker, check
+from palpate.errors import DeviceNotFound, RecordingError
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
 from palpate.sources.base import Gap

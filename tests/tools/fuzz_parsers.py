@@ -34,7 +34,7 @@ if __name__ == "__main__":
 with imports:
     import click
     import palpate
-    from palpate import CalibrationError, PalpateError, ProtocolError, RecordingError, SourceError
+    from palpate import PalpateError
     from palpate.acceptance import report
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.usb_bus import RAM_BYTES, read_hex
@@ -42,6 +42,7 @@ with imports:
     from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import config
     from palpate.cli.main import COMMANDS
+    from palpate.errors import CalibrationError, ProtocolError, RecordingError, SourceError
     from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
     from palpate.recording.reading import recorded

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from palpate import ProtocolError, Sample
+from palpate import Sample
+from palpate.errors import ProtocolError
 from palpate.sources.line_protocol import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
 from palpate.sources.serial import SerialSource

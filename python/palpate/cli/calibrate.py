@@ -52,7 +52,7 @@ from palpate.report.findings import (
     known_moduli,
 )
 from palpate.simulation.hand import Hand, session
-from palpate.uncertainty import RATIOS
+from palpate.uncertainty import RATIOS, TOUCH_SCATTER
 
 _SHORT = f"short, below {FEWEST} samples or without a standard error"
 _YOUNG = "short, it did not reach the age"
@@ -314,7 +314,7 @@ def _objects(
     type=click.IntRange(1, 100),
     help="Touches on each object.",
 )
-@click.option("--oblique", default=0.03, show_default=True, type=click.FloatRange(0, 0.5),
+@click.option("--oblique", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 0.5),
               help="Scatter of the ratio from touch to touch, relative.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0),
               help="The same seed gives the same files.")  # fmt: skip

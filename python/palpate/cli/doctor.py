@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 
 import click
 
-from palpate import MissingExtra, PalpateError, __version__
+from palpate import PalpateError, __version__
 from palpate.ad7746.evalkit import udev
 from palpate.cli.exit_codes import ExitCode, error_exit_code, error_text
 from palpate.cli.output import format_table, is_json, json_option, print_notes, print_result
+from palpate.errors import MissingExtra
 
 INSTALL_UDEV = "palpate doctor --install-udev"
 _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from palpate import RecordingError, Uncertainty, touches
+from palpate import Uncertainty, touches
 from palpate.cli.exit_codes import ErrorReport, ExitCode, message_line, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -28,6 +28,7 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
+from palpate.errors import RecordingError
 from palpate.flags import Suspicion, advice_at_end
 from palpate.importers.formats import read_table
 from palpate.importers.table import Asked, Table

@@ -39,7 +39,8 @@ from palpate.tracking import baseline_takes, tracked
 from palpate.uncertainty import RATIOS, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
-    from palpate import Calibration, OfflineTouch
+    from palpate import Calibration
+    from palpate.offline_touches import OfflineTouch
 
 _Windows = list[tuple[float, float]] | None
 _WORST = (ExitCode.UNEXPECTED, ExitCode.MISSING_EXTRA, ExitCode.BAD_DATA, ExitCode.NOT_RELIABLE, 0)

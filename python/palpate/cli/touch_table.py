@@ -9,7 +9,8 @@ from palpate.cli.output import format_row
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
-    from palpate import Modulus, OfflineTouch
+    from palpate.calibration import Modulus
+    from palpate.offline_touches import OfflineTouch
     from palpate.recording.session import Entry
 
 HEADER = (

@@ -10,6 +10,7 @@ from palpate.simulation.mechanics import Gauge, Substrate
 from palpate.simulation.press import Press
 from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import DEMO, PROBE
+from palpate.uncertainty import TOUCH_SCATTER
 
 FIRST_S, EVERY_S, LAST_S = (
     1.5,
@@ -50,7 +51,7 @@ class Hand:
 
     press_pF: float = 1.0
     press_spread: float = 0.35
-    oblique: float = 0.03
+    oblique: float = TOUCH_SCATTER
     firm: float = 0.0
     slips: float = 0.0
     tremor: float = 0.02

@@ -10,6 +10,7 @@ from palpate.simulation.mechanics import Bumps, Gauge
 from palpate.simulation.press import Lines, Press, Tilt
 from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
+from palpate.uncertainty import TOUCH_SCATTER
 
 PROBE = Elasticity()  # of all scenarios: ratio 10 on a rigid object
 
@@ -122,8 +123,8 @@ def _specimens(times: int, oblique: float) -> Scenario:
     )
 
 
-DEMO = replace(_specimens(2, 0.03), gauges=(Gauge(), Gauge()))
-"""What `palpate live` shows without a board: the hand scatters by `palpate.repeatability.TOUCH_SCATTER`, and nothing has a flag."""
+DEMO = replace(_specimens(2, TOUCH_SCATTER), gauges=(Gauge(), Gauge()))
+"""What `palpate live` shows without a board: the hand scatters by `palpate.uncertainty.TOUCH_SCATTER`, and nothing has a flag."""
 
 
 def _sliding() -> Scenario:

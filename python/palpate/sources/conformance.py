@@ -120,7 +120,7 @@ def _read(
     except (TypeError, ValueError) as error:
         findings.append(f"a sample: {error}")
     except Exception as error:  # noqa: BLE001
-        findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.SourceError")
+        findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.errors.SourceError")
     finally:
         enough.set()
 

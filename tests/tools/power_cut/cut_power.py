@@ -29,7 +29,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from palpate import RecordingError, Stream, check
+from palpate import Stream, check
+from palpate.errors import RecordingError
 from palpate.recording.sidecar import load
 
 HERE = Path(__file__).resolve().parent
