@@ -32,10 +32,10 @@ class Touches(list[Touch], Framed):
     Attributes
     ----------
     notes, doubts : tuple of str
-        Those of the recording, as in `palpate.Recording`; and notes on a baseline that was measured again, on touches
-        whose model was not tested, and on such that the next touch followed too soon.
+        Notes and doubts of the recording, as in `palpate.Recording`. More notes are about a baseline that was
+        measured again, touches whose model was not tested, and touches with the next one too soon after them.
     unit : str
-        Of both signals.
+        Unit of both signals.
 
     Examples
     --------

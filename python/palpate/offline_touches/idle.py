@@ -11,15 +11,13 @@ Array = NDArray[np.float64]
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time
 _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
-_COLLECTED = (
-    32  # readings with which the tracker measures a new baseline; they begin after the release
-)
+# Readings with which the tracker measures a new baseline; they begin after the release.
+_COLLECTED = 32
 _JUMP = 25.0  # standard deviations of a reading: a baseline that was measured again, and was wrong before
 _OUTLIER = 6.0
 _BATCHES = 8  # of a mean: their scatter shows noise that is not white
-_ENDS = np.array(
-    [1 / 3, 2 / 3]
-)  # weights of the first and last readings: less of a periodic disturbance is left
+# Weights of the first and last readings: less of a periodic disturbance is left.
+_ENDS = np.array([1 / 3, 2 / 3])
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,17 @@ class Readings:
 
 @dataclass(frozen=True)
 class IdleLevel:
-    """A line between two means, or one mean: times, values, their variances; the noise of a reading, pF; and where they are."""
+    """The baseline of a touch: a line between two means of idle readings, or one mean.
+
+    Attributes
+    ----------
+    t, value, variance : numpy.ndarray, shape (1,) or (2,)
+        Time, s, value, pF, and variance, pF^2, of each mean.
+    noise : float
+        Standard deviation of a reading, pF.
+    side : str
+        "before", "after", or "before and after" the touch.
+    """
 
     t: Array
     value: Array
@@ -51,7 +59,9 @@ class IdleLevel:
 
     def share(self, t: Array) -> Array:
         """Return the part of the later mean in the level at times t."""
-        return np.interp(t, self.t, [0.0, 1.0]) if len(self.t) > 1 else np.zeros_like(t)
+        if len(self.t) == 1:
+            return np.zeros_like(t)
+        return np.interp(t, self.t, [0.0, 1.0])
 
     def at(self, t: Array) -> Array:
         """Return the level at times t."""
@@ -66,8 +76,9 @@ def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
     if not len(out):
         return end
     released = last + int(out[0])
-    levels = rows["hard_baseline"][released:end], rows["soft_baseline"][released:end]
-    new = np.flatnonzero((levels[0] != levels[0][0]) | (levels[1] != levels[1][0]))
+    hard = rows["hard_baseline"][released:end]
+    soft = rows["soft_baseline"][released:end]
+    new = np.flatnonzero((hard != hard[0]) | (soft != soft[0]))
     if len(new):
         return released + max(int(new[0]) - _COLLECTED + 1, 0)
     return min(released + _COLLECTED, end) if measured else end
@@ -91,18 +102,20 @@ def idle(
 
 def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -> IdleLevel | None:
     """Return the baseline of one channel from idle readings before and after a touch; None: there are none."""
-    sides = {}
+    means = dict[str, tuple[float, float, float, float]]()
     if len(before.t):
-        sides["before"] = before[
-            (before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)
-        ]
+        near = (before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)
+        if np.count_nonzero(near) >= _FEWEST:
+            means["before"] = _mean(before[near])
     if len(after.t):
-        sides["after"] = after[(after.t < after.t[0] + _NEAR_S) & (after.t < next_s - _MARGIN_S)]
-    means = {name: _mean(side) for name, side in sides.items() if len(side.t) >= _FEWEST}
+        near = (after.t < after.t[0] + _NEAR_S) & (after.t < next_s - _MARGIN_S)
+        if np.count_nonzero(near) >= _FEWEST:
+            means["after"] = _mean(after[near])
     if not means:
         return None
     t, value, variance, noise = np.array(list(means.values())).T
-    return IdleLevel(t, value, variance, float(np.sqrt(np.mean(noise**2))), " and ".join(means))
+    rms_noise = float(np.sqrt(np.mean(noise**2)))
+    return IdleLevel(t, value, variance, rms_noise, side=" and ".join(means))
 
 
 def _mean(readings: Readings) -> tuple[float, float, float, float]:
@@ -111,7 +124,9 @@ def _mean(readings: Readings) -> tuple[float, float, float, float]:
     code = code if math.isfinite(code) else 0.0
     off = np.abs(readings.value - np.median(readings.value))
     near = readings[off <= max(_OUTLIER * 1.4826 * float(np.median(off)), 1.5 * code)]
-    t, value, count = near.t, near.value, len(near.t)
+    t = near.t
+    value = near.value
+    count = len(t)
     around = t - t.mean()
     rest = value - value.mean()
     rest -= around * (around @ rest) / max(float(around @ around), 1e-30)

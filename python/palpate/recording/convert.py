@@ -84,7 +84,7 @@ def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) 
 
     Parameters
     ----------
-    recording : RecordingFile or ImportedRecording
+    recording : OpenedRecording
     target : pathlib.Path
         NAME.parquet, NAME.arrow or NAME.feather, or NAME.csv, which gets a sidecar NAME.json.
     force : bool
@@ -118,8 +118,10 @@ def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) 
         )
     if not recording.timed:
         raise ValueError(f"rate: got none, allowed: {RATE}")
-    beside = sidecar.sidecar_path(target) if target.suffix == ".csv" else None
-    _require_free(recording, [target, beside] if beside else [target], force=force)
+    targets = [target]
+    if target.suffix == ".csv":
+        targets.append(sidecar.sidecar_path(target))
+    _require_free(recording, targets, force=force)
     rows = np.concatenate([np.zeros(0, DTYPE), *recording.blocks()], dtype=DTYPE)
     rows["status"][~(np.isfinite(rows["hard"]) & np.isfinite(rows["soft"]))] = int(Status.LOST)
     text = HEADER.encode() + format_rows(rows)
@@ -127,9 +129,9 @@ def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) 
         recording, {"rows": len(rows), "bytes": len(text), "crc32": zlib.crc32(text)}
     )
     with file_errors(target, "cannot be written"), replacing(target) as file:
-        if beside:
+        if target.suffix == ".csv":
             file.write(text)
-            sidecar.save(beside, document)
+            sidecar.save(sidecar.sidecar_path(target), document)
         else:
             _write_columns(file, target.suffix, rows, document)
     return len(rows)
@@ -147,9 +149,8 @@ def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: b
 
 def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: sidecar.Json) -> None:
     complete = schema().with_metadata({KEY: sidecar.text_of(document)})
-    table = need("pyarrow", "tables").table(
-        [np.ascontiguousarray(rows[name]) for name in NAMES], schema=complete
-    )
+    columns = [np.ascontiguousarray(rows[name]) for name in NAMES]
+    table = need("pyarrow", "tables").table(columns, schema=complete)
     if suffix == ".parquet":
         need("pyarrow.parquet", "tables").write_table(table, file)
         return

@@ -99,10 +99,12 @@ class Survey:
     def add(self, block: Block) -> None:
         """Add the next block of samples, one at least."""
         if self.first_seq is None:
-            self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+            self.first_seq = int(block["seq"][0])
+            self.first_ns = int(block["t_hard_ns"][0])
         self._add_steps(block)
         self.rows += len(block)
-        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
+        self.last_seq = int(block["seq"][-1])
+        self.last_ns = int(block["t_hard_ns"][-1])
         codes = np.maximum(block["hard_raw"], block["soft_raw"])
         self.miscoded += int(np.count_nonzero(codes > self.largest_code))
         self.refused += int(np.count_nonzero(refused(block)))

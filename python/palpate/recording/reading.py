@@ -1,4 +1,4 @@
-"""Any recording as a sequence of blocks: palpate's own, and tables of other programs."""
+"""Reads any recording: one of palpate, or a table of another program."""
 
 import os
 from collections.abc import Iterator, Mapping, Sequence

@@ -18,11 +18,8 @@ if TYPE_CHECKING:
     from palpate.tracking import Touches
 
 
-_ARRAYS = ("t_hard_s", "t_soft_s", "hard", "soft")
-
-
 class Mark(NamedTuple):
-    """What was marked while it was recorded.
+    """A text at a time of a recording.
 
     Attributes
     ----------
@@ -59,7 +56,7 @@ class Recording(ArrayRecording, Framed):
     period_s : float
         From pair to pair, as the device has it, s; 0: not known.
     doubts : tuple of str
-        Those of the notes that say that the file is not as it was written: results may be wrong.
+        Notes on differences from the file as it was written: results may be wrong.
     gap_rows : tuple of int
         Rows from which on the earlier baseline is not valid, from 1: the board was opened again, or its range moved.
     zero_utc_ns : int or None
@@ -121,22 +118,27 @@ class Recording(ArrayRecording, Framed):
         begin, end = _seconds(span)
         length_s = self.duration.total_seconds()  # an error without times
         inside = (self.t_hard_s >= begin) & (self.t_hard_s < end)
-        if (
-            not inside.any() or -math.inf < begin < 0 <= self.t_hard_s[0]
-        ):  # a negative time, as if counted from the end
-            ends = (
-                f"{self.t_hard_s[0]:.3f} to {self.t_hard_s[0] + length_s:.3f} s"
-                if len(self)
-                else "none"
+        # A negative time may be meant as one from the end.
+        is_from_end = len(self) > 0 and -math.inf < begin < 0 <= self.t_hard_s[0]
+        if is_from_end or not inside.any():
+            allowed = "none"
+            if len(self):
+                first_s = self.t_hard_s[0]
+                allowed = f"{first_s:.3f} to {first_s + length_s:.3f} s"
+            raise ValueError(
+                f"recording[{begin}:{end}]: got no pair, allowed: times from {allowed}"
             )
-            raise ValueError(f"recording[{begin}:{end}]: got no pair, allowed: times from {ends}")
-        before = np.append(0, np.cumsum(inside))  # how many pairs are kept before each row
-        gaps = sorted({int(before[row]) for row in self.gap_rows} - {0, len(self.hard[inside])})
+        kept_before = np.append(0, np.cumsum(inside))  # number of pairs kept before each row
+        gaps = {int(kept_before[row]) for row in self.gap_rows}
+        gaps -= {0, int(kept_before[-1])}
         note = f"the part {begin}:{end} s of a recording; other notes and doubts are of the whole"
         return replace(
             self,
-            **{name: getattr(self, name)[inside] for name in _ARRAYS},
-            gap_rows=tuple(gaps),
+            t_hard_s=self.t_hard_s[inside],
+            t_soft_s=self.t_soft_s[inside],
+            hard=self.hard[inside],
+            soft=self.soft[inside],
+            gap_rows=tuple(sorted(gaps)),
             marks=tuple(mark for mark in self.marks if begin <= mark.t_s < end),
             notes=(*self.notes, note),
         )
@@ -147,7 +149,7 @@ class Recording(ArrayRecording, Framed):
             yield from super().value_notes()
 
     def __repr__(self) -> str:
-        """Return what there is, in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""
+        """Return a summary in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""
         from palpate.display.text import recording_line
 
         return recording_line(self)
@@ -227,27 +229,38 @@ class Recording(ArrayRecording, Framed):
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
         size = np.size(self.hard)
-        for name in _ARRAYS:
-            given: Any = getattr(self, name)
-            array = np.asarray(
-                np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given
-            )
-            if array.dtype.kind not in "biuf":
-                raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
-            if array.shape != (size,):
-                raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
-            object.__setattr__(self, name, np.asarray(array, float))
+        arrays = {
+            "t_hard_s": self.t_hard_s,
+            "t_soft_s": self.t_soft_s,
+            "hard": self.hard,
+            "soft": self.soft,
+        }
+        for name, values in arrays.items():
+            object.__setattr__(self, name, _checked_array(name, values, size))
+
+
+def _checked_array(name: str, values: Any, size: int) -> NDArray[np.float64]:
+    """Return values as floats of shape (size,), nan for masked ones; TypeError or ValueError: not such an array."""
+    if np.ma.isMaskedArray(values):
+        values = np.ma.filled(values.astype(float), math.nan)
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
+    if array.shape != (size,):
+        raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
+    return np.asarray(array, float)
 
 
 def _seconds(span: slice) -> tuple[float, float]:
-    is_span = isinstance(span, slice) and span.step is None
-    if not is_span or not all(
-        isinstance(end, float | np.floating | None) for end in (span.start, span.stop)
-    ):
+    is_span = (
+        isinstance(span, slice)
+        and span.step is None
+        and isinstance(span.start, float | np.floating | None)
+        and isinstance(span.stop, float | np.floating | None)
+    )
+    if not is_span:
         allowed = "seconds with a point, as recording[2.0:5.0]; rows are those of the arrays, as recording.hard[2:5]"
         raise TypeError(f"recording: got [{span!r:.60}], allowed: {allowed}")
-    begin, end = (
-        -math.inf if span.start is None else span.start,
-        math.inf if span.stop is None else span.stop,
-    )
+    begin = -math.inf if span.start is None else span.start
+    end = math.inf if span.stop is None else span.stop
     return float(begin), float(end)

@@ -20,7 +20,7 @@ LARGEST_STATUS = int(Status.LOST)
 
 
 class Codes(NamedTuple):
-    """What the codes of a converter mean; the default is the AD7746.
+    """The scale of a converter's codes; the default is the AD7746.
 
     A code is an integer from 0: add an offset to the codes of a converter that gives negative ones, as `zero`.
 
@@ -81,7 +81,8 @@ def codes_of(device: Mapping[str, Any]) -> Codes:
         )
     found = Codes(**given)
     for name, low in (("zero", -LARGEST_CODE - 1), ("largest", 1)):
-        if type(value := given[name]) is not int or not low <= value <= LARGEST_CODE:
+        value = given[name]
+        if type(value) is not int or not low <= value <= LARGEST_CODE:
             raise ValueError(
                 f"codes: {name}: got {quoted(value)}, allowed: an integer from {low} to {LARGEST_CODE}"
             )
@@ -127,10 +128,12 @@ def parse_rows(
     data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746
 ) -> Block:
     """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
-    form = None if scale is None else (scale.zero, scale.per_pF), columns == COLUMNS
-    block = _parse_rows(data, *form)
+    codes = None if scale is None else (scale.zero, scale.per_pF)
+    is_newest = columns == COLUMNS
+    block = _parse_rows(data, codes, is_newest)
     if block is None and b"inf" in data:
-        block = _parse_rows(re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data), *form)
+        finite = re.sub(rb"(?<=,)-?inf(?=,)", b"nan", data)
+        block = _parse_rows(finite, codes, is_newest)
     if block is None:
         raise ValueError("a line is not a row of a recording")
     return block
@@ -139,7 +142,8 @@ def parse_rows(
 @lru_cache(maxsize=16)  # damage repeats itself
 def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     """Return why a line is not a row; None if it is one."""
-    if zeros := line.count(b"\0"):
+    zeros = line.count(b"\0")
+    if zeros:
         return f"got {zeros} zero bytes, allowed: text"
     if line.count(b",") != len(columns) - 1:
         return f"got {line.count(b',') + 1} cells, allowed: {len(columns)}"

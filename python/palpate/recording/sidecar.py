@@ -29,7 +29,7 @@ Json = dict[str, Any]
 """A JSON object: the sidecar as it is in the file, or an entry of it."""
 SCHEMA = "palpate-recording-2"
 SCHEMAS = ("palpate-recording-1", SCHEMA)
-"""Those that can be read: the first one has no checkpoint and no checksum of its own."""
+"""Schemas that can be read: the first one has no checkpoint and no checksum of its own."""
 LARGEST = 4_000_000
 """Bytes of a sidecar, at most."""
 LONGEST_PERIOD_S = 1e6
@@ -68,7 +68,7 @@ def fresh(device: Json, settings: Json, notes: list[str]) -> Json:
 
 
 def made(device: Json, rows: int, data: bytes) -> Json:
-    """Return the sidecar of a file whose rows were computed, not measured: the same rows give the same sidecar."""
+    """Return the sidecar of computed rows: the same rows give the same sidecar."""
     end = {"rows": rows, "dropped": 0, "clean": True, "bytes": len(data), "crc32": zlib.crc32(data)}
     parts: Json = {"device": device, "settings": {}, "notes": [], "marks": [], "end": end}
     return {"schema": SCHEMA, "versions": {"palpate": __version__}, **parts}
@@ -161,14 +161,16 @@ _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 
 
 def is_simulated(device: Mapping[str, Any]) -> bool:
-    """Return whether no probe was used, by what a sidecar or a source says of its device."""
+    """Return whether the description of a device is of a simulator: no probe was used."""
     return "simulated" in device or str(device.get("name", "")).startswith("simulated")
 
 
 def marked(text: str, sample: Sample | None, **more: Any) -> Json:
     """Return a mark at a sample, as it is in the sidecar."""
-    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-    return {**where, "text": text, **more}
+    mark: Json = {}
+    if sample is not None:
+        mark = {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+    return {**mark, "text": text, **more}
 
 
 def amend(path: Path, plan: Plan, known: Plan) -> None:
