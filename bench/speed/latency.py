@@ -20,11 +20,12 @@ from typing import Any, Self
 import numpy as np
 import palpate
 from numpy.typing import NDArray
-from palpate import Sample, Source, Stream, Tracker
+from palpate import Sample, Stream, Tracker
 from palpate.ad7746.registers import CONVERSION_S
 from palpate.samples import settings_for
 from palpate.simulation import scenarios
 from palpate.simulation.probe import Scenario, simulate
+from palpate.sources import SampleSource, SourceEvent
 from palpate.sources.sim import SimSource
 
 from bench.results_age import RESULTS, about
@@ -51,7 +52,7 @@ STAGES = {
 Ages = dict[str, NDArray[np.float64]]
 
 
-class _Timed(Source):
+class _Timed(SampleSource):
     """A simulated board; notes the real times of its conversions, and when it gave a pair, ns of its clock."""
 
     def __init__(self, board: SimSource) -> None:
@@ -62,10 +63,10 @@ class _Timed(Source):
         self.board.__enter__()
         return self
 
-    def __iter__(self) -> Iterator[Sample]:
-        for sample in self.board:
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        for sample in self.board.samples():
             given = self.board.clock.now_ns()
-            if not sample.status:
+            if isinstance(sample, Sample) and not sample.status:
                 ended = [each for each in self.board.kit.chip.conversions if not each.lost]
                 hard, soft = (
                     next(each for each in reversed(ended) if each.pin == pin) for pin in (1, 2)
@@ -121,7 +122,8 @@ def board_ages(name: str, *, pairs: int, seed: int) -> Ages:
     dict of str to numpy.ndarray, shape (n,), ms
     """
     with _Timed(_board(name, f"seed={seed}")) as source:
-        seqs = [sample.seq for sample in islice(source, pairs)]
+        samples = (item for item in source.samples() if isinstance(item, Sample))
+        seqs = [sample.seq for sample in islice(samples, pairs)]
     times = np.array([(source.times[seq - 1][0], *source.times[seq]) for seq in seqs[1:]])
     return dict(zip(STAGES, np.diff(times, axis=1).T / 1e6, strict=False))
 

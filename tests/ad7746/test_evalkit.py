@@ -16,7 +16,7 @@ from typing import Any
 import palpate
 import pytest
 from effort import Tally
-from kit_bench import CENTRED, Bench
+from kit_bench import CENTRED, Bench, pair_of
 from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
@@ -27,7 +27,7 @@ from palpate.ad7746.simulator.evalboard import Fault
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
-from recording_bench import soon
+from recording_bench import SampleReader, soon
 
 FOREVER = math.inf
 PAIRS, ENOUGH = (
@@ -243,7 +243,7 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
     driver = bench.open()
     bench.read(driver, 1)
     bench.carrier.unplug(bench.kit)
-    waiting = threading.Thread(target=lambda: results.append(driver.read_pair(1)))
+    waiting = threading.Thread(target=lambda: results.append(pair_of(driver, 1)))
     results: list[object] = []
     waiting.start()
     while not bench.notes:
@@ -251,7 +251,7 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
     driver.interrupt()
     waiting.join(30)
     assert results == [None]
-    assert driver.read_pair(1) is None
+    assert pair_of(driver, 1) is None
 
 
 def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
@@ -296,7 +296,7 @@ def watched(bench: Bench, replug_s: float) -> Iterator[tuple[EvalKit, WatchedKit
 
 def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
     with watched(bench, 10.0) as (kit, source, notes):
-        measuring, samples = kit.board, iter(source)
+        measuring, samples = kit.board, SampleReader(source)
         next(samples)
         other = bench.another()
         soon(lambda: notes)
@@ -315,7 +315,7 @@ def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
 def test_the_board_that_measures(bench: Bench) -> None:
     """The driver says that it is gone, once, with its name; the watch says where it is back."""
     with watched(bench, 1e6) as (kit, source, notes):
-        samples, first = iter(source), kit.board
+        samples, first = SampleReader(source), kit.board
         next(samples)
         bench.carrier.unplug(bench.kit)
         reading = threading.Thread(target=lambda: next(samples))

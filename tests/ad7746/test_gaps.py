@@ -13,6 +13,7 @@ from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, OUT, RAM
 from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.ad7746.simulator.evalboard import KitTwin, Reply
 from palpate.samples import Status
+from palpate.source_events import TroubleEnded, TroubleKind
 
 FAULTS = ("stall", "line error", "no answer", "short", "not acknowledged", "unplug")
 OTHER = bytes([0x61, 0x12, 0x5C, 0x34])
@@ -49,7 +50,7 @@ def test_another_board_is_told_by_the_gains_of_its_chip() -> None:
         replace(bench, other)
         bench.read(driver, 2)
         said = "another board: the gains of its chip are 61 12 5c 34, before 66 cc 5c 90"
-        assert said in driver.gaps[-1][1]
+        assert said in bench.gaps[-1][1]
         assert said in bench.notes[-1]
         assert driver.describe()["fingerprint"] == "61 12 5c 34"
 
@@ -62,7 +63,7 @@ def test_gains_that_change_while_it_runs_are_noticed_within_a_second() -> None:
         bench.read(driver, 50)
         lost = [sample for sample in bench.samples if sample.status == Status.LOST]
         assert len(lost) == 1
-        [(seq, text)] = driver.gaps
+        [(seq, text)] = bench.gaps
         assert seq == lost[0].seq + 1
         assert "0x0F to 0x12) are 67 cc 5c 90, before 66 cc 5c 90: another program" in text
         assert driver.counters.reopened == 1
@@ -76,7 +77,7 @@ def test_readings_at_another_gain_are_named_and_none_comes_after_the_gap() -> No
         bench.read(driver, 60)
         bench.kit.control(OUT, I2C, 0x90, 0x0F, 2, (0xAE8F).to_bytes(2, "big"))
         bench.read(driver, 60)
-        [(seq, text)] = driver.gaps
+        [(seq, text)] = bench.gaps
         assert (since := re.search(r"Readings since (\d+\.\d) s may be wrong", text))
         # What the two channels should differ by is constant: both ramps are the same.
         difference_pF = median(sample.hard - sample.soft for sample in bench.samples[:60])
@@ -118,7 +119,7 @@ def test_a_fault_while_the_firmware_is_loaded_after_a_replug(
         bench.fail(kind, 1.0, request=RAM, skip=request_number - 1)
         bench.read(driver, 5)
         assert not bench.kit.faults
-        assert (bench.samples[-1].status, driver.counters.reconnects, len(driver.gaps)) == (
+        assert (bench.samples[-1].status, driver.counters.reconnects, len(bench.gaps)) == (
             Status.OK,
             1,
             1,
@@ -145,7 +146,7 @@ def test_a_board_is_waited_for_two_minutes_counted_down() -> None:
         bench.read(driver, 2)
         left = [re.findall(r"Waiting for it: (\d+) s left", note) for note in bench.notes]
         assert [int(number) for [number] in filter(None, left)] == [90, 60, 30, 10]
-        assert driver.away == ""
+        assert bench.events[-1] == TroubleEnded(TroubleKind.UNPLUGGED)
         bench.check_samples(driver)
 
 
@@ -184,7 +185,7 @@ def test_a_fault_while_it_is_opened_again_does_not_end_it(why: str, kind: str) -
         bench.read(driver, 8)
         assert bench.samples[-1].status == Status.OK
         assert driver.counters.reopened + driver.counters.reconnects == 1
-        assert len(driver.gaps) == 1
+        assert len(bench.gaps) == 1
         bench.check_samples(driver)
 
 
@@ -199,7 +200,7 @@ def test_firmware_that_another_program_loads_is_waited_for() -> None:
         bench.read(driver, 2)
         assert [note for note in bench.notes if "no firmware" in note] == [bench.notes[1]]
         assert bench.notes[1].endswith("unplug the board for a moment. Waiting for it: 7 s left.")
-        [(seq, text)] = driver.gaps
+        [(seq, text)] = bench.gaps
         assert 2 <= seq <= bench.samples[2].seq
         assert text.startswith("the board was unplugged for 6.")
         assert "another" not in text
@@ -212,17 +213,17 @@ def test_a_range_that_is_set_again_is_a_gap_and_one_that_cannot_be_stays() -> No
         bench.read(driver, 3)
         driver.centre()
         bench.read(driver, 3)
-        assert driver.gaps == []  # it was in the middle
+        assert bench.gaps == []  # it was in the middle
         bench.kit.chip.overload_pF = 40.0
         driver.centre()
         assert bench.read(driver, 1)[-1].status & Status.HARD_SATURATED
         assert "the range could not be set again" in bench.notes[-1]
-        assert (driver.gaps, driver.configuration) == ([], CENTRED)
+        assert (bench.gaps, driver.configuration) == ([], CENTRED)
         bench.kit.chip.overload_pF = 6.0
         driver.centre()
         after = bench.read(driver, 2)[-2]
         assert after.status == Status.OK
-        [(seq, text)] = driver.gaps
+        [(seq, text)] = bench.gaps
         assert bench.samples[-3].seq < seq <= after.seq
         assert text == f"the range was set again: CAPDAC {driver.auto_capdac()}, before (41, 27)"
         bench.check_samples(driver)

@@ -2,9 +2,10 @@
 
 import errno
 import itertools
+from functools import partial
 
 import pytest
-from kit_bench import CENTRED, Bus, pins
+from kit_bench import CENTRED, Bus, pair_of, pins
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.i2c import I2cBus
@@ -35,11 +36,11 @@ def test_a_bus_that_fails(number: int, before: bool, error: type[SourceError], t
     bus.deaf_reset = number == errno.EIO  # tolerated: the registers show the reset
     driver.start()
     bus.failures = [number]
-    assert driver.read_pair(0) is not None
+    assert pair_of(driver, 0) is not None
     assert (driver.counters.errors, driver.counters.retries, driver.counters.pairs) == (1, 1, 1)
     bus.failures = [number] * 1000
     with pytest.raises(error, match=text):
-        list(map(driver.read_pair, itertools.count(1)))
+        list(map(partial(pair_of, driver), itertools.count(1)))
     driver.close()
     driver.close()
     assert bus.opened == 0

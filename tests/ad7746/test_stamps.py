@@ -23,6 +23,7 @@ from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault
 from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.errors import ProtocolError, SourceError
 from palpate.samples import Sample, Status
+from recording_bench import SampleReader
 
 LONGEST_S = 0.1
 LIMIT_MS = 2.0
@@ -199,7 +200,7 @@ def test_the_simulated_board_has_the_bus_clock_that_is_asked_for() -> None:
     periods_s = []
     for kHz in (85, 400):
         with palpate.open(f"sim:tremor?bus_kHz={kHz}") as source:
-            list(itertools.islice(source, 20))
+            list(itertools.islice(SampleReader(source), 20))
             periods_s.append(source.describe()["period_s"])
     assert periods_s == pytest.approx([0.0314, 0.0263], rel=0.01)
 

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 
+from kit_bench import pair_of
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import Ad7746
@@ -61,7 +62,7 @@ def test_a_pair() -> None:
         clock,
     )
     driver.start()
-    sample = driver.read_pair(0)
+    sample = pair_of(driver, 0)
     driver.close()
     assert not script.left
     assert sample is not None

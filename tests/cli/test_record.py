@@ -88,7 +88,7 @@ def test_so_many_seconds_or_fewer_touches_than_asked_for(
     assert f"touch 1: {told}\n" in run("replay", cut).stdout
     recorded = run("record", "sim:step-up", "-o", few, "--touches", "2", "--samples", "1000")
     assert (recorded.exit_code, "1 of 2 touches were measured" in recorded.stderr) == (5, True)
-    monkeypatch.setattr("palpate.sources.sim.SimSource.__iter__", lambda _: iter(()))
+    monkeypatch.setattr("palpate.sources.sim.SimSource.samples", lambda _: iter(()))
     recorded = run("record", "sim:", "-o", tmp_path / "c.csv", "--touches", "1")
     assert (recorded.exit_code, recorded.stdout) == (5, "")
     assert recorded.stderr.splitlines()[-1].startswith("sim:: no sample came: ")
@@ -111,7 +111,7 @@ def test_how_it_ends(
     arguments: list[str], code: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Before anything starts: no source is read, nothing is left."""
-    monkeypatch.setattr("palpate.sources.sim.SimSource.__iter__", lambda _: 1 / 0)
+    monkeypatch.setattr("palpate.sources.sim.SimSource.samples", lambda _: 1 / 0)
     monkeypatch.chdir(tmp_path)
     result = run("record", *arguments)
     assert (result.exit_code, result.stdout, list(tmp_path.iterdir())) == (code, "", [])

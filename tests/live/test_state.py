@@ -30,7 +30,7 @@ from palpate.live.state_rules import (
     view_of,
 )
 from palpate.simulation import Press, Scenario, hand
-from palpate.sources import Gap
+from palpate.source_events import Gap, GapCause, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Stream
 
 WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done"}
@@ -369,17 +369,16 @@ def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
     assert released[:2] == [("Wait", "baseline"), ("Touch", "baseline")]
 
 
-def test_a_touch_is_cut_where_the_board_is_unplugged(monkeypatch: pytest.MonkeyPatch) -> None:
-    played, gap = Played(SOURCE), Gap(1, "the board was unplugged for 1.0 s")
-    board, page = type(played.stream.source), played.page_state
+def test_a_touch_is_cut_where_the_board_is_unplugged() -> None:
+    played = Played(SOURCE)
+    page = played.page_state
 
     def unplug(_: Stream) -> None:
-        monkeypatch.setattr(board, "troubles", {"unplugged": "The board is gone."})
+        page.trouble_began(TroubleBegan(TroubleKind.UNPLUGGED, "The board is gone."))
 
     def plug(_: Stream) -> None:
-        monkeypatch.setattr(board, "gaps", (gap,))
-        monkeypatch.setattr(board, "troubles", {})
-        page.gap(gap)
+        page.gap(Gap(GapCause.DISCONNECTED, "the board was unplugged for 1.0 s"))
+        page.trouble_ended(TroubleEnded(TroubleKind.UNPLUGGED))
 
     played.play(until_s=5.0, at={4.0: unplug, 4.5: plug})
     _, gone = played.first("unplugged")

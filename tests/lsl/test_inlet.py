@@ -4,7 +4,6 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from itertools import islice
 from types import SimpleNamespace
 from typing import Any
@@ -17,11 +16,11 @@ from command_lines import run
 from lsl_sender import PERIOD_S, Sender
 from palpate import Sample, Source
 from palpate.errors import DeviceNotFound, MissingExtra, ProtocolError
-from palpate.sources import Gap
+from palpate.source_events import GapCause
 from palpate.sources import lsl as lsl_source
 from palpate.sources.conformance import check_source
 from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library
-from recording_bench import passing_gaps
+from recording_bench import SampleReader
 
 FARADS = ("pF", "pF")
 
@@ -37,7 +36,7 @@ def received(source: Source, sender: Sender, *rows: tuple[float, ...]) -> list[S
         sender.wait()
         for row in rows:
             sender.send(*row)
-        return list(islice(passing_gaps(source), len(rows)))
+        return list(islice(SampleReader(source), len(rows)))
 
 
 def test_it_is_a_source(sender: Sender) -> None:
@@ -135,7 +134,7 @@ def test_stamps_that_go_back_or_are_of_another_clock(sender: Sender) -> None:
     """One is refused and counted; many in a row end the measurement."""
     with palpate.open(f"lsl:{sender.name}") as source:
         sender.wait()
-        begin_s, samples = pylsl.local_clock(), iter(source)
+        begin_s, samples = pylsl.local_clock(), SampleReader(source)
         for i in (0, 1, 2, -50, 1.99, 3):
             sender.send(i, 1.0, at_s=begin_s + i * 0.01)
         found = list(islice(samples, 5))
@@ -171,7 +170,7 @@ def test_a_stream_that_ends_and_comes_back(
     with palpate.open(f"lsl:{sender.name}") as source:
         source.notify = heard.append
         sender.wait()
-        samples: Iterator[Sample] = iter(source)
+        samples = SampleReader(source)
         sender.send(1.0, 1.0)
         assert next(samples).seq == 0
         sender.close()
@@ -187,7 +186,8 @@ def test_a_stream_that_ends_and_comes_back(
         after = next(samples)
         returning.join()
     assert (after.seq, after.hard, source.counters["reconnects"]) == (1, 2.0, 1)
-    assert [(gap.seq, "was lost" in gap.text) for gap in source.gaps] == [(1, True)]
+    assert [(seq, "was lost" in text) for seq, text in samples.gaps] == [(1, True)]
+    assert samples.causes == [GapCause.DISCONNECTED]
     assert "was lost, or is silent. Waiting for it, up to 30 s." in heard[0]
 
 
@@ -195,7 +195,7 @@ def test_a_stream_that_does_not_come_back(sender: Sender, quick: None) -> None:
     with palpate.open(f"lsl:{sender.name}?replug=0.1") as source:
         sender.wait()
         sender.send(1.0, 1.0)
-        samples = iter(source)
+        samples = SampleReader(source)
         next(samples)
         sender.close()
         with pytest.raises(
@@ -211,7 +211,7 @@ def test_a_stream_that_is_silent_is_looked_for_again(sender: Sender, quick: None
         source.notify = heard.append
         sender.wait()
         with sender.going_on(1.0, 1.0, after_s=1.5):
-            first = next(iter(source))
+            first = next(SampleReader(source))
     assert (first.seq, len(heard), source.counters["reconnects"]) == (0, 1, 1)
     assert "is silent" in heard[0]
 
@@ -236,12 +236,18 @@ def test_the_senders_own_gaps_and_numbers(name: str) -> None:
     )
     rest = [(0.013, 7, 0, 1), (0.013, 9, 1, 1), (0.013, 10, 0, 2), (-0.5, 0, 0, 0)]
     source = palpate.open(f"lsl:{name}")
-    samples = received(source, sender, *((1.0, 2.0, *row) for row in rest))
+    with source:
+        sender.wait()
+        for row in rest:
+            sender.send(1.0, 2.0, *row)
+        reader = SampleReader(source)
+        samples = list(islice(reader, len(rest)))
     assert [(sample.seq, sample.status) for sample in samples] == [(0, 0), (2, 1), (3, 0), (4, 0)]
     assert [sample.t_soft_ns - sample.t_hard_ns for sample in samples] == [13 * 10**6] * 3 + [
         -5 * 10**8
     ]
-    assert source.gaps == (Gap(3, "the sender had a gap"), Gap(4, "the sender began again"))
+    assert reader.gaps == [(3, "the sender had a gap"), (4, "the sender began again")]
+    assert reader.causes == [GapCause.UPSTREAM, GapCause.RESTARTED]
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from palpate.recording import sidecar
 from palpate.recording.csv_reader import RecordingFile
 from palpate.sources import Codes
 from palpate.sources.base import described
-from recording_bench import Scripted, record, sample
+from recording_bench import SampleReader, Scripted, record, sample
 
 WIDE = Codes(zero=-5, per_pF=700_000_001 / 3, largest=2**31 - 1)
 scales = st.builds(
@@ -39,7 +39,7 @@ def test_a_recording_gives_back_every_value(
     written = samples_of(scale, [code % (scale.largest + 1) for code in codes])
     path = record(tmp_path_factory.mktemp("codes") / "run.csv", written, codes=scale._asdict())
     with palpate.open(str(path)) as source:
-        assert list(source) == written
+        assert list(SampleReader(source)) == written
     assert palpate.check(path).clean
 
 

@@ -18,13 +18,14 @@ from palpate.recording.sidecar import load
 MOMENTS = int(os.environ.get("PALPATE_MOMENTS", "4"))
 ENDLESS = """
 import itertools, sys, time
-from palpate import Sample, Source, Stream
+from palpate import Sample, Stream
+from palpate.sources import SampleSource
 
-class Endless(Source):
+class Endless(SampleSource):
     def describe(self):
         return {"name": "endless"}
 
-    def __iter__(self):
+    def samples(self):
         for seq in itertools.count():
             yield Sample(seq, seq * 26_000_000, seq * 26_000_000, -1, -1, 1.5, 2.5)
             time.sleep(0.0003)

@@ -12,6 +12,7 @@ from palpate.ad7746.simulator.evalboard import Fault
 from palpate.errors import SourceTimeout
 from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
+from recording_bench import SampleReader
 
 
 def test_usb(tmp_path: Path) -> None:
@@ -65,7 +66,7 @@ def test_a_board_that_cannot_be_begun_is_given_back() -> None:
         with palpate.open(
             "usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock
         ) as again:
-            assert next(iter(again)).status == Status.OK
+            assert next(SampleReader(again)).status == Status.OK
 
 
 def conditions(path: Path, source: str) -> tuple[list[dict[str, float]], palpate.Stream, float]:

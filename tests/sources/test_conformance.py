@@ -15,7 +15,7 @@ from kit_bench import pins as ramps
 from palpate import Sample, Source, Status, open
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.sources import Codes
+from palpate.sources import Codes, Gap, GapCause, SampleSource
 from palpate.sources.conformance import check_source
 from project import FOUR
 
@@ -23,7 +23,7 @@ PATIENCE = 10.0
 PERIOD_NS = 2_000_000
 
 
-class Board(Source):
+class Board(SampleSource):
     """A board as it has to be: 500 pairs a second, until it is interrupted."""
 
     live = True
@@ -35,8 +35,8 @@ class Board(Source):
         code = 2**26 + seq
         return Sample(seq, t_ns, t_ns + 1000, code, -1, CODES.pF(code), 2.0)
 
-    def __iter__(self) -> Iterator[Any]:
-        """Return pairs at their times."""
+    def samples(self) -> Iterator[Any]:
+        """Yield pairs at their times."""
         begun = time.monotonic_ns()
         for seq in itertools.count():
             due = (seq + 1) * PERIOD_NS
@@ -108,10 +108,29 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "stamps": (described(stamps="mine"), "stamps: got 'mine'"),
     "interrupt ignored": (
-        wrong(interrupt=lambda _: None, __iter__=never_ending),
+        wrong(interrupt=lambda _: None, samples=never_ending),
         "interrupt: the iteration still runs",
     ),
-    "silent": (wrong(__iter__=lambda self: iter(self.stopped.wait, True)), "no sample came"),
+    "silent": (wrong(samples=lambda self: iter(self.stopped.wait, True)), "no sample came"),
+    "single samples": (
+        wrong(__iter__=lambda self: self.samples()),
+        "got an object of type Sample, .* derive from palpate.sources.SampleSource, and rename",
+    ),
+    "texts": (
+        wrong(__iter__=lambda _: iter(["a text"])),
+        "the iteration: got an object of type str",
+    ),
+    "gaps beside": (wrong(gaps=()), "gaps: is not read; yield palpate.Gap"),
+    "troubles beside": (wrong(troubles={}), "troubles: is not read; yield palpate.sources.Trouble"),
+    "conditions beside": (wrong(conditions=()), "conditions: is not read; yield palpate.sources.C"),
+    "blocks beside": (
+        wrong(read_block=None),
+        "read_block: is not read; yield the blocks in __iter__",
+    ),
+    "a gap without a text": (
+        wrong(samples=lambda _: iter([Gap(GapCause.OTHER, "")])),
+        "a gap: got no text, allowed: what happened",
+    ),
 }
 
 

@@ -13,7 +13,7 @@ from palpate import Sample, Source, Status, Stream
 from palpate.ad7746 import registers
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.sources import iio
-from recording_bench import passing_gaps
+from recording_bench import SampleReader
 
 IDLE = (6.9, 4.7)
 """Of the paper's probe, pF: out of the range of a CAPDAC at 0."""
@@ -40,7 +40,7 @@ def read(kernel: Kernel, count: int, **options: Any) -> tuple[list[Sample], list
     """Read pairs; return them, the messages, and the source."""
     source, said = opened(kernel, **options)
     with source:
-        return list(itertools.islice(source, count)), said, source
+        return list(itertools.islice(SampleReader(source), count)), said, source
 
 
 def test_a_signal_beyond_the_range(install: Callable[..., Kernel]) -> None:
@@ -93,7 +93,7 @@ def test_the_period_is_the_real_one(
 def test_times_and_their_uncertainty(install: Callable[..., Kernel], hz: int, most_us: int) -> None:
     kernel = install(hz=hz)
     with opened(kernel)[0] as source:
-        begun, zero, samples = len(kernel.conversions), kernel.now_ns, iter(source)
+        begun, zero, samples = len(kernel.conversions), kernel.now_ns, SampleReader(source)
         found = [next(samples) for _ in range(20)]
         kernel.now_ns += (
             77_777_777  # the host stalls between two pairs: the tick's phase is another one
@@ -111,7 +111,7 @@ def test_times_and_their_uncertainty(install: Callable[..., Kernel], hz: int, mo
 def test_a_stall_in_a_read(install: Callable[..., Kernel], stall_ms: int, lost: bool) -> None:
     kernel = install()
     with opened(kernel)[0] as source:
-        samples = iter(source)
+        samples = SampleReader(source)
         assert next(samples).status == Status.OK
         kernel.stall_ns = stall_ms * 1_000_000  # another program holds the driver's lock
         during = next(samples)
@@ -140,13 +140,13 @@ def test_an_offset_that_is_moved_is_a_gap(install: Callable[..., Kernel]) -> Non
     kernel = install()
     source, said = opened(kernel)
     with source:
-        samples = passing_gaps(source)
+        samples = SampleReader(source)
         assert {next(samples).status for _ in range(5)} == {Status.OK}
         kernel.write(kernel.folder / "in_capacitance1_offset", str(3 * 338646 + 5))
         moved, after = next(samples), next(samples)
-        [gap] = source.gaps
-    assert (gap.seq, moved.seq, moved.status, after.status) == (5, 5, Status.LOST, Status.OK)
-    assert "the CAPDACs were moved from [0, 0] to [0, 3] steps" in gap.text
+        [(gap_seq, text)] = samples.gaps
+    assert (gap_seq, moved.seq, moved.status, after.status) == (5, 5, Status.LOST, Status.OK)
+    assert "the CAPDACs were moved from [0, 0] to [0, 3] steps" in text
     assert said == []  # the stream reports each gap
 
 
@@ -155,12 +155,12 @@ def test_the_range_is_set_again(install: Callable[..., Kernel], root: bool) -> N
     kernel = install(root=root)
     source, said = opened(kernel)
     with source:
-        samples = passing_gaps(source)
+        samples = SampleReader(source)
         next(samples)
         kernel.picofarads = IDLE
         assert next(samples).status == BOTH
         source.centre()
-        found = [next(samples).status for _ in range(2)], [gap.seq for gap in source.gaps]
+        found = [next(samples).status for _ in range(2)], [seq for seq, _ in samples.gaps]
     assert found == (([Status.LOST, Status.OK], [2]) if root else ([BOTH, BOTH], []))
     assert root or "no permission: run palpate as root" in said[0]
 
@@ -185,7 +185,7 @@ def test_a_device_that_fails(install: Callable[..., Kernel]) -> None:
     source, _ = opened(kernel)
     kernel.failures["in_capacitance1_raw"] = errno.EREMOTEIO
     with source:
-        samples = iter(source)
+        samples = SampleReader(source)
         assert [next(samples).status for _ in range(2)] == [Status.LOST] * 2
         with pytest.raises(ProtocolError, match="Remote I/O error"):
             next(samples)
@@ -212,7 +212,7 @@ def tree(tmp_path: Path) -> Path:
 def test_real_files(tree: Path) -> None:
     folder = tree / "iio:device1"
     with palpate.open("iio:", root=tree, clock_ns=itertools.count(0, 1000).__next__) as source:
-        first = next(iter(source))
+        first = next(SampleReader(source))
         described = source.describe()
     assert first[3:] == (8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0, 0)
     assert first.t_soft_ns - first.t_hard_ns == 2000

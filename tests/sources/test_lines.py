@@ -11,7 +11,7 @@ import pytest
 from effort import draws, random_of
 from line_grammar import line_of, strict
 from palpate import Sample, Status
-from palpate.sources import Gap
+from palpate.source_events import GapCause
 from project import ROOT
 from serial_lines import Sent
 
@@ -236,8 +236,8 @@ def test_the_palpate_format() -> None:
     assert {sample.t_soft_ns - sample.t_hard_ns for sample in sent.samples} == {15_000_000}
     assert [sample.status for sample in sent.samples] == [0] * 9 + [Status.LOST]
     assert sent.source.describe()["stamps"] == "converter"
-    assert (sent.source.gaps, sent.source.counters) == (
-        (),
+    assert (sent.gaps, sent.source.counters) == (
+        [],
         {"errors": 0, "lost": 0, "reconnects": 0},
     )
 
@@ -254,7 +254,7 @@ def test_numbers_that_were_left_out_are_lost_and_a_capdac_that_moves_is_a_gap() 
     sent = Sent([line(0, 0), line(1, 31_500), line(4, 126_000, capdac=6)])
     assert [sample.seq for sample in sent.samples] == [0, 1, 4]
     assert sent.source.counters["lost"] == 2
-    assert sent.source.gaps == (Gap(4, "CAPDAC 5, 9 -> 6, 9"),)
+    assert (sent.gaps, sent.causes) == ([(4, "CAPDAC 5, 9 -> 6, 9")], [GapCause.RANGE])
 
 
 @pytest.mark.parametrize("t_us", [5_000_000, 2**32 - 5_000_000])
@@ -263,8 +263,9 @@ def test_a_board_that_restarts_is_a_gap(t_us: int) -> None:
     after = [line(k, 900_000 + 31_500 * k) for k in range(5)]
     sent = Sent([*before, "ets Jul 29 2019", *after])
     assert [sample.seq for sample in sent.samples] == list(range(10))
-    assert (sent.source.gaps, sent.source.counters["lost"]) == (
-        (Gap(5, "the board restarted: seq 0 after 74"),),
+    assert sent.causes == [GapCause.RESTARTED]
+    assert (sent.gaps, sent.source.counters["lost"]) == (
+        [(5, "the board restarted: seq 0 after 74")],
         0,
     )
     assert (min(steps(sent.samples)) >= 0, steps(sent.samples)[5:]) == (True, [31_500] * 4)
@@ -299,7 +300,7 @@ def test_times_of_the_board(
 ) -> None:
     sent = stamped(clock_s, arrivals_s)
     assert steps(sent.samples) == [round(expected_s * 1e6)]
-    assert len(sent.source.gaps) == gaps
+    assert len(sent.gaps) == gaps
 
 
 STEADY = [0.03 * k for k in range(500)]
@@ -335,4 +336,4 @@ def test_pairs_lost_while_the_port_was_away(numbers: list[str], seqs: list[int])
     """How many is known by the numbers of the board only."""
     sent = Sent([f"{number}hard=1,soft=2" for number in numbers], [0, 1, 31])
     assert [sample.seq for sample in sent.samples] == seqs
-    assert sent.source.gaps[0].text.startswith("the port was unplugged for 1.0 s")
+    assert sent.gaps[0][1].startswith("the port was unplugged for 1.0 s")

@@ -10,6 +10,7 @@ from palpate.cli import doctor
 from palpate.errors import SourceError
 from palpate.sources import Found
 from palpate.sources.devices import devices
+from recording_bench import SampleReader
 
 BROKEN = {
     "import": ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
@@ -38,7 +39,7 @@ def package(
 def test_a_broken_package(package: None, message: str) -> None:
     assert "other" in sources.schemes()
     with palpate.open("sim:soft-steady") as source:
-        assert next(iter(source)).seq == 0
+        assert next(SampleReader(source)).seq == 0
     assert "other_probe" not in sys.modules
     for use in (palpate.open, palpate.Stream):
         with pytest.raises(

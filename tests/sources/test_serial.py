@@ -12,6 +12,8 @@ from command_lines import run
 from palpate import Stream
 from palpate.errors import DeviceNotFound, DeviceRefused
 from palpate.recording.reading import recorded
+from palpate.source_events import GapCause
+from recording_bench import SampleReader
 
 pytest.importorskip("pty")
 
@@ -53,7 +55,7 @@ def test_the_description_waits_for_the_first_lines(port: Port) -> None:
             "converter",
             "t_hard us",
         )
-        first, second = (sample for _, sample in zip(range(2), source, strict=False))
+        first, second = (sample for _, sample in zip(range(2), SampleReader(source), strict=False))
         assert (second.t_hard_ns - first.t_hard_ns, first.t_soft_ns - first.t_hard_ns) == (
             1_000_000,
             500_000,
@@ -61,7 +63,7 @@ def test_the_description_waits_for_the_first_lines(port: Port) -> None:
     with palpate.open(f"serial:{port.link}") as source:
         assert source.describe()["stamps"] == "host"
         port.write("\n" + line.format(1) + line.format(2))
-        late = next(iter(source))
+        late = next(SampleReader(source))
         assert late.t_soft_ns == late.t_hard_ns  # as described: the arrival
     with palpate.open(f"serial:{port.link}?columns=t_ms,hard,soft") as source:
         assert source.describe()["stamps"] == "converter"
@@ -82,7 +84,7 @@ def test_unplugged_and_back(port: Port) -> None:
     said: list[str] = []
     with palpate.open(f"serial:{port.link}") as source:
         source.notify = said.append
-        samples = iter(source)
+        samples = SampleReader(source)
         port.write("\n" + "C1=1 C2=2\n" * 5)
         first = [next(samples) for _ in range(5)]
         port.unplug()
@@ -100,14 +102,15 @@ def test_unplugged_and_back(port: Port) -> None:
         timer.join()
     assert (after.seq, after.hard, after.soft) == (5, 3, 4)
     assert source.counters == {"errors": 0, "lost": 0, "reconnects": 1}
-    assert [gap.seq for gap in source.gaps] == [5]
+    assert [seq for seq, _ in samples.gaps] == [5]
+    assert samples.causes == [GapCause.DISCONNECTED]
     assert "was unplugged. Waiting" in said[1]
     assert after.t_hard_ns > first[-1].t_hard_ns + 300_000_000
 
 
 def test_unplugged_for_good(port: Port) -> None:
     with palpate.open(f"serial:{port.link}?replug=0.2") as source:
-        samples = iter(source)
+        samples = SampleReader(source)
         port.write("\nC1=1 C2=2\n")
         next(samples)
         port.unplug()

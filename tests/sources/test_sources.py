@@ -13,6 +13,7 @@ from palpate.ad7746 import registers
 from palpate.errors import DeviceNotFound, RecordingError
 from palpate.sources.files import FileSource
 from project import FOUR
+from recording_bench import SampleReader
 
 
 @pytest.mark.parametrize(
@@ -96,7 +97,7 @@ def test_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for uri in (str(FOUR), "usb2:run.csv"):
         with palpate.open(uri) as source:
             assert isinstance(source, FileSource)
-            assert len(list(source)) == 1411
+            assert len(list(SampleReader(source))) == 1411
     for uri in ("nowhere.csv", str(tmp_path), r"C:\nowhere.csv"):
         with pytest.raises(RecordingError, match="cannot be read"):
             palpate.open(uri)
@@ -105,10 +106,10 @@ def test_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_file_at_its_own_pace() -> None:
     with palpate.open(str(FOUR), speed=1000) as source:
         begun = time.monotonic()
-        assert (source.live, len(list(source))) == (True, 1411)
+        assert (source.live, len(list(SampleReader(source)))) == (True, 1411)
         assert time.monotonic() - begun > 0.03
     with palpate.open(str(FOUR), speed=0.001) as slow:
-        samples = iter(slow)
+        samples = SampleReader(slow)
         assert next(samples).seq == 0
         threading.Timer(0.1, slow.interrupt).start()
         assert list(samples) == []
@@ -119,7 +120,7 @@ def test_a_simulated_board_is_the_same_again() -> None:
     for seed in (1, 1, 2):
         with palpate.open("sim:soft-steady", seed=seed, capf=2) as source:
             assert not source.live
-            runs.append(list(source))
+            runs.append(list(SampleReader(source)))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
     expected = {

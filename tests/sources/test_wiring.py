@@ -15,8 +15,9 @@ from palpate.errors import DeviceRefused
 from palpate.flags import Suspicion
 from palpate.samples import Sample, Status
 from palpate.simulation.board_input import known
+from palpate.source_events import GapCause
 from palpate.sources.board import configuration_of
-from recording_bench import passing_gaps
+from recording_bench import SampleReader
 
 SHORT = "sim:tap"
 DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
@@ -91,7 +92,10 @@ def test_every_mistake_is_named_at_the_begin(wiring: str) -> None:
 def ratio_of(wiring: str, **options: Any) -> float:
     """Return the ratio of the changes in a press, 8.3 if it is measured right."""
     with palpate.open(f"sim:stiff-steady?wiring={wiring}&seed=1", **options) as source:
-        pairs = [(sample.hard, sample.soft) for sample, _ in zip(source, range(150), strict=False)]
+        pairs = [
+            (sample.hard, sample.soft)
+            for sample, _ in zip(SampleReader(source), range(150), strict=False)
+        ]
     return (pairs[-1][0] - pairs[0][0]) / (pairs[-1][1] - pairs[0][1])
 
 
@@ -187,17 +191,19 @@ def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
 )
 def test_a_wire_that_comes_off_is_told_and_marked_within_5_s(fault: str, text: str) -> None:
     with palpate.open(f"sim:soft-steady?fault={fault}") as source:
-        first = next(s for s in source if source.gaps)
+        samples = SampleReader(source)
+        first = next(sample for sample in samples if samples.gaps)
     assert 3.0 < first.t_hard_ns / 1e9 < 5.0  # of 8 allowed
-    [gap] = source.gaps
-    assert (gap.seq, text in gap.text) == (first.seq, True)
+    [(seq, gap_text)] = samples.gaps
+    assert (seq, text in gap_text, samples.causes) == (first.seq, True, [GapCause.WIRING])
 
 
 def test_a_wire_that_is_put_on_again_is_told() -> None:
     with palpate.open("sim:soft-steady?fault=wire-off:2@3,wire-off:0@6") as source:
-        last: Sample = list(passing_gaps(source))[-1]
-    off, back = source.gaps
-    assert ("its wire is off" in off.text, back.text) == (True, "soft bump: it is measured again")
+        samples = SampleReader(source)
+        last: Sample = list(samples)[-1]
+    (_, off), (_, back) = samples.gaps
+    assert ("its wire is off" in off, back) == (True, "soft bump: it is measured again")
     assert last.status == Status.OK
 
 
@@ -206,17 +212,19 @@ def test_a_converter_that_repeats_itself_is_told(monkeypatch: pytest.MonkeyPatch
     with source:
         source.kit.chip._noisy = False
         monkeypatch.setattr(source.kit.chip, "_pins", lambda bump, begin_s, end_s: 5.0)
-        list(zip(passing_gaps(source), range(60), strict=False))
-    [gap] = source.gaps
-    assert gap.text.count("bump: every reading is the same: the converter does not measure") == 2
+        samples = SampleReader(source)
+        list(zip(samples, range(60), strict=False))
+    [(_, text)] = samples.gaps
+    assert text.count("bump: every reading is the same: the converter does not measure") == 2
 
 
 @pytest.mark.parametrize("overload", ["9", "-9"])
 def test_a_signal_that_leaves_the_range_is_not_a_wire(overload: str) -> None:
     """The look shows that the input is not empty: what was added is there, too."""
     with palpate.open(f"sim:soft-steady?fault=overload:{overload}@3") as source:
-        assert {sample.status for sample in source} != {Status.OK}
-    assert list(source.gaps) == []
+        samples = SampleReader(source)
+        assert {sample.status for sample in samples} != {Status.OK}
+    assert samples.gaps == []
 
 
 @pytest.mark.parametrize("name", known() if NIGHTLY else ["bursts", "saturating", "lost-10"])
@@ -227,9 +235,10 @@ def test_no_false_alarm(name: str) -> None:
         source = palpate.open(f"sim:{name}?seed={seed + 1}")
         source.notify = said.append
         with source:
-            assert all(sample.seq >= 0 for sample in passing_gaps(source))
+            samples = SampleReader(source)
+            assert all(sample.seq >= 0 for sample in samples)
         assert said == []
-        assert [gap.text for gap in source.gaps if "bump" in gap.text] == []
+        assert [text for _, text in samples.gaps if "bump" in text] == []
         touches = palpate.touches(palpate.simulation.run(name, seed + 1))
         assert not [
             text

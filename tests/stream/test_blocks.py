@@ -14,13 +14,13 @@ from palpate import Status, Stream
 from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
 from palpate.samples import Block, block_of, samples_of
-from palpate.sources.base import Gap
+from palpate.source_events import Gap, GapCause
 from palpate.stream import stream as stream_module
 from palpate.stream.buffers import SampleQueue
-from recording_bench import Blocks, Scripted, four, sample
+from recording_bench import Blocks, Scripted, four, sample, with_gaps
 
 
-def session(dice: random.Random) -> tuple[Block, list[Gap]]:
+def session(dice: random.Random) -> tuple[Block, dict[int, str]]:
     """Return presses with lost and saturated samples, stretches outside the range, lost numbers; and gaps."""
     samples = four(dice.randrange(5))
     begin = dice.randrange(1200)
@@ -33,13 +33,23 @@ def session(dice: random.Random) -> tuple[Block, list[Gap]]:
             samples[k] = each._replace(hard=5.0, hard_raw=-1)
     kept = samples[: dice.randrange(2, len(samples))]
     places = sorted(dice.sample(range(1400), dice.choice([0, 1, 3])))
-    return block_of(kept), [Gap(seq, f"moved at {seq}") for seq in places]
+    return block_of(kept), {seq: f"moved at {seq}" for seq in places}
 
 
-def split(block: Block, dice: random.Random) -> list[Block]:
-    """Return the samples in random parts."""
-    cuts = sorted(dice.choices(range(1, len(block)), k=dice.choice([0, 1, 5, 100])))
-    return [part for part in np.split(block, cuts) if len(part)]
+def split(block: Block, texts: dict[int, str], dice: random.Random) -> list[Any]:
+    """Return the samples in random parts, with the gaps between them."""
+    gaps: dict[int, list[Gap]] = {}
+    for seq, text in sorted(texts.items()):
+        place = int(np.searchsorted(block["seq"], seq))
+        gaps.setdefault(place, []).append(Gap(GapCause.OTHER, text))
+    cuts = dice.choices(range(1, len(block)), k=dice.choice([0, 1, 5, 100]))
+    items: list[Any] = []
+    begin = 0
+    for cut in sorted({*cuts, *gaps, len(block)}):
+        items += [block[begin:cut]] if cut > begin else []
+        items += gaps.get(cut, [])
+        begin = cut
+    return items
 
 
 def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tuple[Any, ...]:
@@ -64,13 +74,13 @@ def test_any_split_gives_the_same(
             "period_s": 0.026,
             "full_scale_pF": 4.0,
             "live": live,
-            "gaps": gaps,
         }
         monkeypatch.setattr(stream_module, "_BATCH", 1)
-        expected = result(Scripted(samples_of(block), **described), tmp_path / f"{number}.csv", [])
+        script = with_gaps(samples_of(block), gaps)
+        expected = result(Scripted(script, **described), tmp_path / f"{number}.csv", [])
         monkeypatch.setattr(stream_module, "_BATCH", dice.choice([7, 1024]))
         found = result(
-            Blocks(split(block, dice), **described), tmp_path / f"{number}-blocks.csv", []
+            Blocks(split(block, gaps, dice), **described), tmp_path / f"{number}-blocks.csv", []
         )
         assert found == expected, f"schedule {number}"
         assert palpate.touches(recorded(tmp_path / f"{number}-blocks.csv")) == expected[1]
@@ -89,10 +99,11 @@ def test_no_wake_up_is_missed(capacity: int) -> None:
         while True:
             closed = queue.ring.closed
             block = queue.take(3)
-            taken.extend(block["seq"].tolist())
-            if not len(block) and closed:
+            if isinstance(block, np.ndarray):
+                taken.extend(block["seq"].tolist())
+            elif closed:
                 return
-            if not len(block):
+            else:
                 queue.wait_for_samples(60)
 
     consumer, begun = threading.Thread(target=take), time.monotonic()

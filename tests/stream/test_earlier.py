@@ -12,9 +12,8 @@ from palpate import Sample, Stream, check
 from palpate.recording.reading import recorded
 from palpate.recording.sidecar import BEGUN
 from palpate.simulation import scenarios
-from palpate.sources.base import Gap
 from palpate.stream.buffers import BEGIN, MAY_DIFFER, WITHIN
-from recording_bench import Scripted, document, sample
+from recording_bench import Scripted, document, sample, with_gaps
 
 PERIOD_NS = 26_000_000
 KEEP = 65536
@@ -39,11 +38,12 @@ class Paced(Scripted):
         super().__init__(samples, live=True, period_s=0.026, **described)
         self.go = threading.Semaphore(0)
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the samples that may go."""
-        for each in super().__iter__():
-            self.go.acquire()
-            yield each
+    def samples(self) -> Iterator[Any]:
+        """Yield the samples that may go."""
+        for item in super().samples():
+            if isinstance(item, Sample):
+                self.go.acquire()
+            yield item
 
 
 def begun(
@@ -71,7 +71,7 @@ def plain(touches: list[palpate.Touch]) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("at", [1, 150, 1000, 1385])
 def test_with_all_that_was_measured_a_replay_is_the_measurement(at: int, tmp_path: Path) -> None:
     """Without contact, in contact, between touches; a gap and a tare before it are in it."""
-    source = Paced(touched(), gaps=[Gap(800, "unplugged")])
+    source = Paced(with_gaps(touched(), {800: "unplugged"}))
     stream = begun(source, tmp_path / "run.csv", {at}, {300}, keep=KEEP)
     path = tmp_path / "run-1.csv"
     assert [mark["text"] for mark in document(path)["marks"]] == ["tare", "unplugged"]

@@ -16,10 +16,10 @@ from palpate.ad7746.simulator.evalboard import Fault
 from palpate.recording.reading import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
-from palpate.samples import RETAKEN, block_of
-from palpate.sources.base import Gap
+from palpate.samples import RETAKEN, block_of, feed
+from palpate.source_events import Gap
 from palpate.sources.sim import Incident
-from recording_bench import Scripted, four, measured, sample
+from recording_bench import Scripted, four, measured, sample, with_gaps
 
 
 def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
@@ -68,24 +68,31 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
     assert repeated.touches == stream.touches
 
 
-def feed_in_a_loop(source: Any, tracker: Tracker, *, passes: bool) -> None:
-    """Feed a tracker in a loop of one's own."""
-    with source:
-        for one in source:
-            for _ in source.gaps_before(one.seq) if passes else ():
-                tracker.gap()
-            tracker.feed(one.t_hard_ns / 1e9, one.t_soft_ns / 1e9, one.hard, one.soft)
-
-
-def test_a_loop_of_ones_own_cannot_go_on_over_a_gap() -> None:
-    """It gave a touch of 2.15 without a flag."""
+def test_a_loop_of_ones_own_that_takes_each_item_as_samples_fails_at_the_first_event() -> None:
+    """Over a gap it would give a touch of 2.15 without a flag."""
     stream = measured(replug(0.02, 9.3))
-    right, wrong = (Tracker(**stream.tracker.settings) for _ in range(2))
-    text = "gap: got the board was unplugged for 1.0 s, then sample [0-9]+ without `gaps_before`, allowed: Tracker.gap()"
-    with pytest.raises(RuntimeError, match=text):
-        feed_in_a_loop(replug(0.02, 9.3), wrong, passes=False)
-    assert [round(touch.start_s) for touch in wrong.touches] == [2]
-    feed_in_a_loop(replug(0.02, 9.3), right, passes=True)
+    wrong = Tracker(**stream.tracker.settings)
+
+    def feed_all() -> None:
+        with replug(0.02, 9.3) as source:
+            for item in source:
+                feed(wrong, item)
+
+    with pytest.raises(TypeError, match="not subscriptable"):
+        feed_all()
+    assert wrong.touches == []
+
+
+def test_a_loop_of_ones_own_that_passes_the_gaps_gives_the_touches_of_a_stream() -> None:
+    stream = measured(replug(0.02, 9.3))
+    right = Tracker(**stream.tracker.settings)
+    source = replug(0.02, 9.3)
+    with source:
+        for item in source:
+            if isinstance(item, Gap):
+                right.gap()
+            elif isinstance(item, np.ndarray):
+                feed(right, item)
     right.finish()
     assert right.touches == stream.touches
 
@@ -94,7 +101,7 @@ def test_a_loop_of_ones_own_cannot_go_on_over_a_gap() -> None:
 @pytest.mark.parametrize("at", [300, 301, 555])
 def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Path) -> None:
     path, block = tmp_path / "run.csv", block_of(shifted(at))
-    source = Scripted(shifted(at), gaps=[Gap(at, "moved")])
+    source = Scripted(with_gaps(shifted(at), {at: "moved"}))
     source.live = True  # so that it comes in large batches
     stream = measured(source, record=path, scene=scene)
     tracker = Tracker(scene, **stream.tracker.settings)
@@ -144,9 +151,8 @@ def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(
 
 def test_replay_check_and_convert_tell_the_gaps(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    stream = measured(
-        Scripted(shifted(500), gaps=[Gap(500, "the board was unplugged for 1.0 s")]), record=path
-    )
+    script = with_gaps(shifted(500), {500: "the board was unplugged for 1.0 s"})
+    stream = measured(Scripted(script), record=path)
     told = (
         "gap after sample 499: the board was unplugged for 1.0 s: the baseline was measured again"
     )
@@ -172,7 +178,7 @@ def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: 
     found = {}
     for shift_pF in (0.0, 0.0004):
         path = tmp_path / f"{shift_pF}.csv"
-        measured(Scripted(shifted(395, shift_pF), gaps=[Gap(395, "moved")]), record=path)
+        measured(Scripted(with_gaps(shifted(395, shift_pF), {395: "moved"})), record=path)
         marked = palpate.read(path)
         for name, rows in (("gap", marked.gap_rows), ("none", ())):
             known = palpate.offline(dataclasses.replace(marked, gap_rows=rows))
@@ -186,9 +192,10 @@ def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
     """And only that: the results of an earlier recording stay what they were."""
     given = [each for each in four() if not 400 <= each.seq < 480]
     told = "no sample for 2.1 s after sample 399, and no mark says why"
-    for gaps, notes in (([], 1), ([Gap(480, "moved")], 0)):
-        path = tmp_path / f"{len(gaps)}.csv"
-        stream = measured(Scripted(list(given), gaps=gaps), record=path)
+    texts: dict[int, str]
+    for texts, notes in (({}, 1), ({480: "moved"}, 0)):
+        path = tmp_path / f"{len(texts)}.csv"
+        stream = measured(Scripted(with_gaps(given, texts)), record=path)
         assert sum(told in finding for finding in check(path).findings) == notes
         recording = recorded(path)
         assert palpate.touches(recording) == stream.touches

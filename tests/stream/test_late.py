@@ -7,10 +7,11 @@ from typing import Any
 import palpate
 import pytest
 from palpate.samples import Sample
-from palpate.sources import Source
+from palpate.sources import SampleSource
+from recording_bench import SampleReader
 
 
-class Thinned(Source):
+class Thinned(SampleSource):
     """The simulated board, without pairs of its first touch; the next ones are whole."""
 
     live = False
@@ -22,10 +23,10 @@ class Thinned(Source):
             held_s,
         )
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs."""
+    def samples(self) -> Iterator[Sample]:
+        """Yield the pairs."""
         idle = list[Sample]()
-        for sample in self._board:
+        for sample in SampleReader(self._board):
             t_s = sample.t_hard_ns / 1e9
             if t_s < 1.9:
                 idle.append(sample)

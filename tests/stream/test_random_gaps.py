@@ -20,6 +20,7 @@ from palpate.ad7746.simulator.chip import FACTORY, ChipTwin
 from palpate.ad7746.simulator.evalboard import Fault, KitTwin
 from palpate.ad7746.simulator.usb_backend import TwinBackend
 from palpate.recording.reading import recorded
+from palpate.source_events import SourceEvent
 from palpate.sources.board import BoardSource
 from recording_bench import measured
 
@@ -75,10 +76,12 @@ class Play(BoardSource):
         )
         self._began = True
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; between them what the schedule says happens."""
-        for sample in super().__iter__():
-            yield sample
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the pairs; between them what the schedule says happens."""
+        for item in super().samples():
+            yield item
+            if not isinstance(item, Sample):
+                continue
             while self._events and self.now_s >= self._events[0][0]:
                 self._do(self._events.pop(0)[1])
             if self.now_s >= self.end_s:

@@ -11,9 +11,8 @@ from palpate import Stream, Tracker, check
 from palpate.errors import DeviceNotFound, RecordingError
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
-from palpate.sources.base import Gap
 from palpate.stream import Listener, StreamCounters
-from recording_bench import Liar, Scripted, four, sample
+from recording_bench import Liar, Scripted, four, sample, with_gaps
 
 
 def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:
@@ -217,7 +216,7 @@ def log_of(stream: Stream) -> list[tuple[Any, ...]]:
 
 
 def test_a_listener_gets_each_event_in_its_order(tmp_path: Path) -> None:
-    stream = Stream(Scripted(four(), gaps=[Gap(500, "moved")]), record=tmp_path / "run.csv")
+    stream = Stream(Scripted(with_gaps(four(), {500: "moved"})), record=tmp_path / "run.csv")
     events = log_of(stream)
     with stream:
         samples = sum(len(batch.samples) for batch in stream.batches())
@@ -225,7 +224,9 @@ def test_a_listener_gets_each_event_in_its_order(tmp_path: Path) -> None:
     assert (events[0], events[-1]) == (("begun", stream), ("ended", None))
     assert sum(len(event[1].samples) for event in events if event[0] == "batch") == samples
     gap = kinds.index("gap")
-    assert (kinds[gap : gap + 2], events[gap][1].seq) == (["gap", "message"], 500)
+    assert (kinds[gap : gap + 2], events[gap][1].text) == (["gap", "message"], "moved")
+    after = events[kinds.index("batch", gap)][1]
+    assert after.samples["seq"][0] == 500
     touches = [(event[1], event[2].revised) for event in events if event[0] == "touch"]
     assert touches == [
         (1, False),

@@ -51,7 +51,7 @@ with imports:
     from palpate.samples import Status, block_of
     from palpate.sources.line_protocol import Grammar
     from palpate.sources.options import split
-    from recording_bench import passing_gaps
+    from recording_bench import SampleReader
     from serial_lines import Chunks
 
 ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
@@ -159,7 +159,7 @@ def lines(data: bytes) -> None:
     source = Chunks(b"\n" + data, Grammar())
     last = -1
     with suppress(ProtocolError):  # a board that restarts with each line
-        for sample in passing_gaps(source):
+        for sample in SampleReader(source):
             assert sample.seq > last
             last = sample.seq
             lost = sample.status == Status.LOST

@@ -22,6 +22,7 @@ from palpate.ad7746.simulator.chip import ChipTwin
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, KitTwin
 from palpate.ad7746.simulator.usb_backend import Port, TwinBackend
 from palpate.samples import Sample, Status
+from palpate.source_events import Gap, SourceEvent
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
@@ -97,6 +98,8 @@ class Bench(ExitStack):
         self.firmware: Path | None = None
         self.notes: list[str] = []
         self.samples: list[Sample] = []
+        self.events: list[SourceEvent] = []  # in `read`
+        self.gaps: list[tuple[int, str]] = []  # with the number after the sample before
         self.replug_s = 10.0
         if plugged:
             self.carrier.plug(self.kit)
@@ -136,9 +139,17 @@ class Bench(ExitStack):
     def read(self, driver: Ad7746, count: int) -> list[Sample]:
         """Read pairs; their numbers continue."""
         for _ in range(count):
-            sample = driver.read_pair(self.samples[-1].seq + 1 if self.samples else 0)
-            assert sample is not None
-            self.samples.append(sample)
+            following = self.samples[-1].seq + 1 if self.samples else 0
+            before = len(self.samples)
+            for item in driver.read(following):
+                if isinstance(item, Sample):
+                    self.samples.append(item)
+                    continue
+                self.events.append(item)
+                if isinstance(item, Gap):
+                    after = self.samples[-1].seq + 1 if self.samples else 0
+                    self.gaps.append((after, item.text))
+            assert len(self.samples) == before + 1
         return self.samples
 
     def fail(self, kind: str, amount: float = 1.0, **when: Any) -> None:
@@ -211,3 +222,9 @@ class Bus:
 
     def close(self) -> None:
         self.opened -= 1
+
+
+def pair_of(driver: Ad7746, seq: int) -> Sample | None:
+    """Return the next pair, without the events around it; None after an interruption."""
+    samples = [item for item in driver.read(seq) if isinstance(item, Sample)]
+    return samples[0] if samples else None

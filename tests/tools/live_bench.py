@@ -14,7 +14,7 @@ from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.plan import TouchPlan
 from palpate.live.touch_rows import TouchTable
 from palpate.samples import Sample
-from palpate.sources import Source
+from palpate.sources import SampleSource, Source
 from palpate.stream import Stream
 from project import ROOT
 from recording_bench import soon
@@ -74,7 +74,7 @@ def noisy(number: int) -> tuple[float, float]:
     return 0.6 + 1e-5 * ((number * 7919) % 13), 0.4 + 1e-5 * ((number * 104729) % 11)
 
 
-class Fed(Source):
+class Fed(SampleSource):
     """Pairs each `pause_s`; `made` gives number -> hard, soft, pF, or None: wait."""
 
     def __init__(
@@ -82,8 +82,8 @@ class Fed(Source):
     ) -> None:
         self._made, self._pause_s, self._stopped = made, pause_s, False
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs."""
+    def samples(self) -> Iterator[Sample]:
+        """Yield the pairs."""
         begun_ns, seq = time.monotonic_ns(), 0
         while not self._stopped:
             time.sleep(self._pause_s)

@@ -8,6 +8,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, Self
 
+import numpy as np
 from palpate import Sample, Source, Status, Stream
 from palpate.ad7746 import registers
 from palpate.recording import sidecar
@@ -15,7 +16,8 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import block_of, samples_of
 from palpate.simulation import scenarios
-from palpate.sources.base import Gap
+from palpate.source_events import Gap, GapCause
+from palpate.sources import SampleSource
 
 
 def sample(seq: int, *, status: int = Status.OK) -> Sample:
@@ -28,25 +30,18 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
     return Sample(seq, t_ns, t_ns + 13_000_000, hard, soft, *values, status)
 
 
-class Scripted(Source):
-    """A source with a script of samples and errors; and gaps."""
+class Scripted(SampleSource):
+    """A source with a script of samples, events and errors."""
 
-    def __init__(
-        self,
-        script: list[Any],
-        *,
-        live: bool = False,
-        gaps: list[Gap] | None = None,
-        **described: Any,
-    ) -> None:
-        self.live, self.all_gaps = live, gaps or []
+    def __init__(self, script: list[Any], *, live: bool = False, **described: Any) -> None:
+        self.live = live
         self.script = script
         self.closed = self.interrupted = 0
         self.before: Callable[[Sample], object] = lambda _: None
         self._described = {"name": "script", **described}
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the samples of the script; raise its errors."""
+    def samples(self) -> Iterator[Any]:
+        """Yield the items of the script; raise its errors."""
         for item in self.script:
             if isinstance(item, Exception):
                 raise item
@@ -56,15 +51,22 @@ class Scripted(Source):
     def describe(self) -> dict[str, Any]:
         return self._described
 
-    @property
-    def gaps(self) -> list[Gap]:
-        return self.all_gaps
-
     def interrupt(self) -> None:
         self.interrupted += 1
 
     def close(self) -> None:
         self.closed += 1
+
+
+def with_gaps(samples: list[Any], texts: dict[int, str]) -> list[Any]:
+    """Return a script with a gap before the first sample that has a number, or a larger one."""
+    script: list[Any] = []
+    left = sorted(texts.items())
+    for each in samples:
+        while left and left[0][0] <= each.seq:
+            script.append(Gap(GapCause.OTHER, left.pop(0)[1]))
+        script.append(each)
+    return script
 
 
 class Liar(Scripted):
@@ -87,8 +89,8 @@ class Liar(Scripted):
         self._lie("enter")
         return self
 
-    def __iter__(self) -> Iterator[Any]:
-        """Return the items of the script."""
+    def samples(self) -> Iterator[Any]:
+        """Yield the items of the script."""
         for item in self.script:
             if isinstance(item, BaseException):
                 raise item
@@ -109,17 +111,11 @@ class Liar(Scripted):
 
 
 class Blocks(Scripted):
-    """A script of blocks and errors."""
+    """A script of blocks, events and errors."""
 
-    def __init__(self, script: list[Any], **described: Any) -> None:
-        super().__init__([], **described)
-        self.given: Iterator[Any] = iter(script)
-
-    def read_block(self) -> Any:
-        item = next(self.given, block_of([]))
-        if isinstance(item, Exception):
-            raise item
-        return item
+    def __iter__(self) -> Iterator[Any]:
+        """Yield the items of the script; raise its errors."""
+        return self.samples()
 
 
 def record(path: Path, samples: list[Sample], **device: Any) -> Path:
@@ -133,11 +129,30 @@ def record(path: Path, samples: list[Sample], **device: Any) -> Path:
     return path
 
 
-def passing_gaps(source: Source) -> Iterator[Sample]:
-    """Iterate over a source, and take note of its gaps."""
-    for each in source:
-        source.gaps_before(each.seq)
-        yield each
+class SampleReader(Iterator[Sample]):
+    """The samples of a source one by one; `gaps`: for each gap the number of the sample after it, and its text."""
+
+    def __init__(self, source: Source) -> None:
+        self.gaps: list[tuple[int, str]] = []
+        self.causes: list[GapCause] = []
+        self._samples = self._read(source)
+
+    def __next__(self) -> Sample:
+        """Return the next sample."""
+        return next(self._samples)
+
+    def _read(self, source: Source) -> Iterator[Sample]:
+        waiting: list[Gap] = []
+        for item in source:
+            if isinstance(item, Gap):
+                waiting.append(item)
+            if not isinstance(item, np.ndarray):
+                continue
+            for each in samples_of(item):
+                self.gaps += [(each.seq, gap.text) for gap in waiting]
+                self.causes += [gap.cause for gap in waiting]
+                waiting = []
+                yield each
 
 
 def measured(source: Source | str, **how: Any) -> Stream:

@@ -8,7 +8,7 @@ from palpate.errors import ProtocolError
 from palpate.sources.line_protocol import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
 from palpate.sources.serial import SerialSource
-from recording_bench import passing_gaps
+from recording_bench import SampleReader
 
 
 class Chunks(SerialSource):
@@ -74,8 +74,10 @@ class Sent:
             list[Sample](),
             "",
         )
+        reader = SampleReader(self.source)
+        self.gaps, self.causes = reader.gaps, reader.causes
         try:
-            self.samples.extend(passing_gaps(self.source))
+            self.samples.extend(reader)
         except ProtocolError as error:
             self.failed = str(error)
 

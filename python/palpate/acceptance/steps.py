@@ -9,6 +9,8 @@ from operator import or_
 from statistics import mean
 from typing import Protocol
 
+import numpy as np
+
 from palpate.acceptance.board_under_test import EXCITATIONS, PINS, Bench, InputLevel
 from palpate.acceptance.report import OK, WRONG, Step, Value, judged, left_out, one_line
 from palpate.ad7746 import registers as datasheet
@@ -16,7 +18,8 @@ from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
 from palpate.errors import DeviceNotFound, SourceError
 from palpate.messages import unlike
-from palpate.samples import Sample, Status
+from palpate.samples import Sample, Status, samples_of
+from palpate.source_events import Gap
 
 _READS = 20
 _FEW, _MANY = 1, 15  # registers in a read
@@ -309,14 +312,17 @@ def replug(bench: Bench, prompts: Prompts | None) -> Step:
         f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."
     ):
         return left_out(name, _BY_HAND)
-    reconnects, marked = driver.counters.reconnects, len(driver.gaps)
-    times = ((last.t_hard_ns, sample.t_hard_ns) for last, sample in pairwise(_for_a_while(bench)))
+    reconnects, gaps = driver.counters.reconnects, list[Gap]()
+    times = (
+        (last.t_hard_ns, sample.t_hard_ns)
+        for last, sample in pairwise(_for_a_while(bench, gaps=gaps))
+    )
     gaps_ns = (after - before for before, after in times if driver.counters.reconnects > reconnects)
     if not (gap_s := next(gaps_ns, 0) / 1e9):
         return left_out(name, f"the board was not pulled within {_WAIT_S:g} s")
     again, marks = (
         bench.chip.registers()[datasheet.CAP_GAIN :],
-        [text for _, text in driver.gaps[marked:]],
+        [gap.text for gap in gaps],
     )
     measured = f"back after {gap_s:.1f} s; fingerprint {again.hex()}; marked: {'; '.join(marks) or 'no gap'}"
     expected = f"back, the same board ({bench.gains.hex()}), the gap marked"
@@ -434,11 +440,17 @@ def _now(bench: Bench, pin: int) -> float:
     return found.capdac * bench.steps_pF.get(pin, datasheet.DAC_STEP_PF) + found.pF
 
 
-def _for_a_while(bench: Bench, most_s: float = _WAIT_S) -> Iterator[Sample]:
+def _for_a_while(
+    bench: Bench, most_s: float = _WAIT_S, gaps: list[Gap] | None = None
+) -> Iterator[Sample]:
+    """Yield the samples; add the gaps to a list. No step needs a baseline."""
     deadline = bench.chip.clock.now_ns() + most_s * 1e9
-    for sample in bench.source:
-        bench.source.gaps_before(sample.seq)  # no step needs a baseline
-        yield sample
+    for item in bench.source:
+        if isinstance(item, Gap) and gaps is not None:
+            gaps.append(item)
+        if not isinstance(item, np.ndarray):
+            continue
+        yield from samples_of(item)
         if bench.chip.clock.now_ns() > deadline:
             return
 

@@ -19,12 +19,12 @@ What happens after an error:
    in the factory. If another program has changed them, the pair is LOST, and the device is opened again: the reset
    restores them. The text of the gap says since when readings may be wrong.
 
-After 3, 5 and 6, and where the range was set again, the earlier baseline is no longer valid: `gaps` lists from which
-sample on, and why.
+After 3, 5 and 6, and where the range was set again, the earlier baseline is no longer valid: `read` yields a `Gap`
+before the first sample for which this is so. While it waits for an unplugged device, it yields a trouble.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import asdict
 from functools import partial
 from threading import Event
@@ -37,6 +37,15 @@ from palpate.ad7746.converter import Converter, Middle, Overdue, Reading, differ
 from palpate.ad7746.wiring import Look, level_of, look
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status, on_monotonic
+from palpate.source_events import (
+    Conditions,
+    Gap,
+    GapCause,
+    SourceEvent,
+    TroubleBegan,
+    TroubleEnded,
+    TroubleKind,
+)
 
 STREAK = 3
 REPLUG_S = 120.0  # Longest time to wait for an unplugged device: a person looks for the cable.
@@ -80,8 +89,6 @@ class Ad7746:
     Attributes
     ----------
     counters : Counters
-    gaps : list of (int, str)
-        Each: number of the first sample for which the earlier baseline is no longer valid; and why.
 
     Raises
     ------
@@ -95,7 +102,8 @@ class Ad7746:
     >>> driver.start()
     >>> driver.auto_capdac()
     (41, 27)
-    >>> driver.read_pair(0).status, driver.counters.pairs
+    >>> [sample] = driver.read(0)
+    >>> sample.status, driver.counters.pairs
     (<Status.OK: 0>, 1)
     >>> driver.close()
     """
@@ -110,8 +118,8 @@ class Ad7746:
         notify: Callable[[str], None] = lambda _: None,
         limit_ns: int = LIMIT_NS,
     ) -> None:
-        self.gaps: list[tuple[int, str]] = []
-        self._away, self._deadline_ns = "", 0.0
+        self._gaps: list[Gap] = []  # that are not yielded yet
+        self._deadline_ns = 0.0
         self._bus, self._clock = bus, clock or RealClock()
         self._replug_s, self._notify = replug_s, notify
         self._interrupted, self._centre = Event(), Event()
@@ -126,12 +134,6 @@ class Ad7746:
     def configuration(self) -> Configuration:
         """Configuration in the chip, with the CAPDAC steps that `auto_capdac` found."""
         return self._converter.configuration
-
-    @property
-    def away(self) -> str:
-        """While the driver waits for an unplugged device: why, and the rest of the wait; else empty."""
-        left_s = max(self._deadline_ns - self._clock.now_ns(), 0) / 1e9
-        return self._away and f"{self._away} Waiting for it: {left_s:.0f} s left."
 
     @property
     def period_s(self) -> float:
@@ -150,7 +152,7 @@ class Ad7746:
         self._start_ns = self._last_ns = self._clock.now_ns()
 
     def interrupt(self) -> None:
-        """Stop reading, from another thread: a running `read_pair` and all later ones return None."""
+        """Stop reading, from another thread: a running `read` and all later ones end."""
         self._interrupted.set()
 
     def close(self) -> None:
@@ -189,26 +191,25 @@ class Ad7746:
             self._converter.configuration = before
             raise
         if self._next and capdacs != self._capdacs:
-            self.gaps.append(
-                (self._next, f"the range was set again: CAPDAC {self._capdacs}, before {capdacs}")
-            )
+            text = f"the range was set again: CAPDAC {self._capdacs}, before {capdacs}"
+            self._gaps.append(Gap(GapCause.RANGE, text))
         return self._capdacs
 
     def centre(self) -> None:
-        """Do `auto_capdac` before the next pair of `read_pair`; from any thread."""
+        """Do `auto_capdac` before the next pair of `read`; from any thread."""
         self._centre.set()
 
     def read_temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
         return registers.temperature_C(self._converter.voltage(registers.VT_TEMPERATURE))
 
-    def read_conditions(self) -> dict[str, float] | None:
+    def read_conditions(self) -> Conditions | None:
         """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
 
         Returns
         -------
-        dict or None
-            `t_s` of the measurement, `temperature_C`, `supply_V`; None: the chip could not be read.
+        Conditions or None
+            With `temperature_C` and `supply_V`; None: the chip could not be read.
         """
         self._grace_ns = self._clock.now_ns() + _GRACE_NS
         try:
@@ -219,11 +220,8 @@ class Ad7746:
             return None
         finally:
             self._grace_ns = 0
-        return {
-            "t_s": round(t_s, 3),
-            "temperature_C": round(temperature_C, 3),
-            "supply_V": round(supply_V, 3),
-        }
+        values = {"temperature_C": round(temperature_C, 3), "supply_V": round(supply_V, 3)}
+        return Conditions(round(t_s, 3), values)
 
     @property
     def conditions_are_free(self) -> bool:
@@ -244,33 +242,41 @@ class Ad7746:
         except _Interrupted:
             return Look(math.nan)
 
-    def read_pair(self, seq: int) -> Sample | None:
-        """Read both channels, the hard one first.
+    def read(self, seq: int) -> Iterator[Sample | SourceEvent]:
+        """Read both channels, the hard one first; yield the sample, and the events before and after it.
 
         Parameters
         ----------
         seq : int
             Sequence number of the next sample.
 
-        Returns
-        -------
-        Sample or None
-            Its number is `seq`, or larger by the pairs that were lost before it. None after `interrupt`.
+        Yields
+        ------
+        Sample or SourceEvent
+            One sample: its number is `seq`, or larger by the pairs that were lost before it. None after `interrupt`.
         """
         try:
             while True:
                 self._next = seq
                 try:
                     seq += self._centred()
+                    yield from self._passed_gaps()
                     sample = self._pair(seq)
-                    self._next = sample.seq + 1
-                    return sample
+                    break
                 except DeviceRefused:
                     raise
                 except DeviceNotFound as gone:
-                    seq += self._wait_for_replug(gone)
+                    seq += yield from self._wait_for_replug(gone)
         except _Interrupted:
-            return None
+            return
+        self._next = sample.seq + 1
+        yield sample
+        yield from self._passed_gaps()
+
+    def _passed_gaps(self) -> Iterator[Gap]:
+        """Yield the gaps that were not yielded yet."""
+        while self._gaps:
+            yield self._gaps.pop(0)
 
     def _pair(self, seq: int) -> Sample:
         hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
@@ -306,9 +312,8 @@ class Ad7746:
         if self._streak == STREAK:
             self.counters.reopened += 1
             other = repeated(self._reopen, lambda: self._clock.sleep(_POLL_S))
-            self.gaps.append(
-                (seq + 1, f"the board was opened again after an error ({failure}){other}")
-            )
+            text = f"the board was opened again after an error ({failure}){other}"
+            self._gaps.append(Gap(GapCause.REOPENED, text))
 
     def _reopen(self) -> str:
         """Open the device again; return as `_set_up`."""
@@ -340,25 +345,30 @@ class Ad7746:
             why = f"another program uses the board; close that program. Readings since {since_s:.1f} s may be wrong"
             raise _OtherGains(f"the gains of the chip (registers 0x0F to 0x12) are {gains}: {why}")
 
-    def _wait_for_replug(self, gone: DeviceNotFound) -> int:
+    def _wait_for_replug(self, gone: DeviceNotFound) -> Generator[SourceEvent, None, int]:
         """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""
         self._deadline_ns = self._clock.now_ns() + self._replug_s * 1e9
-        self._away = _GONE
         self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
         try:
-            other = self._open_when_back()
-            gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
-            lost = self._skipped()
-            self.counters.reconnects += 1
-            self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
-        finally:
-            self._away = ""  # after the gap: one of the two says what is going on
+            yield TroubleBegan(TroubleKind.UNPLUGGED, self._waiting(_GONE))
+            other = yield from self._open_when_back()
+        except (SourceError, _Interrupted):
+            yield TroubleEnded(TroubleKind.UNPLUGGED)
+            raise
+        gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
+        lost = self._skipped()
+        self.counters.reconnects += 1
+        yield Gap(GapCause.DISCONNECTED, f"the board was unplugged for {gap_s:.1f} s{other}")
+        yield TroubleEnded(TroubleKind.UNPLUGGED)
         self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
 
-    def _open_when_back(self) -> str:
+    def _open_when_back(self) -> Generator[SourceEvent, None, str]:
         """Open the device as soon as possible; return as `_set_up`. Raises the error of the last try."""
-        failed, told = 0, (False, _marks_passed(self._replug_s))
+        failed = 0
+        why = _GONE
+        shown = self._waiting(why)
+        reported = (False, _marks_passed(self._replug_s))
         while True:
             try:
                 return self._reopen()
@@ -368,11 +378,24 @@ class Ad7746:
                     raise
                 gone = isinstance(error, DeviceNotFound) and not isinstance(error, DeviceRefused)
                 failed = 0 if gone else failed + 1
-                self._away = f"{error}." if failed == _SETTLING else self._away if failed else _GONE
-            if (due := (failed >= _SETTLING, _marks_passed(left_s))) != told:
-                told = due
-                self._notify(self.away)
+                if failed == 0:
+                    why = _GONE
+                elif failed == _SETTLING:
+                    why = f"{error}."
+            text = self._waiting(why)
+            due = (failed >= _SETTLING, _marks_passed(left_s))
+            if due != reported:
+                reported = due
+                self._notify(text)
+            if text != shown:
+                shown = text
+                yield TroubleBegan(TroubleKind.UNPLUGGED, text)
             self._clock.sleep(_POLL_S)
+
+    def _waiting(self, why: str) -> str:
+        """Return why the driver waits, and the rest of the wait."""
+        left_s = max(self._deadline_ns - self._clock.now_ns(), 0) / 1e9
+        return f"{why} Waiting for it: {left_s:.0f} s left."
 
     def _centred(self) -> int:
         """Set the range again if that was requested; return the number of pairs lost meanwhile."""

@@ -28,7 +28,6 @@ from palpate.cli.shared_options import (
 if TYPE_CHECKING:
     from palpate.cli.printer import MeasurementPrinter
     from palpate.stream import Stream
-    from palpate.stream.lsl_outlets import Outlets
 
 _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 
@@ -123,7 +122,7 @@ def record_command(
     with _signals_stop(stream) as received:
         try:
             with outlets or nullcontext():
-                _measure(stream, printer, outlets, limits)
+                _measure(stream, printer, limits)
         except PalpateError as error:
             failure = error
         if stream.recorder:
@@ -176,7 +175,6 @@ def _shortfall(source: str, stream: "Stream", touches: int) -> str:
 def _measure(
     stream: "Stream",
     printer: "MeasurementPrinter",
-    outlets: "Outlets | None",
     limits: Limits,
 ) -> None:
     """Measure until the source ends or a limit is reached."""
@@ -187,9 +185,7 @@ def _measure(
             timer.daemon = True
             timer.start()
             cleanup.callback(timer.cancel)
-        for batch in stream.batches():
-            if outlets:
-                outlets.send(batch)
+        for _ in stream.batches():
             if limits.recentre:
                 recentring.update()
             if limits.is_reached(printer):

@@ -22,7 +22,7 @@ from palpate.live.state_rules import (
     view_of,
 )
 from palpate.live.touch_rows import TouchTable
-from palpate.sources import Gap, Source
+from palpate.sources import Conditions, Gap, Source, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Listener, Stream, StreamCounters
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
@@ -86,14 +86,26 @@ class ConnectionState(Listener):
         self._period_s = float(stream.source.describe().get("period_s", math.nan))
         self._gap, self._gap_s, self._retaken_s = "", -math.inf, -math.inf
         self._retaken = self._lost = self._cut = self._before = 0
-        self._gaps = len(stream.source.gaps)
+        self._troubles: dict[TroubleKind, str] = {}
+        self.measured_conditions: list[Conditions] = []
         self._reads: deque[tuple[float, StreamCounters]] = deque()
         self._known: tuple[tuple[int, bool, str], LastTouch] | None = None
 
     def gap(self, gap: Gap) -> None:
         """Show a gap for a while."""
         self._gap, self._gap_s = gap.text or "gap", self._clock()
-        self._gaps += 1
+
+    def trouble_began(self, trouble: TroubleBegan) -> None:
+        """Keep a trouble until it ends."""
+        self._troubles[trouble.kind] = trouble.text
+
+    def trouble_ended(self, trouble: TroubleEnded) -> None:
+        """Forget a trouble."""
+        self._troubles.pop(trouble.kind, None)
+
+    def conditions(self, conditions: Conditions) -> None:
+        """Keep measured conditions."""
+        self.measured_conditions.append(conditions)
 
     def facts(self) -> Facts:
         """Return what is known now."""
@@ -104,7 +116,7 @@ class ConnectionState(Listener):
             self._signal.seen,
         )
         source, state, counters = stream.source, measurement.state, stream.counters
-        troubles: Mapping[str, str] = getattr(source, "troubles", {})
+        troubles = dict(self._troubles)
         self._follow_gaps(state, troubles, counters, at_s)
         if at_s - self._looked_s > SILENT_S and seen.at_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
@@ -129,7 +141,7 @@ class ConnectionState(Listener):
             if source.live and state != "ended"
             else 0.0,
             period_s=self._period_s,
-            troubles=troubles,
+            troubles={kind.value: text for kind, text in troubles.items()},
             outside=stream.out_of_range,
             can_centre=can_centre(source),
             full_scale_pF=stream.tracker.settings["full_scale"],
@@ -151,18 +163,16 @@ class ConnectionState(Listener):
         )
 
     def _follow_gaps(
-        self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float
+        self, state: str, troubles: Mapping[TroubleKind, str], counters: StreamCounters, at_s: float
     ) -> None:
         """Note wrong baselines and what is lost at a gap, and forget those that are over."""
         if counters.retaken > self._retaken:
             self._retaken, self._retaken_s = counters.retaken, at_s
-        if "unplugged" in troubles and state in ("contact", "adapting"):
+        if TroubleKind.UNPLUGGED in troubles and state in ("contact", "adapting"):
             self._cut = self._cut or len(self._measurement.touches) + 1
         if self._gap:
             self._lost = counters.lost - self._before
-        elif not troubles and self._gaps == len(
-            self._measurement.stream.source.gaps
-        ):  # no gap is on its way
+        elif not troubles and not counters.waiting:  # no gap is on its way
             self._before, self._cut = counters.lost, 0
         if state != "baseline":
             self._gap = self._gap if at_s - self._gap_s < GAP_S else ""

@@ -1,7 +1,7 @@
 """The device on the page: which board, how it is set, how it is; and what of it may be changed while it measures."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from palpate.ad7746.registers import CONVERSION_S, SUPPLY_V
@@ -11,6 +11,7 @@ from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.live.signal_state import CHANNELS
 from palpate.live.state_rules import Facts
+from palpate.sources import Conditions
 from palpate.sources.board import CONVERTER
 from palpate.sources.options import split
 
@@ -34,7 +35,9 @@ class Device:
         """Return the message `device`."""
         device = self._measurement.device()
         return {
-            "facts": _facts(device, self._state.facts(), self._measurement),
+            "facts": _facts(
+                device, self._state.facts(), self._measurement, self._state.measured_conditions
+            ),
             "options": self._options(device) if self._is_ours else {},
             "can_centre": can_centre(self._measurement.stream.source),
         }
@@ -88,7 +91,12 @@ def _board(device: Mapping[str, Any]) -> str:
     return simulated + ", ".join(str(part) for part in (device.get("name"), place) if part)
 
 
-def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement) -> list[Document]:
+def _facts(
+    device: Mapping[str, Any],
+    facts: Facts,
+    measurement: LiveMeasurement,
+    conditions: Sequence[Conditions],
+) -> list[Document]:
     away, counters, pace = "unplugged" in facts.troubles, measurement.stream.counters, facts.pace
     slow = state_rules.slow(facts) is not None
     rate = f"{pace.per_s:.1f}" if math.isfinite(pace.per_s) else "-"
@@ -111,7 +119,7 @@ def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement
             title=_COUNTED,
         ),
         *_settings(device),
-        *_conditions(measurement.stream.source.conditions, facts.seen.baseline_s),
+        *_conditions(conditions, facts.seen.baseline_s),
         *(_range(device, facts, number) for number in range(len(CHANNELS))),
     ]
 
@@ -142,9 +150,9 @@ def _pins(settings: Mapping[str, Any]) -> str:
     return str(hard) if hard == soft else f"{hard},{soft}"
 
 
-def _conditions(given: Any, baseline_s: float) -> list[Document]:
+def _conditions(measured: Sequence[Conditions], baseline_s: float) -> list[Document]:
     """Return temperature and supply, if they are measured."""
-    known = [each for each in given if "temperature_C" in each]
+    known = [each.as_dict() for each in measured if "temperature_C" in each.values]
     if not known:
         return []
     newest, before = known[-1], [each for each in known if each["t_s"] <= baseline_s]

@@ -9,7 +9,7 @@ from palpate.flags import advice
 from palpate.live.feed import Document, Flag
 from palpate.live.levels import ROWS
 from palpate.live.measurement import AnyMeasurement
-from palpate.sources.base import Gap
+from palpate.sources import Gap
 from palpate.stream import Batch, Listener, Stream
 
 HOLE_S = 0.25  # a hole in the samples without a message of the source is shown from here on; all are counted
@@ -31,7 +31,7 @@ class Events(Listener):
     def begun(self, stream: Stream | None = None) -> None:
         """Begin with the next measurement."""
         self._gaps: deque[Document] = deque(maxlen=_MOST_GAPS)
-        self._texts: list[Gap] = []  # gaps whose samples have not come yet
+        self._gap_text: str | None = None  # of a gap before the next sample
         self._last = np.empty(0, np.int64), np.empty(0)
         self._flagged: tuple[Any, list[Document]] = (None, [])
 
@@ -46,7 +46,7 @@ class Events(Listener):
 
     def gap(self, gap: Gap) -> None:
         """Keep a gap until its sample comes."""
-        self._texts.append(gap)
+        self._gap_text = gap.text
 
     def batch(self, batch: Batch) -> None:
         """Note where pairs are missing: at each gap of the source, and where a hole can be seen."""
@@ -55,9 +55,9 @@ class Events(Listener):
         new = batch.samples["seq"], batch.samples["t_hard_ns"] * 1e-9
         seq, t_s = (np.append(last, each) for last, each in zip(self._last, new, strict=True))
         self._last = seq[-1:], t_s[-1:]
-        passed = [gap for gap in self._texts if gap.seq <= seq[-1]]
-        self._texts = self._texts[len(passed) :]
-        texts = {int(np.searchsorted(seq, gap.seq)): gap.text for gap in passed}
+        at_gap = len(seq) - len(batch.samples)  # the first new sample
+        texts = {} if self._gap_text is None else {at_gap: self._gap_text}
+        self._gap_text = None
         long = np.flatnonzero((np.diff(seq) > 1) & (np.diff(t_s) >= HOLE_S)) + 1
         for at in sorted({*texts, *long.tolist()} - {0}):
             missing = max(int(seq[at] - seq[at - 1]) - 1, 0)

@@ -29,7 +29,7 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import Sidecar
 from palpate.recording.verification import verification_of
 from palpate.samples import Sample, samples_of, usable
-from palpate.sources import Gap, Source
+from palpate.sources import Gap, GapCause, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listeners import Listeners
@@ -250,8 +250,6 @@ class LiveMeasurement(Measurement):
             self.last = samples_of(batch.samples[-1:])[0]
         if batch.touches or batch.revised:
             self.touches = self.stream.touches
-        if self.outlets:
-            self.outlets.send(batch)
         if (recorder := self.stream.recorder) and recorder.error:
             with suppress(PalpateError):
                 self._end_recording()
@@ -536,14 +534,13 @@ class RecordedMeasurement(Measurement):
     def _read(self) -> None:
         """Estimate block by block, as `palpate.touches`: a block ends at each gap and tare."""
         tracker, gaps, tares = self.tracker, dict(self.recording.gap_marks), self.recording.tares
-        for seq, text in sorted(gaps.items()):  # each is shown when its sample comes
-            self.events.tell("gap", Gap(seq + 1, text))
         for block in self.recording.blocks():
             readings = usable(block, tracker.settings["full_scale"])
             estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
             self.events.batch(Batch(block, estimates, (), 0))
             if (last := int(block["seq"][-1])) in gaps:
                 tracker.gap()
+                self.events.event(Gap(GapCause.RECORDED, gaps[last]))
             elif last in tares:
                 tracker.tare(force=True)
                 self.tares.append(float(block["t_hard_ns"][-1] * 1e-9))
@@ -555,7 +552,7 @@ class RecordedMeasurement(Measurement):
     def _finish(self) -> None:
         self.tracker.finish()
         self.touches = self.tracker.touches
-        self.events.tell("ended", None)
+        self.events.ended(None)
         found = verification_of(self.recording)
         long = "too long to show every sample: at first only lowest and highest values are shown"
         for line in (

@@ -4,18 +4,19 @@ import json
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from functools import wraps
 from threading import Event
-from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 
+from palpate._core import SampleRing
 from palpate.errors import DeviceNotFound, ProtocolError, SourceError
 from palpate.messages import quoted
 from palpate.recording.rows import Codes, codes_of
 from palpate.samples import DTYPE, Block, Sample, Status
+from palpate.source_events import SourceEvent, SourceItem
 
 _FARTHEST_NS = 2**62  # the difference of two such times is exact
 _TURN_S = 0.1  # between two attempts to open a device that is gone
@@ -26,78 +27,53 @@ def _silent(_: str) -> None:
     """Ignore the message."""
 
 
-class Gap(NamedTuple):
-    """A place from which the earlier baseline is no longer valid: the device was opened again, or its range was moved.
-
-    Attributes
-    ----------
-    seq : int
-        Number of the first sample after it.
-    text : str
-        What happened, for the mark in the recording.
-
-    Examples
-    --------
-    >>> Gap(690, "unplugged for 1.5 s").seq
-    690
-    """
-
-    seq: int
-    text: str
-
-
 @runtime_checkable
 class Source(Protocol):
     """A source of samples: hardware, a simulated board, or a file.
 
-    It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
-    `interrupt` first; the iteration then has 0.5 s to end. To write a source,
-    derive from this class and define `__iter__` and `describe`. To register its scheme, add an entry point of the group
-    ``palpate.sources``: a function of address and options.
+    It is a context manager and an iterable. Iterating yields, in order, blocks of samples (arrays of
+    `SampleRing.dtype` with shape (n,)) and events: a `Gap` before the first sample for which the earlier
+    baseline is no longer valid, a `TroubleBegan` or `TroubleEnded`, and measured `Conditions`. One thread may
+    iterate while another one closes the source; the latter calls `interrupt` first, and the iteration then
+    has 0.3 s to end.
 
-    A source that gets several samples at a time, as from a buffer or a file, may also define ``read_block()``: it returns
-    the next samples, all that are there, as an array of `SampleRing.dtype` with shape (n,); it waits for the first one, and
-    returns an empty array at the end. Errors are raised by the call after the samples before them. A stream uses it in
-    place of the iteration, and single samples are many times as expensive.
+    To write a source, derive from this class and define `__iter__` and `describe`. A source that reads one
+    sample at a time derives from `SampleSource`. To register its scheme, add an entry point of the group
+    ``palpate.sources``: a function of address and options. `palpate.sources.conformance.check_source` tests
+    whether a source keeps these promises.
 
-    After a gap the earlier baseline is no longer valid: a stream passes it on. A loop of your own does so by `gaps_before`;
-    one that does not ends with RuntimeError, as its touches would be wrong.
-
-    `palpate.sources.conformance.check_source` tests whether a source keeps what is promised here.
+    A loop of your own calls `Tracker.gap` at each gap; the touches after it would be wrong without it. A loop
+    that takes each item as samples fails at the first event.
 
     Attributes
     ----------
     live : bool
         True: samples arrive in real time, and are lost if the reader is too slow. False: the source waits.
     real_time : bool
-        False: a live source whose times do not pass with the clock of the computer, as a simulation at another speed;
-        its recording has no time of day.
+        False: a live source whose times do not pass with the clock of the computer, as a simulation at another
+        speed; its recording has no time of day.
     notify : callable
         Called with a message for the user, from any thread; set it to receive the messages.
 
     Examples
     --------
-    >>> class Ramp(Source):
-    ...     live = False
-    ...     def __iter__(self):
-    ...         return (Sample(i, i * 10**7, i * 10**7, -1, -1, 2.5 * i, 1.0 * i) for i in range(3))
-    ...     def describe(self):
-    ...         return {"name": "ramp"}
-    >>> with Ramp() as source:
-    ...     [sample.hard for sample in source]
-    [0.0, 2.5, 5.0]
+    >>> import palpate
+    >>> tracker = palpate.Tracker(full_scale=4.09)
+    >>> with palpate.open("sim:tremor?seed=1&fault=unplug:1@1") as source:
+    ...     for item in source:
+    ...         if isinstance(item, palpate.Gap):
+    ...             gap = item
+    ...             tracker.gap()
+    ...         elif isinstance(item, np.ndarray):
+    ...             columns = (item[name] for name in ("t_hard_ns", "t_soft_ns", "hard", "soft"))
+    ...             rows = tracker.process(*map(np.ascontiguousarray, columns))
+    >>> gap.text
+    'the board was unplugged for 1.0 s'
     """
 
     live: bool = True
     real_time: bool = True
     notify: Callable[[str], None] = staticmethod(_silent)
-    _gaps_passed: int = 0
-
-    def __init_subclass__(cls, **named: Any) -> None:
-        """Let the iteration of a source look whether gaps are passed on."""
-        super().__init_subclass__(**named)
-        if "__iter__" in vars(cls):
-            cls.__iter__ = _with_gaps_passed(cls.__iter__)  # type: ignore[method-assign]
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
@@ -108,11 +84,11 @@ class Source(Protocol):
         self.close()
 
     @abstractmethod
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, with increasing numbers; raises SourceError if the source fails.
+    def __iter__(self) -> Iterator[SourceItem]:
+        """Yield blocks of samples, with increasing numbers, and events; raises SourceError if the source fails.
 
-        A stream ends with ProtocolError at a sample that a recording cannot store: a field that is not a number, or one
-        outside its range (`SampleRing.push`). Numbers of numpy are allowed, bool is not.
+        A stream ends with ProtocolError at a sample that a recording cannot store: a field outside its range
+        (`SampleRing.push`). Errors are raised after the samples before them.
         """
         ...
 
@@ -135,53 +111,6 @@ class Source(Protocol):
         return {}
 
     @property
-    def gaps(self) -> Sequence[Gap]:
-        """All gaps so far, in order; one is added before the first sample after it is returned."""
-        return ()
-
-    def gaps_before(self, seq: int) -> list[Gap]:
-        """Return the gaps before or at a sample that no earlier call returned: after each one the baseline is another one.
-
-        Parameters
-        ----------
-        seq : int
-            Number of the sample.
-
-        Returns
-        -------
-        list of Gap
-
-        Examples
-        --------
-        >>> import palpate
-        >>> tracker = palpate.Tracker(full_scale=4.09)
-        >>> with palpate.open("sim:tremor?seed=1&fault=unplug:1@1") as source:
-        ...     for sample in source:
-        ...         for gap in source.gaps_before(sample.seq):
-        ...             tracker.gap()
-        ...         touch = tracker.feed(sample.t_hard_ns / 1e9, sample.t_soft_ns / 1e9, sample.hard, sample.soft)
-        >>> gap.text
-        'the board was unplugged for 1.0 s'
-        """
-        found = gaps_until(self, self._gaps_passed, seq)
-        self._gaps_passed += len(found)
-        return found
-
-    @property
-    def conditions(self) -> Sequence[Mapping[str, float]]:
-        """What was measured beside the samples, in order: each has `t_s`, and values by name and unit (`temperature_C`)."""
-        return ()
-
-    @property
-    def troubles(self) -> Mapping[str, str]:
-        """What is wrong at present, from any thread: kind -> sentence; empty: nothing.
-
-        Kinds: "unplugged", while the device is waited for; "wiring", while readings show a fault of the wires; "hint", a
-        doubt about the wiring that does not prevent a measurement.
-        """
-        return {}
-
-    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then it follows from the arrival of the first one."""
         return None
@@ -189,7 +118,7 @@ class Source(Protocol):
     def centre(self) -> None:
         """Set the range again, around the present signal, before the next sample; called from any thread.
 
-        If that moves the baseline, the source adds a gap. Raises RuntimeError if the source has no such range.
+        If that moves the baseline, the source yields a gap. Raises RuntimeError if the source has no such range.
         """
         raise RuntimeError(
             "centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:"
@@ -204,29 +133,48 @@ class Source(Protocol):
         return
 
 
-def _with_gaps_passed(
-    iterate: Callable[[Any], Iterator[Sample]],
-) -> Callable[[Any], Iterator[Sample]]:
-    """Return `__iter__` with an error for a reader that goes on after a gap which it has not passed on."""
+class SampleSource(Source):
+    """A source that reads one sample at a time: define `samples` in place of `__iter__`.
 
-    @wraps(iterate)
-    def samples(self: Any) -> Iterator[Sample]:
-        self._gaps_passed = 0
-        for sample in iterate(self):
-            yield sample
-            if missed := gaps_until(self, self._gaps_passed, getattr(sample, "seq", -1)):
-                text = f"got {missed[0].text}, then sample {sample.seq} without `gaps_before`"
-                raise RuntimeError(
-                    f"gap: {text}, allowed: Tracker.gap() for each of source.gaps_before(sample.seq)"
-                )
+    Examples
+    --------
+    >>> class Ramp(SampleSource):
+    ...     live = False
+    ...     def samples(self):
+    ...         for i in range(3):
+    ...             yield Sample(i, i * 10**7, i * 10**7, -1, -1, 2.5 * i, 1.0 * i)
+    ...     def describe(self):
+    ...         return {"name": "ramp"}
+    >>> with Ramp() as source:
+    ...     [float(block["hard"][0]) for block in source]
+    [0.0, 2.5, 5.0]
+    """
 
-    return samples
+    @abstractmethod
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield samples and events, in order; numbers of numpy are allowed in a sample, bool is not."""
+        ...
+
+    def __iter__(self) -> Iterator[SourceItem]:
+        """Yield a block for each sample, and the events; ProtocolError if an item is neither of them."""
+        row = SampleRing(2).row
+        last: Block | None = None
+        for item in self.samples():
+            if isinstance(item, SourceEvent):
+                yield item
+                continue
+            block = np.zeros(1, DTYPE)
+            try:
+                block[0] = row(item)
+            except (TypeError, ValueError) as error:
+                where = "first sample" if last is None else f"after seq {last['seq'][0]}"
+                raise ProtocolError(f"source, {where}: {error}") from error
+            last = block
+            yield block
 
 
 class Stoppable(Source):
     """A source whose iteration looks at `_stopped`, and which counts errors, and devices that came back."""
-
-    gaps: tuple[Gap, ...] = ()
 
     def __init__(self) -> None:
         self._stopped = Event()
@@ -274,17 +222,6 @@ def described(source: Source) -> dict[str, Any]:
             f"source: describe(): stamps: got {quoted(device['stamps'])}, allowed: converter or host"
         )
     return device
-
-
-def gaps_until(source: Source, passed: int, seq: int) -> list[Gap]:
-    """Return the gaps of a source before or at a sample, without the first ones, which were passed before."""
-    return [gap for gap in source.gaps[passed:] if gap.seq <= seq]
-
-
-def blocks_of(source: Any) -> Iterator[Block]:
-    """Return the blocks of a source that has `read_block`, until its end; dense, without the padding that numpy adds."""
-    while len(block := source.read_block()):
-        yield np.ascontiguousarray(block, DTYPE)
 
 
 def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None:

@@ -14,7 +14,15 @@ from palpate.ad7746.wiring import Wiring, WiringWatch
 from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Source
+from palpate.source_events import (
+    Gap,
+    GapCause,
+    SourceEvent,
+    TroubleBegan,
+    TroubleEnded,
+    TroubleKind,
+)
+from palpate.sources.base import SampleSource
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 if TYPE_CHECKING:
@@ -65,11 +73,8 @@ def configuration_of(options: Mapping[str, Any]) -> Configuration:
     )
 
 
-class BoardSource(Source):
+class BoardSource(SampleSource):
     """Pairs of both channels of the AD7746, until it is interrupted."""
-
-    # Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end.
-    conditions: tuple[dict[str, float], ...] = ()
 
     def __init__(
         self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True
@@ -84,7 +89,8 @@ class BoardSource(Source):
         self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
         self._watches = [WiringWatch(number, self.driver.look) for number in (HARD, SOFT)]
         self._kit = kit
-        self._hint = ""
+        self._trouble = ""  # of the wiring
+        self._first: list[SourceEvent] = []  # events from before the first pair
         self._due_ns = 0
         self._started = False
 
@@ -98,57 +104,70 @@ class BoardSource(Source):
             self.close()
             raise
         self._started = True
-        self._measure_conditions()
+        self._first += self._measure_conditions()
         return self
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs."""
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the pairs; temperature and supply of the chip at the beginning, at the end, and every 10 s between."""
         if not self._started:
             self.__enter__()
-        seq = 0
+        while self._first:
+            yield self._first.pop(0)
         try:
-            while (sample := self.driver.read_pair(seq)) is not None:
-                yield sample
-                seq = sample.seq + 1
-                self._watch_wiring(sample)
-                if self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
-                    self._measure_conditions()
-        finally:
-            self._measure_conditions()
+            yield from self._pairs()
+        except Exception:
+            yield from self._measure_conditions()
+            raise
+        yield from self._measure_conditions()
 
-    def _measure_conditions(self) -> None:
+    def _pairs(self) -> Iterator[Sample | SourceEvent]:
+        seq = 0
+        is_read = True
+        while is_read:
+            is_read = False
+            for item in self.driver.read(seq):
+                yield item
+                if isinstance(item, Sample):
+                    is_read = True
+                    seq = item.seq + 1
+                    yield from self._watch_wiring(item)
+            if is_read and self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
+                yield from self._measure_conditions()
+
+    def _measure_conditions(self) -> Iterator[SourceEvent]:
         self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
-        if found := self.driver.read_conditions():
-            self.conditions += (found,)
+        measured = self.driver.read_conditions()
+        if measured:
+            yield measured
 
     def _check_wiring(self) -> None:
         mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
         if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
             raise DeviceRefused("; ".join(fatal))
-        self._hint = "; ".join(map(str, mistakes))
+        if mistakes:
+            hint = "; ".join(map(str, mistakes))
+            self._first.append(TroubleBegan(TroubleKind.HINT, hint))
         for mistake in mistakes:
             self.notify(str(mistake))
 
-    def _watch_wiring(self, sample: Sample) -> None:
+    def _watch_wiring(self, sample: Sample) -> Iterator[SourceEvent]:
+        """Yield the trouble and the gap of a wire that came off or was put on, or of a short."""
         if sample.status & Status.LOST:
             return
+        changes: list[str] = []
         with suppress(SourceError):  # the next pair meets the same error
-            if text := _joined(
-                watch.take(sample, self.driver.configuration) for watch in self._watches
-            ):
-                self.driver.gaps.append((sample.seq + 1, text))
-
-    @property
-    def gaps(self) -> list[Gap]:
-        """Gaps of the driver, and those from wires that came off or were put on."""
-        return [Gap(*gap) for gap in self.driver.gaps]
-
-    @property
-    def troubles(self) -> Mapping[str, str]:
-        """An unplugged board; a wire that came off, or a short; a doubt about the wiring from the begin."""
-        wiring = _joined(watch.text for watch in self._watches)
-        found = {"unplugged": self.driver.away, "wiring": wiring, "hint": self._hint}
-        return {kind: text for kind, text in found.items() if text}
+            for watch in self._watches:
+                changes.append(watch.take(sample, self.driver.configuration))
+        change = _joined(changes)
+        if change:
+            yield Gap(GapCause.WIRING, change)
+        trouble = _joined(watch.text for watch in self._watches)
+        if trouble != self._trouble:
+            self._trouble = trouble
+            if trouble:
+                yield TroubleBegan(TroubleKind.WIRING, trouble)
+            else:
+                yield TroubleEnded(TroubleKind.WIRING)
 
     @property
     def counters(self) -> dict[str, int]:

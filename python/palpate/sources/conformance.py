@@ -4,16 +4,18 @@ import math
 import statistics
 import threading
 from collections.abc import Callable
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any
 
-from palpate._core import SampleRing
+import numpy as np
+
 from palpate.errors import PalpateError
 from palpate.recording.rows import Codes, codes_of
-from palpate.samples import Sample, Status, block_of, samples_of
+from palpate.samples import DTYPE, Sample, Status, block_of, samples_of
+from palpate.source_events import Gap, SourceEvent
 from palpate.sources import Source
 from palpate.sources import open as open_source
-from palpate.sources.base import blocks_of, described, first_wrong
+from palpate.sources.base import described, first_wrong
 
 INTERRUPT_S = 0.3
 _AWRY = 0.2  # of a period
@@ -24,9 +26,10 @@ def check_source(
 ) -> list[Sample]:
     """Run a source, and raise if it is not what `palpate.Source` asks for.
 
-    It is begun and read in one thread, by `read_block` if it has that, and interrupted and closed in another one. Checked
-    are: types, order, status and codes of the samples; description and period; that an interruption ends the iteration
-    within 0.3 s; and that errors are of `palpate.PalpateError`.
+    It is begun and iterated in one thread, and interrupted and closed in another one. Checked are: the types that the
+    iteration yields; order, status and codes of the samples; description and period; that an interruption ends the
+    iteration within 0.3 s; and that errors are of `palpate.PalpateError`. Of a source for an earlier version of
+    palpate, which yields single samples or has attributes as `gaps`, the findings say what to change.
 
     Parameters
     ----------
@@ -59,7 +62,9 @@ def check_source(
         got = type(made).__name__
         message = f"got an object of type {got}, allowed: one that derives from palpate.Source"
         raise AssertionError(message)  # noqa: TRY004
-    read, enough, findings = list[Sample](), threading.Event(), list[str]()
+    read: list[Sample] = []
+    enough = threading.Event()
+    findings = _side_channels(made)
     thread = threading.Thread(
         target=_read, args=(made, samples, read, enough, findings), daemon=True
     )
@@ -107,22 +112,48 @@ def _read(
     """Begin and iterate until the source ends; keep the first samples, and say what is wrong with the reading."""
     try:
         source.__enter__()
-        row = SampleRing(2).row
-        blocks = map(samples_of, blocks_of(source)) if hasattr(source, "read_block") else [source]
-        for given in chain.from_iterable(blocks):
-            source.gaps_before(getattr(given, "seq", -1))
-            if len(read) < count:
-                read.append(Sample(*row(given)))
+        for item in source:
+            if isinstance(item, np.ndarray):
+                block = np.ascontiguousarray(item, DTYPE)
+                read += samples_of(block[: count - len(read)])
+            elif not isinstance(item, SourceEvent):
+                findings.append(_wrong_item(item))
+                return
+            elif isinstance(item, Gap) and not item.text:
+                findings.append("a gap: got no text, allowed: what happened")
             if len(read) >= count:
                 enough.set()
     except PalpateError as error:
         findings.append(f"reading: raised {_text_of(error)}")
     except (TypeError, ValueError) as error:
-        findings.append(f"a sample: {error}")
+        findings.append(f"a block: {error}")
     except Exception as error:  # noqa: BLE001
         findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.errors.SourceError")
     finally:
         enough.set()
+
+
+_EARLIER = {
+    "gaps": "yield palpate.Gap(cause, text) before the first sample after it",
+    "troubles": "yield palpate.sources.TroubleBegan and TroubleEnded",
+    "conditions": "yield palpate.sources.Conditions(t_s, values)",
+    "read_block": "yield the blocks in __iter__",
+}
+
+
+def _side_channels(source: Source) -> list[str]:
+    """Return what to change in a source for an earlier version of palpate: nobody reads these attributes now."""
+    return [f"{name}: is not read; {do}" for name, do in _EARLIER.items() if name in dir(source)]
+
+
+def _wrong_item(item: object) -> str:
+    """Return what to change where the iteration yields anything but blocks and events."""
+    got = f"the iteration: got an object of type {type(item).__name__}"
+    allowed = "allowed: blocks of samples, palpate.Gap, and the other events of palpate.sources"
+    if not isinstance(item, Sample):
+        return f"{got}, {allowed}"
+    do = "derive from palpate.sources.SampleSource, and rename __iter__ to samples"
+    return f"{got}, {allowed}; for single samples {do}"
 
 
 def _wrong_period(samples: list[Sample], period_s: float | None, patience: float) -> list[str]:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Generator, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import fields
 from typing import Any
 
@@ -13,11 +12,11 @@ from palpate.importers.table import Asked, parsed_map
 from palpate.importers.units import checked_unit
 from palpate.recording.convert import RATE
 from palpate.recording.reading import recorded
-from palpate.samples import DTYPE, Block, Sample, Status, samples_of
-from palpate.sources.base import Gap, Stoppable
+from palpate.samples import Block, Status
+from palpate.source_events import Gap, GapCause, SourceItem
+from palpate.sources.base import Stoppable
 from palpate.sources.options import Check, anything, checked, number
 
-_NOTHING = np.empty(0, DTYPE)
 # Message of a source that was stopped before the end of its file, where the checksum is compared.
 UNREAD = "not read to its end: its rows are not verified"
 _STOOD_S = 0.25
@@ -34,23 +33,22 @@ class FileSource(Stoppable):
         self.real_time: bool = False
         self._speed = speed
         super().__init__()
-        self._reading: Generator[Block] | None = None
-        self.gaps = tuple(Gap(seq + 1, text) for seq, text in recording.gap_marks)
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
+    def __iter__(self) -> Iterator[SourceItem]:
+        """Yield the samples and gaps, with `speed` at their times; raises RecordingError at the end if a checksum differs."""
+        gaps = list(self.recording.gap_marks)
         for block in self._blocks():
-            for sample in samples_of(block):
-                if self._stopped.is_set():
-                    return
-                yield sample
+            begin = 0
+            while gaps and gaps[0][0] < block["seq"][-1]:
+                seq, text = gaps.pop(0)
+                end = max(begin, int(np.searchsorted(block["seq"], seq, "right")))
+                if end > begin:
+                    yield block[begin:end]
+                yield Gap(GapCause.RECORDED, text)
+                begin = end
+            yield block[begin:]
 
-    def read_block(self) -> Block:
-        """Return the next samples, with `speed` those that are due; empty at the end. Errors as of the iteration."""
-        self._reading = self._reading or self._blocks()
-        return next(self._reading, _NOTHING)
-
-    def _blocks(self) -> Generator[Block]:
+    def _blocks(self) -> Iterator[Block]:
         recording, whole = self.recording, False
         if recording.understood:
             self.notify(f"{recording.path}: {recording.understood}")
@@ -94,12 +92,6 @@ class FileSource(Stoppable):
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
         return {**self.recording.describe(), "full_scale_pF": self.recording.full_scale_pF}
-
-    def close(self) -> None:
-        """End the reading in blocks."""
-        if self._reading:
-            with suppress(ValueError):  # another thread is in it, and was interrupted before
-                self._reading.close()
 
 
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:

@@ -20,7 +20,8 @@ from palpate.ad7746.bus import Meanings, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Stoppable
+from palpate.source_events import Gap, GapCause, SourceEvent
+from palpate.sources.base import SampleSource, Stoppable
 from palpate.sources.options import anything, checked, number, yes_no
 
 DEVICES = Path("/sys/bus/iio/devices")
@@ -114,7 +115,7 @@ class KernelDevice:
         raise ProtocolError(f"{self.path}/{name}: got {quoted(text)}, allowed: {allowed}")
 
 
-class IioSource(Stoppable):
+class IioSource(Stoppable, SampleSource):
     """Pairs of both channels, read from two files one after the other. Gaps: the offset of a channel was written."""
 
     zero_ns: int | None = None  # begin of the iteration on the clock of the computer
@@ -146,20 +147,27 @@ class IioSource(Stoppable):
             self._measure_period()
         return self
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
         start_ns, streak, seq = self._clock_ns(), 0, 0
         self.zero_ns = start_ns if self._clock_ns is time.monotonic_ns else None
         while not self._stopped.is_set():
+            item: Sample | Gap | None = None
             try:
-                sample, streak = self._pair(seq, start_ns), 0
+                item = self._pair(seq, start_ns)
+                streak = 0
             except ProtocolError:
-                sample, streak = None, streak + 1
+                streak += 1
                 self._errors += 1
                 if streak == STREAK:
                     raise
             now = self._clock_ns() - start_ns
-            yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
+            if isinstance(item, Gap):
+                yield item
+            if isinstance(item, Sample):
+                yield item
+            else:
+                yield Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
             seq += 1
 
     def describe(self) -> dict[str, Any]:
@@ -179,8 +187,8 @@ class IioSource(Stoppable):
         """Set the CAPDACs again before the next pair, around the present signals; from any thread. It is a gap."""
         self._to_centre.set()
 
-    def _pair(self, seq: int, start_ns: int) -> Sample | None:
-        """Return the next pair; None: the CAPDACs were moved in it."""
+    def _pair(self, seq: int, start_ns: int) -> Sample | Gap:
+        """Return the next pair, or a gap if the CAPDACs were moved in it."""
         try:
             self._centre_if_asked()
         except DeviceRefused as error:  # the measurement goes on
@@ -192,9 +200,8 @@ class IioSource(Stoppable):
             text = (
                 f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
             )
-            self.gaps += (Gap(seq, text),)
             self._steps, self._is_unjudged = steps, True
-            return None
+            return Gap(GapCause.RANGE, text)
         self._judge("hard", hard)
         self._judge("soft", soft)
         self._is_unjudged = False

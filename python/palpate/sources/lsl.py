@@ -15,7 +15,8 @@ from palpate.errors import DeviceNotFound, ProtocolError, need
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.messages import listed, quoted, shortened
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Stoppable
+from palpate.source_events import Gap, GapCause, SourceEvent
+from palpate.sources.base import SampleSource, Stoppable
 from palpate.sources.line_protocol import COLUMNS, LineColumn
 from palpate.sources.options import Check, checked, choice, number, text
 
@@ -182,7 +183,7 @@ def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
     return Channels(labels, units, asked, info.desc().child_value("manufacturer") == MANUFACTURER)
 
 
-class LslSource(Stoppable):
+class LslSource(Stoppable, SampleSource):
     """Two channels of a stream, as samples. Gaps: the stream was lost, or its sender had a gap or began again."""
 
     zero_ns: int | None = None  # opening of the stream on the clock of the computer
@@ -208,8 +209,8 @@ class LslSource(Stoppable):
         self._patiently(self._inlet.open_stream)
         return self
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the samples."""
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the samples."""
         heard_s = time.monotonic()
         while not self._stopped.is_set() and (inlet := self._inlet):
             try:
@@ -218,8 +219,7 @@ class LslSource(Stoppable):
                 row, heard_s = None, -math.inf
             if row is not None:
                 heard_s = time.monotonic()
-                if sample := self._sample(row, stamp_s):
-                    yield sample
+                yield from self._read(row, stamp_s)
             elif time.monotonic() - heard_s > _SILENT_S:
                 self._reconnect()
                 heard_s = time.monotonic()
@@ -308,8 +308,8 @@ class LslSource(Stoppable):
         gone = f"lsl: the stream {name} was lost: start its sender again"
         self._wait_for_replug(connect, max(self._replug_s, _LOOK_S), gone)
 
-    def _sample(self, row: Sequence[float], stamp_s: float) -> Sample | None:
-        """Return a sample; None: its stamp goes back."""
+    def _read(self, row: Sequence[float], stamp_s: float) -> Iterator[Sample | SourceEvent]:
+        """Yield a sample, and the gap before it; nothing if its stamp goes back."""
         if not abs(stamp_s - self._pylsl.local_clock()) < _FOREIGN_S:
             raise ProtocolError(
                 f"lsl: got the time stamp {stamp_s:g}, allowed: within {_FOREIGN_S:g} s of LSL's clock"
@@ -321,7 +321,7 @@ class LslSource(Stoppable):
                 raise ProtocolError(
                     f"lsl: the time stamps of {_STREAK} samples in a row go back, allowed: rising ones"
                 )
-            return None
+            return
         self._streak, self._t_ns = 0, max(t_ns, self._t_ns)
         values, offset_s = (
             self._channels.values(row),
@@ -332,24 +332,27 @@ class LslSource(Stoppable):
             if math.isnan(sum(values))
             else int(self._channels.own(row, "status", 0, 7))
         )
-        self._count(int(self._channels.own(row, "seq")), int(self._channels.own(row, "gaps")))
-        return Sample(
+        gap = self._count(int(self._channels.own(row, "seq")), int(self._channels.own(row, "gaps")))
+        if gap:
+            yield gap
+        yield Sample(
             self._seq, self._t_ns, self._t_ns + round(offset_s * 1e9), -1, -1, *values, status
         )
 
-    def _count(self, number: int, gaps: int) -> None:
-        """Take the number of the sender, which leaves out lost samples, else the next one; add a gap if there is one."""
-        following, why = self._seq + 1, self._away
+    def _count(self, number: int, gaps: int) -> Gap | None:
+        """Take the number of the sender, which leaves out lost samples, else the next one; return the gap, if there is one."""
+        following = self._seq + 1
+        gap = Gap(GapCause.DISCONNECTED, self._away) if self._away else None
         self._reconnects += bool(self._away)
         seq = number - self._base if self._channels.numbered else following
         if seq < following or not following:
-            why = why or ("the sender began again" if following else "")
+            if following and not gap:
+                gap = Gap(GapCause.RESTARTED, "the sender began again")
             self._base, seq = number - following, following
-        elif gaps > self._sender_gaps:
-            why = why or "the sender had a gap"
+        elif gaps > self._sender_gaps and not gap:
+            gap = Gap(GapCause.UPSTREAM, "the sender had a gap")
         self._seq, self._sender_gaps, self._away = seq, gaps, ""
-        if why:
-            self.gaps += (Gap(seq, why),)
+        return gap
 
 
 def _positive(text: str) -> float | None:

@@ -83,10 +83,11 @@ def open(uri: str, **options: Any) -> Source:
 
     Examples
     --------
+    >>> import numpy as np
     >>> with open("sim:four-specimens?seed=1") as source:
-    ...     sample = next(iter(source))
-    >>> sample.seq, sample.status
-    (0, <Status.OK: 0>)
+    ...     blocks = [item for item in source if isinstance(item, np.ndarray)]
+    >>> blocks[0]["seq"].tolist(), blocks[0]["status"].tolist()
+    ([0], [0])
     """
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):

@@ -13,7 +13,8 @@ from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need
 from palpate.messages import shortened
 from palpate.samples import Sample, Status, fine_ns
-from palpate.sources.base import Gap, Stoppable
+from palpate.source_events import Gap, GapCause, SourceEvent
+from palpate.sources.base import SampleSource, Stoppable
 from palpate.sources.line_protocol import (
     LONGEST,
     OF_LINES,
@@ -73,8 +74,10 @@ class Numbering:
         self._begun_ns = self._arrived_ns = self._last_ns = self._restarts = 0
         self._is_paced = False
 
-    def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> tuple[Sample, str]:
-        """Return the sample of a line, and why the earlier baseline is no longer valid, or ""; raises Refused."""
+    def place(
+        self, values: Values, arrived_ns: int, away_s: float = 0.0
+    ) -> tuple[Sample, Gap | None]:
+        """Return the sample of a line, and the gap before it, if there is one; raises Refused."""
         sample = sample_of(values)
         t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
         before, self._before = self._before, values
@@ -92,7 +95,7 @@ class Numbering:
         moved = f"CAPDAC {old[0]}, {old[1]} -> {new[0]}, {new[1]}" if before and old != new else ""
         self._arrived_ns, self._last_ns, self.next = arrived_ns, t_hard_ns, self.next + 1
         sample = sample._replace(seq=self.next - 1, t_hard_ns=t_hard_ns, t_soft_ns=t_soft_ns)
-        return sample, "; ".join(filter(None, [away, restart, moved]))
+        return sample, _gap_of(away, restart, moved)
 
     def _count(self, seq: int | None, before: int | None) -> str:
         """Leave out the numbers of lost pairs; return why the board must have restarted."""
@@ -152,7 +155,7 @@ class Numbering:
             raise ProtocolError(f"the times of the lines are not in {self._unit}: {went}; {do}")
 
 
-class SerialSource(Stoppable):
+class SerialSource(Stoppable, SampleSource):
     """Pairs from lines of text on a serial port. Gaps: the port was opened again, the board restarted, its CAPDAC changed."""
 
     def __init__(
@@ -194,13 +197,15 @@ class SerialSource(Stoppable):
         )  # lines not read since the last message about them, and the last one
         self._came = False  # any line
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; lines that are not read are counted as errors."""
+    def samples(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the pairs; lines that are not read are counted as errors."""
         self.describe()
         try:
             for line, arrived_ns in chain(self._early, self._lines):
-                pair = self._pair(line, arrived_ns) if line else None
+                pair, gap = self._pair(line, arrived_ns) if line else (None, None)
                 self._watch_silence(pair, arrived_ns)
+                if gap:
+                    yield gap
                 if pair:
                     yield pair
         finally:
@@ -296,20 +301,20 @@ class SerialSource(Stoppable):
         self._reconnects += 1
         return True
 
-    def _pair(self, line: bytes, arrived_ns: int) -> Sample | None:
-        """Return the pair of a line; None: it is a comment, which is shown once, or not read."""
+    def _pair(self, line: bytes, arrived_ns: int) -> tuple[Sample | None, Gap | None]:
+        """Return the pair of a line, and the gap before it; no pair: it is a comment, which is shown once, or not read."""
         self._came = True
         if line.startswith(b"#"):
             if len(self._comments) < _COMMENTS and line not in self._comments:
                 self._comments.add(line)
                 self.notify(f"{self._name}: {_quoted(line)}")
-            return None
+            return None, None
         try:
             values = self._grammar.read(line)
             sample, gap = self._numbering.place(values, arrived_ns, self._away_s)
         except Refused as refused:
             self._refuse(line, arrived_ns, refused)
-            return None
+            return None, None
         self._away_s, self._unread_ns = 0.0, None
         if not self._is_read:
             self._is_read = True
@@ -326,9 +331,7 @@ class SerialSource(Stoppable):
                 else "; no checksum *XX: a digit that is lost before the point is not seen"
             )
             self.notify(f"{_quoted(line)} -> {shown(values)}{guess}{sure}")
-        if gap:
-            self.gaps += (Gap(sample.seq, gap),)
-        return sample
+        return sample, gap
 
     def _refuse(self, line: bytes, arrived_ns: int, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
@@ -358,6 +361,13 @@ class SerialSource(Stoppable):
             self._value_ns = math.inf
             check = f"check the board, the baud rate, {self._baud}, and the probe's connection"
             self.notify(f"{self._name}: no pair with both values for {SILENCE_S:g} s: {check}")
+
+
+def _gap_of(away: str, restart: str, moved: str) -> Gap | None:
+    """Return the gap with these texts; "": it does not apply."""
+    causes = {away: GapCause.DISCONNECTED, restart: GapCause.RESTARTED, moved: GapCause.RANGE}
+    texts = [text for text in (away, restart, moved) if text]
+    return Gap(causes[texts[0]], "; ".join(texts)) if texts else None
 
 
 def _quoted(line: bytes) -> str:

@@ -16,6 +16,7 @@ from palpate.samples import Sample
 from palpate.simulation.board_input import kit_of, known, limit_ns
 from palpate.simulation.hand import SESSIONS
 from palpate.simulation.scenarios import PROBE, SCENARIOS
+from palpate.source_events import SourceEvent
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import Check, checked, choice, number, yes_no
 
@@ -75,11 +76,13 @@ class SimSource(BoardSource):
         given = {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options}
         super().__init__(EvalKit(backend=backend, clock=self.clock), given, self.clock)
 
-    def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; after each pair inject the faults that are due."""
+    def _pairs(self) -> Iterator[Sample | SourceEvent]:
+        """Yield the pairs until the scenario ends; after each pair inject the faults that are due."""
         begun_s = time.monotonic()
-        for sample in super().__iter__():
-            yield sample
+        for item in super()._pairs():
+            yield item
+            if not isinstance(item, Sample):
+                continue
             now = self.clock.now_ns()
             if self._paced:
                 wait_s = begun_s + (now - self._begun_ns) / 1e9 - time.monotonic()

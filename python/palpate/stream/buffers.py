@@ -9,7 +9,7 @@ import numpy as np
 from palpate._core import SampleRing
 from palpate.recording.sidecar import BEGUN, marked
 from palpate.samples import DTYPE, Block, samples_of
-from palpate.sources.base import Gap
+from palpate.source_events import SourceEvent
 
 _FEWEST, _MOST, _MOST_MARKS = 1024, 2**24, 10_000
 _BYTES = np.dtype((np.void, DTYPE.itemsize))
@@ -79,14 +79,16 @@ _AHEAD = 2048  # a source that can wait is at most this many samples ahead of th
 
 
 class SampleQueue:
-    """Samples on their way from the thread that reads to the consumer, and the gaps between them."""
+    """Samples on their way from the thread that reads to the consumer, and the events between them."""
 
     # Each end changes the ring, then sets the event of the other end; the other end clears its event, then looks at the
     # ring. So no change is missed, and neither end has to poll.
 
     def __init__(self, capacity: int) -> None:
         self.ring: SampleRing = SampleRing(capacity)
-        self.gaps: deque[Gap] = deque()  # a gap is added before the first sample after it
+        self._events: deque[tuple[int, SourceEvent]] = deque()  # and the samples pushed before it
+        self._pushed = 0
+        self._popped = 0
         self._ahead = min(_AHEAD, self.ring.capacity)
         self._arrived, self._taken = Event(), Event()
 
@@ -97,19 +99,35 @@ class SampleQueue:
 
     def push_many(self, block: Block) -> None:
         """Add samples, drop those that have no room, and wake the consumer."""
-        self.ring.push_many(block)
+        self._pushed += self.ring.push_many(block)
         if (
             not self._arrived.is_set()
         ):  # for each sample again, the two threads would wait for the lock of the event
             self._arrived.set()
 
-    def take(self, most: int) -> Block:
-        """Remove the oldest samples, and wake a source that waits if at least half of its room is free."""
-        block = np.empty(min(len(self.ring), most), DTYPE)
-        self.ring.pop_many(block)
+    def push_event(self, event: SourceEvent) -> None:
+        """Add an event after the samples so far, and wake the consumer."""
+        self._events.append((self._pushed, event))
+        self._arrived.set()
+
+    def take(self, limit: int) -> Block | SourceEvent | None:
+        """Remove the next event, or the oldest samples before it; None: the queue is empty.
+
+        Wakes a source that waits if at least half of its room is free.
+        """
+        # The ring first: an event is added before the samples after it.
+        count = min(len(self.ring), limit)
+        if self._events:
+            place, event = self._events[0]
+            if place == self._popped:
+                self._events.popleft()
+                return event
+            count = min(count, place - self._popped)
+        block = np.empty(count, DTYPE)
+        self._popped += self.ring.pop_many(block)
         if 2 * len(self.ring) <= self._ahead:
             self.wake_source()
-        return block
+        return block if count else None
 
     def close(self) -> None:
         """Accept no more samples, and wake the consumer."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from palpate.sources.base import Gap
+from palpate.source_events import Conditions, Gap, SourceEvent, TroubleBegan, TroubleEnded
 from palpate.stream.estimate import Batch
 from palpate.touch import Touch
 
@@ -37,7 +37,16 @@ class Listener:
         """Take notice that the measurement begins; there is no sample yet."""
 
     def gap(self, gap: Gap) -> None:
-        """Take notice that the earlier baseline is not valid from sample `gap.seq` on, which is in the next batch."""
+        """Take notice that the earlier baseline is not valid from the first sample of the next batch on."""
+
+    def trouble_began(self, trouble: TroubleBegan) -> None:
+        """Take notice that something is wrong, or that its text has changed."""
+
+    def trouble_ended(self, trouble: TroubleEnded) -> None:
+        """Take notice that a trouble is over."""
+
+    def conditions(self, conditions: Conditions) -> None:
+        """Take values that were measured besides the samples."""
 
     def batch(self, batch: Batch) -> None:
         """Take samples with their estimates."""
@@ -59,15 +68,28 @@ class Listeners:
         self.all: list[Listener] = []
         self._show = show
 
-    def tell(self, event: str, *what: object) -> None:
-        """Call the method of this name of each listener."""
+    def begun(self, stream: "Stream") -> None:
+        """Pass on that the measurement begins."""
         for each in self.all:
-            getattr(each, event)(*what)
+            each.begun(stream)
+
+    def event(self, event: SourceEvent) -> None:
+        """Pass on an event of the source."""
+        for each in self.all:
+            if isinstance(event, Gap):
+                each.gap(event)
+            elif isinstance(event, TroubleBegan):
+                each.trouble_began(event)
+            elif isinstance(event, TroubleEnded):
+                each.trouble_ended(event)
+            else:
+                each.conditions(event)
 
     def message(self, text: str) -> None:
         """Pass on a message."""
         self._show(text)
-        self.tell("message", text)
+        for each in self.all:
+            each.message(text)
 
     def batch(self, batch: Batch) -> None:
         """Pass on a batch, then each of its touches: as it ended, as it was revised, then the next one."""
@@ -76,5 +98,12 @@ class Listeners:
         for each in self.all:
             each.batch(batch)
             for number in sorted({*ended, *revised}):
-                for touch in (touches[number] for touches in (ended, revised) if number in touches):
-                    each.touch(number, touch)
+                if number in ended:
+                    each.touch(number, ended[number])
+                if number in revised:
+                    each.touch(number, revised[number])
+
+    def ended(self, error: BaseException | None) -> None:
+        """Pass on that the measurement has ended."""
+        for each in self.all:
+            each.ended(error)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import __version__, number_format
-from palpate.sources.base import described, gaps_until
+from palpate.source_events import Gap
+from palpate.sources.base import described
 from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
-from palpate.stream import Batch, Stream
+from palpate.stream import Batch, Listener, Stream
 from palpate.touch import Touch
 
 __all__ = ["Outlets"]
@@ -26,7 +27,7 @@ _TYPES = {"hard_pF": "Capacitance", "soft_pF": "Capacitance", "soft_offset_s": "
 _LAST_S = 0.5  # liblsl drops at once what it has not sent yet when an outlet is closed.
 
 
-class Outlets:
+class Outlets(Listener):
     """Three streams of a measurement: NAME (samples), NAME-estimates, NAME-marks.
 
     The time stamp of a sample is its hard conversion, on the clock of LSL. Receivers stay
@@ -50,7 +51,7 @@ class Outlets:
     --------
     >>> from palpate import Stream
     >>> with Stream("sim:stiff-steady?speed=1") as stream, Outlets(stream, "doctest") as outlets:
-    ...     outlets.send(next(stream.batches()))
+    ...     batch = next(stream.batches())
     >>> Outlets(Stream("sim:stiff-steady"))
     Traceback (most recent call last):
     ValueError: lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), \
@@ -61,6 +62,7 @@ allowed: one in real time
         with ExitStack() as on_failure:
             on_failure.callback(stream.close)
             self._pylsl = library()
+            self._outlets: list[Any] = []
             self.follow(stream)
             device = described(stream.source)
             streams = [(name, "Capacitance", SAMPLES), (f"{name}-estimates", "Estimate", ESTIMATES)]
@@ -88,11 +90,19 @@ allowed: one in real time
             )
         self._stream, self._zero_ns = stream, 0
         self._gaps = 0
+        self._gap_texts: list[str] = []  # gaps before the next sample
         self._last_s: float | None = None
         self._early: list[str] = []
+        stream.listen(self)
 
-    def send(self, batch: Batch) -> None:
+    def gap(self, gap: Gap) -> None:
+        """Keep a gap until the next sample."""
+        self._gap_texts.append(gap.text)
+
+    def batch(self, batch: Batch) -> None:
         """Send the samples and the estimates of a batch, and a mark for each gap, touch and revised touch."""
+        if not self._outlets:
+            return
         stamps = self._send_samples(batch) if len(batch.samples) else np.empty(0)
         if self._last_s is None:
             return
@@ -131,12 +141,11 @@ allowed: one in real time
             assert epoch is not None  # of a source in real time, after its first sample
             self._zero_ns = epoch.monotonic_ns + ahead_ns(self._pylsl)
         stamps: NDArray[np.float64] = (samples["t_hard_ns"] + self._zero_ns) / 1e9
+        for text in self._gap_texts:
+            self._push(f"gap {text}", float(stamps[0]))
+        self._gaps += len(self._gap_texts)
+        self._gap_texts = []
         gaps = np.full(len(samples), self._gaps)
-        for gap in gaps_until(self._stream.source, self._gaps, int(samples["seq"][-1])):
-            self._gaps += 1
-            at = int(np.searchsorted(samples["seq"], gap.seq))
-            gaps[at:] += 1
-            self._push(f"gap {gap.text}", float(stamps[at]))
         offset_s = (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9
         values = [
             samples["hard"],

@@ -20,7 +20,7 @@ from palpate.samples import (
     samples_of,
     saturated,
 )
-from palpate.sources.base import Gap
+from palpate.source_events import Gap, SourceEvent
 from palpate.stream.buffers import SampleQueue
 from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listeners
@@ -59,17 +59,27 @@ class Feeding:
 
     def take(self, most: int = 1024) -> Batch | None:
         """Feed at most `most` queued samples to the tracker; None if the queue is empty."""
-        with self.lock:
-            block = self._queue.take(most)
-            if not len(block):
-                return None
-            batch, gaps, messages = self._send(block)
-        for gap in gaps:  # when all is done: a listener may raise
-            self._listeners.tell("gap", gap)
-        for message in messages:
+        while True:
+            with self.lock:
+                item = self._queue.take(most)
+                if item is None:
+                    return None
+                if isinstance(item, np.ndarray):
+                    batch, messages = self._send(item)
+                    break
+                if isinstance(item, Gap):
+                    self._tracker.gap()
+            self._pass_event(item)
+        for message in messages:  # when all is done: a listener may raise
             self._listeners.message(message)
         self._listeners.batch(batch)
         return batch
+
+    def _pass_event(self, event: SourceEvent) -> None:
+        self._listeners.event(event)
+        if isinstance(event, Gap):
+            text = f"{event.text}: the baseline is measured again: touch nothing"
+            self._listeners.message(text)
 
     def drain(self) -> None:
         """Send all samples that wait, and end a touch that is still running."""
@@ -91,33 +101,18 @@ class Feeding:
         self._listeners.batch(last)
         return last
 
-    def _send(self, block: Block) -> tuple[Batch, list[Gap], list[str]]:
-        """Return the estimates of samples, the gaps between them, and messages."""
+    def _send(self, block: Block) -> tuple[Batch, list[str]]:
+        """Return the estimates of samples, and messages."""
         self.delivered += len(block)
-        rows, gaps = self._feed(block)
+        parts = list(self._parts(block))
+        rows = np.concatenate(parts, out=np.empty(len(block), parts[0].dtype))
         self.last = samples_of(block[-1:])[0]
         self.refused += int(np.count_nonzero(refused(block)))
         if block["status"].any():
             self.saturated += int(np.count_nonzero(saturated(block)))
-        messages = [f"{gap.text}: the baseline is measured again: touch nothing" for gap in gaps]
-        messages += [RETAKEN] * (self._tracker.retaken - self._reported)
+        messages = [RETAKEN] * (self._tracker.retaken - self._reported)
         self._reported = self._tracker.retaken
-        return self._batch(block, rows), gaps, messages + self.range.follow(block, rows)
-
-    def _feed(self, block: Block) -> tuple[NDArray[Any], list[Gap]]:
-        """Send samples to the tracker, each gap directly before its sample, as a replay does; return its rows, and the gaps."""
-        parts: list[NDArray[Any]] = []
-        passed: list[Gap] = []
-        gaps, begin = self._queue.gaps, 0
-        while gaps and gaps[0].seq <= block["seq"][-1]:
-            gap = gaps.popleft()
-            at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
-            parts += self._parts(block[begin:at])
-            self._tracker.gap()
-            begin = at
-            passed.append(gap)
-        parts += self._parts(block[begin:])
-        return np.concatenate(parts, out=np.empty(len(block), parts[0].dtype)), passed
+        return self._batch(block, rows), messages + self.range.follow(block, rows)
 
     def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
         """Send samples, few at a time; note each touch as it is at its end, before it is revised."""

@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Iterator
 from threading import Event, RLock, Thread
 from typing import Any
 
@@ -12,13 +11,17 @@ from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import marked
-from palpate.samples import Block, Sample, block_of, samples_of
+from palpate.samples import DTYPE, Block, Sample, samples_of
+from palpate.source_events import Conditions, Gap, SourceEvent
 from palpate.sources import Source
-from palpate.sources.base import Gap, blocks_of, first_wrong
+from palpate.sources.base import first_wrong
 from palpate.stream.buffers import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000
+_BLOCKS_AFTER_STOP = (
+    1  # may be on their way when the source is interrupted; its last events come after
+)
 
 
 class Reader:
@@ -47,7 +50,8 @@ class Reader:
         )
         self._outlives_recording = outlives
         self._stopping = Event()
-        self._conditions = 0
+        self._waiting: list[SourceEvent] = []  # a gap, and the events after it, until its sample
+        self._conditions: list[Conditions] = []
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
         self._recorder: Recorder | None = None
 
@@ -55,8 +59,8 @@ class Reader:
         """Record from now on; the recorder wakes a source that waits for it. None: no recording."""
         if recorder:
             recorder.popped = self._queue.wake_source
-            self._conditions = 0
         self._recorder = recorder
+        self._record_conditions()
 
     def start(self) -> None:
         """Start the thread."""
@@ -64,9 +68,11 @@ class Reader:
 
     def stop(self) -> None:
         """Request the end; returns at once. Later samples are neither counted nor stored."""
-        self._stopping.set()
-        self._queue.wake_source()
-        self._source.interrupt()
+        try:
+            self._source.interrupt()
+        finally:
+            self._stopping.set()
+            self._queue.wake_source()
 
     def end(self, limit_s: float) -> None:
         """Request the end, and wait for it; raises SourceTimeout if the thread still runs after this time."""
@@ -85,28 +91,38 @@ class Reader:
             return not self._thread.is_alive()
 
     def _run(self) -> None:
+        left = _BLOCKS_AFTER_STOP
         try:
-            for block in self._blocks():
-                self._take(block)
-                if self._stopping.is_set():
+            for item in self._source:
+                if isinstance(item, np.ndarray):
+                    self._take(np.ascontiguousarray(item, DTYPE))
+                    left -= self._stopping.is_set()
+                elif isinstance(item, SourceEvent):
+                    self._take_event(item)
+                else:
+                    raise ProtocolError(_not_an_item(item))
+                if left < 0:
                     break
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = error
         finally:
-            with self.lock:
-                self._pass_conditions()
+            for event in self._waiting:
+                if not isinstance(event, Gap):
+                    self._queue.push_event(event)
             self._queue.close()
 
-    def _blocks(self) -> Iterator[Block]:
-        if hasattr(self._source, "read_block"):
-            yield from blocks_of(self._source)
-            return
-        for sample in self._source:
-            try:
-                yield block_of([sample])
-            except (TypeError, ValueError) as error:
-                where = f"after seq {self.last.seq}" if self.last else "first sample"
-                raise ProtocolError(f"source, {where}: {error}") from error
+    def _take_event(self, event: SourceEvent) -> None:
+        """Pass on an event; a gap waits for its sample, and later events wait for the gap."""
+        with self.lock:
+            if isinstance(event, Conditions):
+                self._conditions.append(event)
+                self._record_conditions()
+            if self._stopping.is_set():
+                return
+            if self._waiting or isinstance(event, Gap):
+                self._waiting.append(event)
+            else:
+                self._queue.push_event(event)
 
     def _take(self, block: Block) -> None:
         """Store samples; of a source that can wait, as many at a time as there is room for."""
@@ -119,21 +135,13 @@ class Reader:
             raise ProtocolError(rest)
 
     def _store(self, block: Block) -> None:
-        """Count and store samples, each gap directly before its sample."""
-        gaps, begin = self._source.gaps_before(int(block["seq"][-1])), 0
+        """Count and store samples, and the events that waited for them."""
         with self.lock:
             if self._is_over():
                 return
-            for gap in gaps:
-                at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
-                self._put(block[begin:at])
-                self._pass_gap(gap._replace(seq=int(block["seq"][at])))
-                begin = at
-            self._put(block[begin:])
-            self._pass_conditions()
-
-    def _put(self, block: Block) -> None:
-        if len(block):
+            for event in self._waiting:
+                self._store_event(event)
+            self._waiting.clear()
             self._count(block)
             if self._memory:
                 self._memory.push_many(block)
@@ -149,22 +157,23 @@ class Reader:
             self._recorder = None
         return self._stopping.is_set()
 
-    def _pass_gap(self, gap: Gap) -> None:
-        """Pass on a gap before its sample; before the first sample there is no baseline."""
-        if self.last:
-            self._queue.gaps.append(gap)
+    def _store_event(self, event: SourceEvent) -> None:
+        """Pass on an event before its sample; a gap before the first sample has no baseline to lose."""
+        if isinstance(event, Gap):
+            if self.last is None:
+                return
             if self._memory:
-                self._memory.marks.append(marked(gap.text, self.last, tare=True, gap=True))
+                self._memory.marks.append(marked(event.text, self.last, tare=True, gap=True))
             if self._recorder:
-                self._recorder.gap(gap.text)
+                self._recorder.gap(event.text)
+        self._queue.push_event(event)
 
-    def _pass_conditions(self) -> None:
-        """Pass on what the source measured beside the samples; of very many only some, evenly."""
-        given = self._source.conditions
-        if self._recorder and len(given) > self._conditions:
-            self._conditions = len(given)
-            step = len(given) // _MOST_CONDITIONS + 1
-            self._recorder.conditions = [dict(each) for each in [*given[:-1:step], given[-1]]]
+    def _record_conditions(self) -> None:
+        """Store the conditions so far in the recording; of very many only some, evenly."""
+        if self._recorder and self._conditions:
+            step = len(self._conditions) // _MOST_CONDITIONS + 1
+            chosen = [*self._conditions[:-1:step], self._conditions[-1]]
+            self._recorder.conditions = [each.as_dict() for each in chosen]
 
     def _count(self, block: Block) -> None:
         times, newest, before = block["t_hard_ns"], samples_of(block[-1:])[0], self.last
@@ -197,3 +206,9 @@ class Reader:
                 return room
             self._queue.wait_for_room()
         return 0
+
+
+def _not_an_item(item: object) -> str:
+    got = f"got an object of type {type(item).__name__} while iterating"
+    allowed = "blocks of samples, palpate.Gap and the other events of palpate.sources"
+    return f"source: {got}, allowed: {allowed}; a source of single samples derives from palpate.sources.SampleSource"

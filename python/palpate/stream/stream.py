@@ -185,7 +185,7 @@ class Stream:
             device = described(self.source)
             path, notes = self._first_recording
             self._recorder = None if path is None else self._new_recorder(path, notes)
-            self._listeners.tell("begun", self)
+            self._listeners.begun(self)
             self._reader = Reader(
                 self.source, device, self._queue, self._memory, outlives=self._outlives_recording
             )
@@ -495,9 +495,7 @@ class Stream:
             ExitStack() as steps
         ):  # they run from the last one to the first, each also after an error
             steps.push(
-                lambda _, error, __: self._listeners.tell(
-                    "ended", failure or error or self._source_error
-                )
+                lambda _, error, __: self._listeners.ended(failure or error or self._source_error)
             )
             steps.callback(self._raise_unrecorded)
             steps.callback(self._close_source)
