@@ -23,7 +23,7 @@ def test_long_files_need_little_memory(tmp_path: Path) -> None:
                 )
             )
     code = f"""
-import resource, palpate, palpate.recording.verification, palpate.sources.files
+import resource, palpate, palpate.recording.verification, palpate.sources.playback
 palpate.Tracker().process([0.0], [0.0], [0.0], [0.0])
 with open("/proc/self/statm") as file:
     size = int(file.read().split()[0]) * resource.getpagesize()

@@ -11,7 +11,7 @@ import palpate
 import pytest
 from palpate.ad7746 import registers
 from palpate.errors import DeviceNotFound, RecordingError
-from palpate.sources.files import FileSource
+from palpate.sources.playback import FileSource
 from project import FOUR
 from recording_bench import SampleReader
 

@@ -13,8 +13,8 @@ from palpate.recording import sidecar
 from palpate.recording.reading import recorded
 from palpate.samples import RETAKEN, samples_of
 from palpate.simulation import scenarios
-from palpate.sources.files import FileSource
-from palpate.stream.estimate import Estimate
+from palpate.sources.playback import FileSource
+from palpate.stream.batches import Estimate
 from palpate.tracking import tracked
 from recording_bench import Scripted, four, measured
 

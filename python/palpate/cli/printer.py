@@ -15,7 +15,7 @@ from palpate.cli import touch_table
 from palpate.cli.exit_codes import ErrorReport
 from palpate.cli.output import print_message
 from palpate.stream import Stream
-from palpate.stream.estimate import Batch
+from palpate.stream.batches import Batch
 from palpate.stream.listeners import Listener
 
 _STATUS_INTERVAL_S = 0.2

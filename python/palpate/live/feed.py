@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.samples import refused, saturated
-from palpate.stream.estimate import Batch
+from palpate.stream.batches import Batch
 
 Document = dict[str, Any]  # plain values, ready for JSON
 Rows = NDArray[np.void]  # rows that a page draws: shape (n,), dtype `ROW`

@@ -21,7 +21,7 @@ _OWN = {
     "iio": "palpate.sources.iio:open_iio",
     "serial": "palpate.sources.serial:open_serial",
     "lsl": "palpate.sources.lsl:open_lsl",
-    "": "palpate.sources.files:open_file",  # a path
+    "": "palpate.sources.playback:open_file",  # a path
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]

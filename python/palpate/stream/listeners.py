@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from palpate.source_events import Conditions, Gap, SourceEvent, TroubleBegan, TroubleEnded
-from palpate.stream.estimate import Batch
+from palpate.stream.batches import Batch
 from palpate.touch import Touch
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from palpate.samples import (
     saturated,
 )
 from palpate.source_events import Gap, SourceEvent
+from palpate.stream.batches import Batch
 from palpate.stream.buffers import SampleQueue
-from palpate.stream.estimate import Batch
 from palpate.stream.listeners import Listeners
 from palpate.touch import Touch
 

@@ -27,8 +27,8 @@ from palpate.samples import (
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described
+from palpate.stream.batches import Batch, Estimate, StreamCounters
 from palpate.stream.buffers import NO_BASELINE, Beginning, Memory, SampleQueue
-from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.listeners import Listener, Listeners
 from palpate.stream.pipeline import Feeding
 from palpate.stream.reader import Reader
