@@ -20,7 +20,6 @@ from command_lines import document, run
 from lsl_sender import Listener, Sender, take_all
 from palpate import Stream
 from palpate.samples import block_of, feed
-from palpate.sources import Gap
 from palpate.stream import Batch, lsl_outlets
 from palpate.stream.lsl_outlets import Outlets
 from recording_bench import SampleReader, Scripted, four, soon, with_gaps

@@ -120,7 +120,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
         wrong(__iter__=lambda _: iter(["a text"])),
         "the iteration: got an object of type str",
     ),
-    "gaps beside": (wrong(gaps=()), "gaps: is not read; yield palpate.Gap"),
+    "gaps beside": (wrong(gaps=()), "gaps: is not read; yield palpate.sources.Gap"),
     "troubles beside": (wrong(troubles={}), "troubles: is not read; yield palpate.sources.Trouble"),
     "conditions beside": (wrong(conditions=()), "conditions: is not read; yield palpate.sources.C"),
     "blocks beside": (

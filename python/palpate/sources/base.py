@@ -61,7 +61,7 @@ class Source(Protocol):
     >>> tracker = palpate.Tracker(full_scale=4.09)
     >>> with palpate.open("sim:tremor?seed=1&fault=unplug:1@1") as source:
     ...     for item in source:
-    ...         if isinstance(item, palpate.Gap):
+    ...         if isinstance(item, palpate.sources.Gap):
     ...             gap = item
     ...             tracker.gap()
     ...         elif isinstance(item, np.ndarray):

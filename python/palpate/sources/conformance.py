@@ -134,7 +134,7 @@ def _read(
 
 
 _EARLIER = {
-    "gaps": "yield palpate.Gap(cause, text) before the first sample after it",
+    "gaps": "yield palpate.sources.Gap(cause, text) before the first sample after it",
     "troubles": "yield palpate.sources.TroubleBegan and TroubleEnded",
     "conditions": "yield palpate.sources.Conditions(t_s, values)",
     "read_block": "yield the blocks in __iter__",
@@ -149,7 +149,9 @@ def _side_channels(source: Source) -> list[str]:
 def _wrong_item(item: object) -> str:
     """Return what to change where the iteration yields anything but blocks and events."""
     got = f"the iteration: got an object of type {type(item).__name__}"
-    allowed = "allowed: blocks of samples, palpate.Gap, and the other events of palpate.sources"
+    allowed = (
+        "allowed: blocks of samples, palpate.sources.Gap, and the other events of palpate.sources"
+    )
     if not isinstance(item, Sample):
         return f"{got}, {allowed}"
     do = "derive from palpate.sources.SampleSource, and rename __iter__ to samples"

@@ -210,5 +210,5 @@ class Reader:
 
 def _not_an_item(item: object) -> str:
     got = f"got an object of type {type(item).__name__} while iterating"
-    allowed = "blocks of samples, palpate.Gap and the other events of palpate.sources"
+    allowed = "blocks of samples, palpate.sources.Gap and the other events of palpate.sources"
     return f"source: {got}, allowed: {allowed}; a source of single samples derives from palpate.sources.SampleSource"
