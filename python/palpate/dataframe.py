@@ -1,8 +1,7 @@
-"""Data frames of other libraries: what is one, and what palpate has found as one."""
+"""Data frames of other libraries: what palpate takes as one, and touches and recordings as one."""
 
-import sys
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +9,18 @@ from numpy.typing import NDArray
 from palpate.errors import need
 
 
+@runtime_checkable
 class ArrowStream(Protocol):
     """Interface of a data frame, for example of pandas, polars or pyarrow."""
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...  # noqa: D105
+
+
+@runtime_checkable
+class ToNumpy(Protocol):
+    """Interface of a column of a data frame."""
+
+    def to_numpy(self) -> NDArray[Any]: ...  # noqa: D102
 
 
 Frame = ArrowStream | Mapping[str, Any] | NDArray[np.void]
@@ -30,17 +37,11 @@ def is_frame(source: object) -> bool:
     """
     if isinstance(source, np.ndarray):
         return bool(source.dtype.names)
-    return isinstance(source, Mapping) or hasattr(source, "__arrow_c_stream__")
-
-
-def is_a(library: str, name: str, source: object) -> bool:
-    """Return whether a value is of a class of a library, which is not imported for it."""
-    kind = getattr(sys.modules.get(library), name, None)
-    return kind is not None and isinstance(source, kind)
+    return isinstance(source, Mapping | ArrowStream)
 
 
 class Framed:
-    """A thing with columns: as Arrow, pandas and polars data."""
+    """Data with columns, which Arrow, pandas and polars take as a data frame."""
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table; the unit of a column is in the metadata of its field.
@@ -63,11 +64,11 @@ class Framed:
         need("pandas", "tables")
         table = self.to_arrow()
         frame = table.to_pandas(split_blocks=True)
-        frame.attrs["units"] = {
-            field.name: field.metadata[b"unit"].decode()
-            for field in table.schema
-            if b"unit" in (field.metadata or {})
-        }
+        units = {}
+        for field in table.schema:
+            if b"unit" in (field.metadata or {}):
+                units[field.name] = field.metadata[b"unit"].decode()
+        frame.attrs["units"] = units
         return frame
 
     def to_polars(self) -> Any:
@@ -85,35 +86,56 @@ class Framed:
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
 
+class _Field(NamedTuple):
+    """A column of touches: its name, its type in Arrow, and its unit."""
+
+    name: str
+    type: str = "double"
+    unit: str = ""
+
+
 _EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
-_TOUCH = {
-    "start": "int64",
-    "start_s": "double",
-    "samples": "int64",
-    "ratio": "double",
-    "covariance": "double",
-}
-_TOUCH |= {
-    "standard_error": "double",
-    "revised": "bool",
-    "first_ratio": "double",
-    "first_standard_error": "double",
-}
-_LEVEL = ["level_ratio", "level_standard_error", "contact_exponent", "age_s"]
-_LEVEL += ["ratio_before", "before_standard_error", "ratio_after", "after_standard_error"]
-_OFFSET = ["offset_ratio", "offset_standard_error"]
-_TOUCH |= dict.fromkeys([*_LEVEL, *_OFFSET, *(f"effect_{name}" for name in _EFFECTS)], "double")
-_TOUCH |= {"alarm_share": "double", "saturated": "int64", "refused": "int64", "flags": "string"}
-_UNITS = {"start_s": "s", "age_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
+_TOUCH_FIELDS = (
+    _Field("start", "int64"),
+    _Field("start_s", unit="s"),
+    _Field("samples", "int64"),
+    _Field("ratio"),
+    _Field("covariance", unit="1/pF2"),
+    _Field("standard_error"),
+    _Field("revised", "bool"),
+    _Field("first_ratio"),
+    _Field("first_standard_error"),
+    _Field("level_ratio"),
+    _Field("level_standard_error"),
+    _Field("contact_exponent"),
+    _Field("age_s", unit="s"),
+    _Field("ratio_before"),
+    _Field("before_standard_error"),
+    _Field("ratio_after"),
+    _Field("after_standard_error"),
+    _Field("offset_ratio"),
+    _Field("offset_standard_error"),
+    _Field("effect_offset"),
+    _Field("effect_drift"),
+    _Field("effect_lag", unit="ms"),
+    _Field("effect_curve"),
+    _Field("effect_tilt"),
+    _Field("effect_shift"),
+    _Field("alarm_share"),
+    _Field("saturated", "int64"),
+    _Field("refused", "int64"),
+    _Field("flags", "string"),
+)
 
 
 def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
-    """Return touches as a pyarrow.Table with plain columns, so that any format can hold them.
+    """Return touches as a pyarrow.Table with plain columns, which any format can store.
 
     Parameters
     ----------
     records : sequence of mapping
-        From `Touch.as_dict`. The flags become one text, separated by blanks; each of the effects becomes a column.
+        From `Touch.as_dict`. The flags become one text, separated by blanks; each of the effects
+        becomes a column.
 
     Examples
     --------
@@ -121,21 +143,15 @@ def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
     ['start', 'start_s', 'samples']
     """
     arrow = need("pyarrow", "tables")
-    effects = [
-        {f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} for record in records
-    ]
-    rows = [
-        {**one, **more, "flags": " ".join(one["flags"])}
-        for one, more in zip(records, effects, strict=True)
-    ]
-    fields = [
-        arrow.field(
-            name,
-            arrow.type_for_alias(kind),
-            metadata={"unit": _UNITS[name]} if name in _UNITS else None,
-        )
-        for name, kind in _TOUCH.items()
-    ]
-    return arrow.table(
-        [[row[name] for row in rows] for name in _TOUCH], schema=arrow.schema(fields)
-    )
+    rows = []
+    for record in records:
+        row = {**record, "flags": " ".join(record["flags"])}
+        for effect in _EFFECTS:
+            row[f"effect_{effect}"] = record["effects"].get(effect)
+        rows.append(row)
+    fields = []
+    for field in _TOUCH_FIELDS:
+        metadata = {"unit": field.unit} if field.unit else None
+        fields.append(arrow.field(field.name, arrow.type_for_alias(field.type), metadata=metadata))
+    columns = [[row[field.name] for row in rows] for field in _TOUCH_FIELDS]
+    return arrow.table(columns, schema=arrow.schema(fields))

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import read
 from palpate.errors import RecordingError
-from palpate.importers.formats import text_table
-from palpate.importers.table import Asked, Table
+from palpate.importers.table import ReadOptions, Table
+from palpate.importers.text import text_table
 from palpate.importers.units import to_number
 
 NAMES = ["time", "hard", "soft"]
@@ -22,7 +22,7 @@ def table(text: str | bytes, decimal: str | None = None) -> Table:
     return text_table(
         Path("table.csv"),
         text if isinstance(text, bytes) else text.encode(),
-        Asked(decimal=decimal),
+        ReadOptions(decimal=decimal),
     )
 
 

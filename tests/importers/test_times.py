@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate.errors import RecordingError
-from palpate.importers.channels import Times, times
-from palpate.importers.table import Table
+from palpate.importers.table import ColumnData, Table
 from palpate.importers.table_checks import typical_step
+from palpate.importers.times import Times, read_times
 
 ROW = np.arange(200)
 STEP_US = 26_041
@@ -25,9 +25,9 @@ BEGUN = datetime(2025, 11, 21, 12, 0, 0, 0, UTC)
 
 def read(cells: Any, name: str = "time", *, unit: str = "", time_unit: str | None = None) -> Times:
     cells = cells if isinstance(cells, np.ndarray) else np.array(cells, object)
-    return times(
-        Table(Path("t.csv"), [(name, cells, unit)], range(2, 2 + len(cells))).columns[0], time_unit
-    )
+    data = ColumnData(name, cells, unit)
+    table = Table(Path("t.csv"), [data], range(2, 2 + len(cells)))
+    return read_times(table.columns[0], time_unit)
 
 
 def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
@@ -35,7 +35,7 @@ def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("cells", "name", "said", "utc"),
+    ("cells", "name", "notation", "utc"),
     [
         (SECOND, "t_s", "s", False),
         (SECOND * 1e3, "t [ms]", "ms", False),
@@ -58,14 +58,14 @@ def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
         (np.datetime64(DATE, "s") + (ROW * STEP_US).astype("m8[us]"), "time", "dates", False),
     ],
 )
-def test_times_in_any_notation(cells: Any, name: str, said: str, utc: bool) -> None:
+def test_times_in_any_notation(cells: Any, name: str, notation: str, utc: bool) -> None:
     texts = (
         [repr(cell) for cell in cells.tolist()] if np.asarray(cells).dtype.kind in "if" else cells
     )
     for each in (cells, texts):
         found = read(each, name)
         assert found.seconds - found.seconds[0] == pytest.approx(SECOND, rel=0, abs=1e-6)
-        assert (found.said, found.is_utc) == (said, utc)
+        assert (found.notation, found.is_utc) == (notation, utc)
         assert not utc or found.zero_ns == DATE * 10**9
 
 

@@ -31,7 +31,7 @@ from palpate.cli.shared_options import (
 from palpate.errors import RecordingError
 from palpate.flags import Suspicion, advice_at_end
 from palpate.importers.formats import read_table
-from palpate.importers.table import Asked, Table
+from palpate.importers.table import ReadOptions, Table
 from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
@@ -144,7 +144,7 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         )
 
     with usage_errors():
-        wanted = Asked(**reading.keywords())
+        wanted = ReadOptions(**reading.keywords())
         table = read_table(file, wanted)
         if not is_json():  # before it is understood: what is shown helps to say the rest
             size = f"{len(table.columns)} columns, {len(table)} rows"

@@ -134,12 +134,12 @@ def _complete_scene(_context: click.Context, _parameter: click.Parameter, begin:
 def _parse_columns(
     _context: click.Context, _parameter: click.Parameter, text: str | None
 ) -> dict[str, str] | None:
-    from palpate.importers.table import parsed_map
+    from palpate.importers.table import parse_map
 
     if text is None:
         return None
     try:
-        return parsed_map(text)
+        return parse_map(text)
     except ValueError as error:
         raise click.BadParameter(str(error).removeprefix("map: ")) from None
 

@@ -1,442 +1,460 @@
-"""What a table means: which columns are the two channels, their units and times; what must be asked or refused."""
+"""Find the two channels of a table: which columns they are, their units and their times."""
 
 import re
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, need
-from palpate.importers.table import Array, Asked, Column, Table, ask
+from palpate.importers.table import Array, Column, Option, OptionError, ReadOptions, Table
 from palpate.importers.table_checks import (
-    absent,
+    channel_notes,
     clipped,
     frozen,
-    lost,
-    pace,
+    missing_rows,
     rate_of,
-    remarks,
+    rate_text,
     typical_step,
+    without_codes,
 )
+from palpate.importers.times import Times, read_times
 from palpate.importers.units import (
-    NONE,
-    NUMBER,
-    PAIRS,
+    CHANNEL_NAMES,
     PICOFARADS,
     SECONDS,
-    SOFT_TIMES,
+    SOFT_TIME_NAMES,
     SUMMARY,
-    TIMES,
-    kind,
+    TIME_NAMES,
+    CellKind,
+    cell_kind,
     time_unit_in,
 )
-from palpate.messages import listed, quoted
+from palpate.messages import quoted
 
-_SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}  # sizes of gauges, which have some pF
-_FAR = 100.0  # the two gauges of a probe differ by less
-_OTHER = "two signals of another kind: their unit, as --unit counts"
-_SOME = 10_000  # readings that show the size of all
-_CHANNEL = re.compile("(?:c|cin|cap|capacitance|ch)[0-9]")
-GUESSED = (
-    9.9,
-    499.0,
-)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
-POSSIBLE = (0.2, 20_000.0)
-_TICKS = ("s", "ms", "us", "ns")
-_LATEST_S = 2**63 / 1e9
-_EPOCH = (946_684_800.0, 3_155_760_000.0)  # s since 1970: 2000 to 2070
-_JITTER_S = 1.0  # host stamps go back by less than this
-_LITTLE_BACK = (
-    0.2  # of the way forward: a part of a time, as milliseconds, goes back as far as forward
-)
-_FEWEST = 8  # rows of which anything can be said
-_LEAST = 1e-30  # of any unit; smaller steps are none
-_CLOCK = r"\d{1,4}:[0-5]?\d:[0-5]?\d(?:\.\d+)?"
-_MINUTES = r"[0-5]?\d:[0-5]?\d\.\d+"
-_ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
+# Sizes of gauges, which have some pF, in the units that need no name.
+_PROBABLE_SIZES = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}
+_LARGEST_QUOTIENT = 100.0  # the two gauges of a probe differ by less
+_SIZE_ROWS = 10_000  # that show the size of all
+_SIZE_QUANTILE = 0.99  # not the largest value, which may be a wrong one
+_ALLOWED_UNITS = ", ".join(PICOFARADS)
+_OTHER_SIGNALS = "two signals of another kind: their unit, as --unit counts"
+_NUMBERED_CHANNEL = r"(?:c|cin|cap|capacitance|ch)[0-9]"
+_SUMMARY_ROW = "looks like a row of sums, not of samples: take such rows out"
 
 
-_Arrays = tuple[Array, Array, Array, Array]
+class Readings(NamedTuple):
+    """Readings of both channels, paired row by row.
+
+    Attributes
+    ----------
+    t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
+        Times, s; nan without times.
+    hard, soft : numpy.ndarray, shape (n,)
+        pF, or signals in another unit; nan without a value.
+    """
+
+    t_hard_s: Array
+    t_soft_s: Array
+    hard: Array
+    soft: Array
 
 
-class Channels(NamedTuple):
-    """Two channels of a table: `arrays` as the first four of `palpate.Recording`; `said` is how it was understood."""
+@dataclass(frozen=True)
+class TableChannels:
+    """The two channels of a table.
 
-    arrays: _Arrays
-    said: str
+    Attributes
+    ----------
+    readings : Readings
+    understood : str
+        One line: which columns and units are used.
+    notes : tuple of str
+    zero_utc_ns : int or None
+        UTC of t = 0, ns since 1970; None if unknown.
+    unused : list of str
+        Names of the columns that are not used.
+    """
+
+    readings: Readings
+    understood: str
     notes: tuple[str, ...]
     zero_utc_ns: int | None
     unused: list[str]
 
 
-class Side(NamedTuple):
-    """One channel: its column of values, and the columns that may be its times."""
+@dataclass(frozen=True)
+class ChannelColumns:
+    """The columns of one channel: its values, and the columns that may be its times."""
 
-    value: Column
+    values: Column
     times: list[Column]
 
 
-class Times(NamedTuple):
-    """Times of the rows, s, and how they were understood; dates count from `zero_ns`, ns since 1970 (None: no dates)."""
+@dataclass(frozen=True)
+class _Units:
+    """The units of the hard and the soft channel, and notes on those that were not stated."""
 
-    seconds: Array
-    said: str
-    zero_ns: int | None = None
-    is_utc: bool = False
+    hard: str
+    soft: str
+    notes: list[str]
 
 
-def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
-    """Return the two channels of a table, or of two; ValueError: the meaning is open, with what settles it."""
-    sides = _sides(table, asked, soft_table)
-    hard, soft = sides
-    for side in sides:
-        _require_samples(side.value.table, asked)
-    found = [
-        absent(name, side.value.numbers())
-        for name, side in zip(("hard", "soft"), sides, strict=True)
-    ]
-    units, told = _units([hard.value, soft.value], [values for values, _ in found], asked)
-    scales = [PICOFARADS.get(unit, 1.0) for unit in units]
-    values = [
-        each if scale == 1 else each * scale for (each, _), scale in zip(found, scales, strict=True)
-    ]
-    stamps, joined = _both_times(hard, soft, asked), list[str]()
-    arrays = (stamps[0].seconds, stamps[1].seconds, values[0], values[1])
+def find_channels(
+    table: Table, options: ReadOptions, soft_table: Table | None = None
+) -> TableChannels:
+    """Return the two channels of a table.
+
+    Parameters
+    ----------
+    table : Table
+    options : ReadOptions
+    soft_table : Table, optional
+        The table of the soft channel, if each channel has its own.
+
+    Raises
+    ------
+    OptionError
+        Something is ambiguous; the error names the option that resolves it.
+    RecordingError
+        A cell is no number or no time, or a row is of sums.
+    """
+    hard, soft = _columns_of_channels(table, options, soft_table)
+    _require_samples(table, options)
     if soft_table:
-        arrays, joined = _by_time(stamps, arrays)
-    clocks = " and ".join(dict.fromkeys(each.said for each in stamps if each.said))
-    said = [f"time = {clocks}"] if clocks else []
-    said += [f"hard = {hard.value.label}, {units[0]}", f"soft = {soft.value.label}, {units[1]}"]
-    rate = rate_of(arrays[0])
-    said += [pace(rate), f"{len(arrays[0])} rows"]
-    notes = [
-        *remarks(*arrays, rate),
-        *([] if soft_table else lost(arrays[0])),
-        *found[0][1],
-        *found[1][1],
-        *joined,
-        *told,
-        *table.notes,
+        _require_samples(soft_table, options)
+    hard_values, hard_notes = without_codes("hard", hard.values.numbers())
+    soft_values, soft_notes = without_codes("soft", soft.values.numbers())
+    units = _units(hard.values, soft.values, hard_values, soft_values, options)
+    hard_times, soft_times = _times_of_channels(hard, soft, options)
+    readings = Readings(
+        hard_times.seconds,
+        soft_times.seconds,
+        _converted(hard_values, units.hard),
+        _converted(soft_values, units.soft),
+    )
+    pairing_notes: list[str] = []
+    if soft_table:
+        readings, pairing_notes = _paired_by_time(readings, hard_times, soft_times)
+    rate = rate_of(readings.t_hard_s)
+    notes = channel_notes(*readings, rate)
+    if not soft_table:
+        notes += missing_rows(readings.t_hard_s)
+    notes += [*hard_notes, *soft_notes, *pairing_notes, *units.notes, *table.notes]
+    if soft_table:
+        notes += soft_table.notes
+    if options.rate and hard.times:
+        notes.append("the times of the file are not used: a rate was given")
+    hard_pF = readings.hard
+    soft_pF = readings.soft
+    notes += clipped("hard", hard_pF) + clipped("soft", soft_pF)
+    notes += frozen("hard", hard_pF, soft_pF) + frozen("soft", soft_pF, hard_pF)
+    unused: list[str] = []
+    if not soft_table:
+        used = [hard.values, soft.values, *hard.times, *soft.times]
+        unused = [column.name for column in table.columns if column not in used]
+    return TableChannels(
+        readings,
+        understood=_understood(hard, soft, units, (hard_times, soft_times), rate, len(hard_pF)),
+        notes=tuple(dict.fromkeys(notes)),
+        zero_utc_ns=hard_times.zero_ns if hard_times.is_utc else None,
+        unused=unused,
+    )
+
+
+def _understood(
+    hard: ChannelColumns,
+    soft: ChannelColumns,
+    units: _Units,
+    times: tuple[Times, Times],
+    rate: float,
+    rows: int,
+) -> str:
+    """Return one line that says which columns and units are used, and the rate."""
+    parts = [
+        f"hard = {hard.values.label}, {units.hard}",
+        f"soft = {soft.values.label}, {units.soft}",
+        rate_text(rate),
+        f"{rows} rows",
     ]
-    notes += soft_table.notes if soft_table else []
-    notes += (
-        ["the times of the file are not used: a rate was given"]
-        if asked.rate and hard.times
-        else []
-    )
-    notes += [*clipped("hard", arrays[2]), *clipped("soft", arrays[3])]
-    notes += [*frozen("hard", arrays[2], arrays[3]), *frozen("soft", arrays[3], arrays[2])]
-    used = [hard.value, soft.value, *hard.times, *soft.times]
-    unused = [] if soft_table else [each.name for each in table.columns if each not in used]
-    zero_utc_ns = stamps[0].zero_ns if stamps[0].is_utc else None
-    return Channels(arrays, "; ".join(said), tuple(dict.fromkeys(notes)), zero_utc_ns, unused)
+    notations = [each.notation for each in times if each.notation]
+    if notations:
+        parts.insert(0, f"time = {' and '.join(dict.fromkeys(notations))}")
+    return "; ".join(parts)
 
 
-def _sides(table: Table, asked: Asked, soft: Table | None) -> tuple[Side, Side]:
-    """Return the hard and the soft channel; both of one table, or each of its own. ValueError where it is open."""
-    wanted = dict(asked.columns or {})
-    if soft:
-        hard = _alone(table, wanted.get("hard"), wanted.get("time"))
-        return hard, _alone(soft, wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))
-    both = [table.column(wanted[name]) for name in ("hard", "soft")] if wanted else _guessed(table)
-    if both[0] is both[1]:
-        raise ask("columns", f"{quoted(wanted['hard'])} for both channels", "two columns")
-    stamps = [each for each in _times_of(table, wanted.get("time")) if each not in both]
-    own = [table.column(wanted["soft_time"])] if "soft_time" in wanted else table.named(SOFT_TIMES)
-    return Side(both[0], stamps), Side(
-        both[1], own if stamps and len(own) == 1 and own[0] not in both else stamps
-    )
+def _converted(values: Array, unit: str) -> Array:
+    """Return capacitances in pF, other signals as they are, without a copy where possible."""
+    factor = PICOFARADS.get(unit, 1.0)
+    return values if factor == 1 else values * factor
 
 
-def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Side:
-    """Return the channel of a table that has one: as wanted, in a unit of capacitance, or the only one beside the times."""
-    stamps = _times_of(table, time)
-    rest = [each for each in table.columns if each not in stamps]
-    found = (
-        [table.column(wanted)]
-        if wanted is not None
-        else [each for each in rest if each.in_farads] or rest
-    )
-    if len(found) != 1:
-        raise ask(
-            "columns",
-            f"{len(found)} columns that can be the channel in {table.path.name}",
-            table.describe(),
-        )
-    return Side(found[0], [each for each in stamps if each is not found[0]])
+# Which columns the channels and their times are.
 
 
-def _times_of(table: Table, wanted: str | int | None) -> list[Column]:
-    """Return the column that is wanted, or those that may be times; a capital T without a unit of time is a temperature."""
+def _columns_of_channels(
+    table: Table, options: ReadOptions, soft_table: Table | None
+) -> tuple[ChannelColumns, ChannelColumns]:
+    """Return the columns of both channels, of one table or each of its own."""
+    wanted = options.columns or {}
+    time = wanted.get("time")
+    if soft_table:
+        hard = _only_channel(table, wanted.get("hard"), time)
+        return hard, _only_channel(soft_table, wanted.get("soft"), wanted.get("soft_time", time))
+    if wanted:
+        hard_values = table.column(wanted["hard"])
+        soft_values = table.column(wanted["soft"])
+    else:
+        hard_values, soft_values = _channels_by_name(table)
+    if hard_values is soft_values:
+        got = f"{quoted(wanted['hard'])} for both channels"
+        raise OptionError(Option.COLUMNS, got, "two columns")
+    both = (hard_values, soft_values)
+    times = [column for column in _time_columns(table, time) if column not in both]
+    soft_times = times
+    if "soft_time" in wanted:
+        own_times = [table.column(wanted["soft_time"])]
+    else:
+        own_times = table.named(SOFT_TIME_NAMES)
+    if times and len(own_times) == 1 and own_times[0] not in both:
+        soft_times = own_times
+    return ChannelColumns(hard_values, times), ChannelColumns(soft_values, soft_times)
+
+
+def _only_channel(table: Table, wanted: str | int | None, time: str | int | None) -> ChannelColumns:
+    """Return the channel of a table that has only one.
+
+    It is the wanted column, the only one in a unit of capacitance, or the only one beside the
+    times.
+    """
+    times = _time_columns(table, time)
+    if wanted is not None:
+        candidates = [table.column(wanted)]
+    else:
+        others = [column for column in table.columns if column not in times]
+        candidates = [column for column in others if column.in_farads] or others
+    if len(candidates) != 1:
+        got = f"{len(candidates)} columns that can be the channel in {table.path.name}"
+        raise OptionError(Option.COLUMNS, got, table.describe())
+    values = candidates[0]
+    return ChannelColumns(values, [column for column in times if column is not values])
+
+
+def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
+    """Return the wanted column, or those that may be times, the most probable one first."""
     if wanted is not None:
         return [table.column(wanted)]
-    named = [each for each in table.named(TIMES) if not each.in_farads]
-    named = [each for each in named if each.label != "T" or time_unit_in(each.name)]
-    named.sort(
-        key=lambda each: each.simple in SECONDS
-    )  # last what has a unit as its name: "Min" may be a minimum
-    return named or [each for each in table.columns if each.cells.dtype.kind in "mM"]
+    named = []
+    units = []  # a name that is a unit, as "Min", may also be a minimum
+    for column in table.named(TIME_NAMES):
+        is_temperature = column.label == "T" and not time_unit_in(column.name)
+        if column.in_farads or is_temperature:
+            continue
+        if column.simple in SECONDS:
+            units.append(column)
+        else:
+            named.append(column)
+    dates = [column for column in table.columns if column.cells.dtype.kind in "mM"]
+    return named + units or dates
 
 
-def _guessed(table: Table) -> list[Column]:
-    """Return the columns of the channels by names that leave no doubt."""
-    for names in PAIRS:
-        both = [each for name in names for each in table.named([name])]
-        rest = [each for each in table.columns if each not in both]
-        more = any(each.in_farads or _CHANNEL.fullmatch(each.simple) for each in rest)
-        if [each.simple for each in both] == [*names] and not more:
+def _channels_by_name(table: Table) -> list[Column]:
+    """Return the columns whose names leave no doubt that they are hard and soft."""
+    for names in CHANNEL_NAMES:
+        both = [column for name in names for column in table.named([name])]
+        if [column.simple for column in both] != list(names):
+            continue
+        others = [column for column in table.columns if column not in both]
+        if not any(_may_be_channel(column) for column in others):
             return both
-    raise ask(
-        "columns",
-        "none for a table of another program",
-        f"hard and soft, two of {table.describe()}",
-    )
+    allowed = f"hard and soft, two of {table.describe()}"
+    raise OptionError(Option.COLUMNS, "none for a table of another program", allowed)
 
 
-def _require_samples(table: Table, asked: Asked) -> None:
-    """Refuse rows of a summary: with its name in any column; where a rate is given, without the time of the other rows."""
-    why = "looks like a row of sums, not of samples: take such rows out"
-    texts = [each for each in table.columns if each.cells.dtype.kind == "O"]
-    for each in texts:
-        words = [
-            word
-            for word in {cell for cell in each.cells if isinstance(cell, str)}
-            if SUMMARY.match(word)
-        ]
-        found = np.isin(each.cells, words)
-        each.refuse(found & (2 * found.sum() < len(table)), why)
-    for each in (each for each in _times_of(table, None) if asked.rate and each in texts):
-        empty = np.array([kind(str(cell).strip()) == NONE for cell in each.cells])
-        each.refuse(empty & ~empty.all(), why)
+def _may_be_channel(column: Column) -> bool:
+    return column.in_farads or re.fullmatch(_NUMBERED_CHANNEL, column.simple) is not None
 
 
-def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[str], list[str]]:
-    """Return the units of the channels, and notes: as asked, by the header, or by the size of the values."""
-    stated = [each.stated_unit for each in both]
-    if wanted := asked.unit:
-        scales = [
-            PICOFARADS.get(unit, unit) for unit in (*(each or wanted for each in stated), wanted)
-        ]
-        odd = [each for each, scale in zip(both, scales, strict=False) if scale != scales[-1]]
-        told = [
-            f"the header of {each.label} says {each.stated_unit}: {wanted} is used, as asked"
-            for each in odd
-        ]
-        return [wanted] * 2, told
-    allowed = ", ".join(PICOFARADS)
-    for column in both:
+def _require_samples(table: Table, options: ReadOptions) -> None:
+    """Refuse rows of a summary, which are no samples.
+
+    They have the name of a statistic in any column, or, where a rate is given, no time.
+    """
+    texts = [column for column in table.columns if column.cells.dtype.kind == "O"]
+    for column in texts:
+        words = {cell for cell in column.cells if isinstance(cell, str)}
+        summaries = [word for word in words if SUMMARY.match(word)]
+        found = np.isin(column.cells, summaries)
+        if 2 * found.sum() < len(table):  # else each row has a name of its own kind
+            column.refuse(found, _SUMMARY_ROW)
+    if options.rate:
+        for column in _time_columns(table, None):
+            if column in texts:
+                kinds = [cell_kind(str(cell).strip()) for cell in column.cells]
+                empty = np.array([kind is CellKind.NO_VALUE for kind in kinds])
+                if not empty.all():
+                    column.refuse(empty, _SUMMARY_ROW)
+
+
+# Their units.
+
+
+def _units(
+    hard: Column, soft: Column, hard_values: Array, soft_values: Array, options: ReadOptions
+) -> _Units:
+    """Return the units of both channels: as wanted, as stated, or by the size of the values."""
+    columns = (hard, soft)
+    if options.unit:
+        return _wanted_units(columns, options.unit)
+    for column in columns:
         if column.stated_unit and not column.in_farads:
             got = f"{quoted(column.name)}, in {column.stated_unit}"
-            raise ask(
-                "column", got, f"a capacitance in one of {allowed}, without a scale; {_OTHER}"
-            )
-    some = [
-        np.abs(each[:: max(1, len(each) // _SOME)]) for each in values
-    ]  # not the largest: it may be a wrong one
-    finite = [each[np.isfinite(each)] for each in some]
-    sizes = [float(np.quantile(each, 0.99)) if len(each) else 0.0 for each in finite]
-    fitting = [
-        unit for unit, (low, high) in _SURE.items() if low <= max(sizes) <= high or max(sizes) == 0
-    ]
-    named = stated[0] or stated[1]
-    known = named or next(iter(fitting), "")
-    if not known:
-        got = f"none in the header, and values of about {max(sizes):.3g} in {both[0].label}"
-        raise ask("unit", got, f"one of {allowed} (--unit); {_OTHER}")
-    why = (
-        f"{known}, as the other channel" if named else f"{known} assumed, by the size of the values"
-    )
-    units = [unit or known for unit in stated]
-    sizes = [size * PICOFARADS[unit] for size, unit in zip(sizes, units, strict=True)]
-    if min(sizes) > 0 and max(sizes) / min(sizes) > _FAR:
-        got = " and ".join(
-            f"{size:.3g} pF in {each.label}" for size, each in zip(sizes, both, strict=True)
-        )
-        alike = "channels of similar size: write the unit into each head, as C2 (pF); if it is one of both, give it (--unit)"
-        raise ask("unit", f"about {got}", alike)
-    return units, [
-        f"no unit in the header of {each.label}: {why}" for each in both if not each.stated_unit
-    ]
+            allowed = f"a capacitance in one of {_ALLOWED_UNITS}, without a scale; {_OTHER_SIGNALS}"
+            raise OptionError(Option.COLUMN, got, allowed)
+    sizes = [_typical_size(hard_values), _typical_size(soft_values)]
+    stated = hard.stated_unit or soft.stated_unit
+    if stated:
+        unit = stated
+        reason = f"{unit}, as the other channel"
+    else:
+        unit = _unit_by_size(hard, max(sizes))
+        reason = f"{unit} assumed, by the size of the values"
+    units = _Units(hard.stated_unit or unit, soft.stated_unit or unit, notes=[])
+    for column in columns:
+        if not column.stated_unit:
+            units.notes.append(f"no unit in the header of {column.label}: {reason}")
+    _require_similar_sizes(columns, sizes, units)
+    return units
 
 
-def _both_times(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
-    """Return the times of both channels, with one second 0; ValueError if only one has dates, or a zone."""
-    first = second = _stamps(hard, asked)
-    if soft.times != hard.times or soft.value.table is not hard.value.table:
-        second = _stamps(soft, asked)
-    if (first.zero_ns is None, first.is_utc) != (second.zero_ns is None, second.is_utc):
-        raise ask(
-            "time", f"{first.said} for hard and {second.said} for soft", "the same kind for both"
-        )
-    if later_ns := (second.zero_ns or 0) - (first.zero_ns or 0):
-        second = second._replace(seconds=second.seconds + later_ns / 1e9)
-    return first, second
+def _wanted_units(columns: tuple[Column, Column], wanted: str) -> _Units:
+    """Return one wanted unit for both channels, with a note where a header has another one."""
+    notes = []
+    for column in columns:
+        stated = column.stated_unit or wanted
+        # Units of one scale are equal, as uF and µF; those of other signals have none.
+        if PICOFARADS.get(stated, stated) != PICOFARADS.get(wanted, wanted):
+            header = f"the header of {column.label} says {stated}"
+            notes.append(f"{header}: {wanted} is used, as asked")
+    return _Units(wanted, wanted, notes)
 
 
-def _stamps(side: Side, asked: Asked) -> Times:
-    """Return the times of a channel: by the rate, or the first column of times that can be read."""
-    rows = len(side.value.table)
-    if asked.rate is not None:
-        return Times(np.arange(rows) / asked.rate, "as the rate says")
-    for column in side.times:
+def _typical_size(values: Array) -> float:
+    """Return the magnitude of nearly all values; 0 without a value."""
+    some = np.abs(values[:: max(1, len(values) // _SIZE_ROWS)])
+    some = some[np.isfinite(some)]
+    return float(np.quantile(some, _SIZE_QUANTILE)) if len(some) else 0.0
+
+
+def _unit_by_size(hard: Column, size: float) -> str:
+    for unit, (low, high) in _PROBABLE_SIZES.items():
+        if size == 0 or low <= size <= high:
+            return unit
+    got = f"none in the header, and values of about {size:.3g} in {hard.label}"
+    raise OptionError(Option.UNIT, got, f"one of {_ALLOWED_UNITS} (--unit); {_OTHER_SIGNALS}")
+
+
+def _require_similar_sizes(
+    columns: tuple[Column, Column], sizes: list[float], units: _Units
+) -> None:
+    """Refuse channels of which one probably has another unit than it says."""
+    sizes_pF = [sizes[0] * PICOFARADS[units.hard], sizes[1] * PICOFARADS[units.soft]]
+    if min(sizes_pF) > 0 and max(sizes_pF) / min(sizes_pF) > _LARGEST_QUOTIENT:
+        found = [
+            f"{size:.3g} pF in {column.label}"
+            for size, column in zip(sizes_pF, columns, strict=True)
+        ]
+        advice = "write the unit into each head, as C2 (pF); if it is one of both, give it (--unit)"
+        allowed = f"channels of similar size: {advice}"
+        raise OptionError(Option.UNIT, f"about {' and '.join(found)}", allowed)
+
+
+# Their times.
+
+
+def _times_of_channels(
+    hard: ChannelColumns, soft: ChannelColumns, options: ReadOptions
+) -> tuple[Times, Times]:
+    """Return the times of both channels, which count from one zero."""
+    hard_times = soft_times = _times_of_channel(hard, options)
+    if soft.times != hard.times or soft.values.table is not hard.values.table:
+        soft_times = _times_of_channel(soft, options)
+    one_has_dates = (hard_times.zero_ns is None) != (soft_times.zero_ns is None)
+    if one_has_dates or hard_times.is_utc != soft_times.is_utc:
+        got = f"{hard_times.notation} for hard and {soft_times.notation} for soft"
+        raise OptionError(Option.TIME, got, "the same kind for both")
+    later_ns = (soft_times.zero_ns or 0) - (hard_times.zero_ns or 0)
+    if later_ns:
+        soft_times = replace(soft_times, seconds=soft_times.seconds + later_ns / 1e9)
+    return hard_times, soft_times
+
+
+def _times_of_channel(channel: ChannelColumns, options: ReadOptions) -> Times:
+    """Return times by the rate, or from the first column of times that can be read."""
+    rows = len(channel.values.table)
+    if options.rate is not None:
+        return Times(np.arange(rows) / options.rate, "as the rate says")
+    for column in channel.times:
         try:
-            found = times(column, asked.time_unit)
-            return found._replace(said=f"{column.label}, {found.said}")
+            times = read_times(column, options.time_unit)
+            return replace(times, notation=f"{column.label}, {times.notation}")
         except (ValueError, RecordingError):
-            if column is side.times[-1]:
+            if column is channel.times[-1]:
                 raise
     return Times(np.full(rows, np.nan), "")
 
 
-def _by_time(stamps: tuple[Times, Times], arrays: _Arrays) -> tuple[_Arrays, list[str]]:
-    """Return times and values of readings of two files that are near each other, in the order of time, and notes."""
-    if not (stamps[0].said and stamps[1].said):
-        raise ask(
-            "time",
-            "none for a channel in a file of its own",
-            "times in both files, or rate (--rate)",
-        )
-    t_hard, t_soft, hard, soft = arrays
-    first, second = partners(t_hard, t_soft)
-    if not len(first):
-        raise ask(
-            "time", "none of one file near one of the other", "times that overlap, of one clock"
-        )
-    left = [f"{len(each) - len(first)} of {len(each)}" for each in (hard, soft)]
-    said = f"{left[0]} hard and {left[1]} soft readings have no reading of the other channel near in time: left out"
-    notes = [said] if max(len(hard), len(soft)) > len(first) else []
-    notes += (
-        ["the times of both files are taken as those of one clock"]
-        if stamps[0].zero_ns is None
-        else []
-    )
-    return (t_hard[first], t_soft[second], hard[first], soft[second]), notes
+# Pairs of two files.
 
 
-def partners(hard_s: Array, soft_s: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the positions of pairs in two sequences of times, each reading once, at most a period of the slower one apart."""
+def _paired_by_time(
+    readings: Readings, hard_times: Times, soft_times: Times
+) -> tuple[Readings, list[str]]:
+    """Return the readings of two files that are near in time, in the order of time, and notes."""
+    if not (hard_times.notation and soft_times.notation):
+        got = "none for a channel in a file of its own"
+        raise OptionError(Option.TIME, got, "times in both files, or rate (--rate)")
+    hard_rows, soft_rows = partners(readings.t_hard_s, readings.t_soft_s)
+    pairs = len(hard_rows)
+    if not pairs:
+        got = "none of one file near one of the other"
+        raise OptionError(Option.TIME, got, "times that overlap, of one clock")
+    notes = []
+    hard_count = len(readings.hard)
+    soft_count = len(readings.soft)
+    if max(hard_count, soft_count) > pairs:
+        hard_alone = f"{hard_count - pairs} of {hard_count} hard"
+        soft_alone = f"{soft_count - pairs} of {soft_count} soft readings"
+        reason = "have no reading of the other channel near in time: left out"
+        notes.append(f"{hard_alone} and {soft_alone} {reason}")
+    if hard_times.zero_ns is None:
+        notes.append("the times of both files are taken as those of one clock")
+    t_hard_s, t_soft_s, hard, soft = readings
+    paired = (t_hard_s[hard_rows], t_soft_s[soft_rows], hard[hard_rows], soft[soft_rows])
+    return Readings(*paired), notes
+
+
+def partners(t_hard_s: Array, t_soft_s: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the positions of pairs in two sequences of times.
+
+    Each reading is in one pair at most, and the two of a pair are at most a period of the slower
+    channel apart. Where channels are read in turn, the partner is always the reading after, or
+    always the one before: the direction with the most pairs is used.
+    """
     pandas = need("pandas", "tables")
-    hard, soft = (
-        pandas.DataFrame({"t": t, "at": range(len(t)), "own": t}).sort_values("t")
-        for t in (hard_s, soft_s)
-    )
-    period = max(typical_step(each["t"].to_numpy()) for each in (hard, soft))
-
-    def paired(way: str) -> Any:
-        both = pandas.merge_asof(
-            hard, soft, on="t", direction=way, tolerance=period, suffixes=("", "_soft")
-        ).dropna()
-        nearest = (both["own"] - both["own_soft"]).abs().sort_values(kind="stable").index
-        return both.loc[nearest].drop_duplicates("at_soft").sort_index()
-
-    # Channels that are read in turn: the partner is always the reading after, or always the one before.
-    most = max(map(paired, ("nearest", "forward", "backward")), key=len)
-    return most["at"].to_numpy(np.intp), most["at_soft"].to_numpy(np.intp)
-
-
-def times(column: Column, time_unit: str | None = None) -> Times:
-    """Return the times in a column; errors as of `channels`."""
-    cells, is_utc, said = column.cells, column.unit == "UTC", "durations"
-    if cells.dtype.kind in "biuf" or (
-        cells.dtype.kind == "O" and kind(str(cells[0]).strip()) == NUMBER
-    ):
-        found = _of_numbers(column, time_unit)
-    else:
-        if cells.dtype.kind == "O":
-            cells, is_utc, said = _of_text(column)
-        how = "write it as 2026-11-21 12:00:00.5, as 12:00:00.5, or minutes as 12:00.5"
-        column.refuse(np.isnat(cells), f"is no time; {how}")
-        ns = cells.astype(f"{cells.dtype.kind}8[ns]").astype(np.int64)
-        is_date = cells.dtype.kind == "M"
-        found = (
-            _since(ns, "dates (UTC)" if is_utc else "dates", is_utc=is_utc)
-            if is_date
-            else Times(ns / 1e9, said)
-        )
-    _require_forward(column, found.seconds)
-    return found
-
-
-def _since(stamps_ns: NDArray[np.int64], said: str, *, is_utc: bool) -> Times:
-    """Return the times of dates, ns since 1970: differences of whole numbers are exact."""
-    return Times((stamps_ns - stamps_ns[0]) / 1e9, said, int(stamps_ns[0]), is_utc)
-
-
-def _of_numbers(column: Column, asked: str | None) -> Times:
-    """Return the times of a column of numbers, in a unit as named, by their size since 1970, or by their pace."""
-    values = column.numbers()
-    column.refuse(
-        ~np.isfinite(values), "is no time: a time in each row, or rate, pairs a second (--rate)"
-    )
-    step, named = typical_step(values), asked or time_unit_in(column.unit or column.name)
-    rates = {unit: 1 / (step * factor) if step else np.nan for unit, factor in SECONDS.items()}
-    units = [named] if named else _TICKS
-    dates = [
-        unit
-        for unit in units
-        if unit in _TICKS and _EPOCH[0] <= values[0] * SECONDS[unit] < _EPOCH[1]
-    ]
-    dates = [unit for unit in dates if not step or POSSIBLE[0] <= rates[unit] <= POSSIBLE[1]]
-    low, high = POSSIBLE if named else GUESSED
-    paced = [unit for unit in units if asked or not step or low <= rates[unit] <= high]
-    if not dates and not paced:
-        paces = listed([f"{unit} ({rates[unit]:,.3g} pairs a second)" for unit in (*_TICKS, "d")])
-        raise ask(
-            "time_unit", f"a median step of {step:.3g} in {column.place}", f"{paces} (--time-unit)"
-        )
-    unit = (dates or paced)[0]
-    factor = SECONDS[unit]
-    column.refuse(
-        ~(np.abs(values) * factor < _LATEST_S),
-        "is no time, or more than 292 years after the first one",
-    )
-    if dates:
-        ns, whole = (
-            round(factor * 1e9),
-            column.cells if column.cells.dtype.kind in "iu" else np.trunc(values),
-        )
-        stamps = whole.astype(np.int64) * ns + np.rint((values - whole) * ns).astype(np.int64)
-        return _since(stamps, f"{unit} since 1970 (UTC)", is_utc=True)
-    seconds = (
-        values if factor == 1 else values / round(1 / factor) if factor < 1 else values * factor
-    )
-    return Times(seconds, unit if named or not step else f"{unit} (by its steps)")
-
-
-def _of_text(column: Column) -> tuple[NDArray[Any], bool, str]:
-    """Return dates or times of day, NaT for what is none; whether they are in UTC; and what they are."""
-    pandas = need("pandas", "tables")
-    text = pandas.Series(column.cells, dtype=object).astype(str).str.strip().str.replace(",", ".")
-    if not re.match(r"\d+[-/.]\d+[-/.]", text.iloc[0]):
-        minutes = text.str.fullmatch(_MINUTES).all()
-        text = "00:" + text if minutes else text
-        spans = pandas.to_timedelta(text.where(text.str.fullmatch(_CLOCK)))
-        return spans.to_numpy("m8[ns]"), False, "mm:ss" if minutes else "times of day"
-    zoned = text.str.contains(_ZONE).to_numpy()
-    column.refuse(
-        zoned != zoned[0], f"is another kind of time than {quoted(text.iloc[0])} in the first row"
-    )
-    written = text.where(text.str.match(r"\d{4}[-/]\d\d[-/]\d\d"), "").str.replace("/", "-")
-    stamps = pandas.to_datetime(written, format="ISO8601", errors="coerce", utc=True)
-    return stamps.dt.tz_convert(None).to_numpy("M8[ns]"), bool(zoned[0]), ""
-
-
-def _require_forward(column: Column, seconds: Array) -> None:
-    """Allow jitter of host stamps; refuse a restarted logger and a reversed file; ask for the rate if most stamps are equal."""
-    steps, rate = np.diff(seconds), "rate, pairs a second (--rate"
-    back, far, later = steps < 0, steps <= -_JITTER_S, int(np.count_nonzero(steps > _LEAST))
-    if far.any() or -steps[back].sum() > _LITTLE_BACK * steps[~back].sum():
-        row = int(np.argmax(far if far.any() else back)) + 1
-        said = (
-            f"goes back by {-steps[row - 1]:.3g} s, and so in {np.count_nonzero(back)} rows in all"
-        )
-        allowed = f"allowed: one measurement in a file, the oldest row first, or {rate})"
-        reason = f"the time in {column.place} {said}: {allowed}"
-        raise RecordingError(column.table.path, reason, column.table.lines[row])
-    if len(steps) >= _FEWEST and 2 * later < len(steps):
-        count = f" {len(steps) / (seconds[-1] - seconds[0]):.3g} from the count" if later else ""
-        raise ask(
-            "time",
-            f"{later + 1} different stamps in {len(seconds)} rows of {column.place}",
-            f"{rate}{count})",
-        )
+    hard = pandas.DataFrame({"t": t_hard_s, "hard": range(len(t_hard_s)), "t_hard": t_hard_s})
+    soft = pandas.DataFrame({"t": t_soft_s, "soft": range(len(t_soft_s)), "t_soft": t_soft_s})
+    hard = hard.sort_values("t")
+    soft = soft.sort_values("t")
+    period_s = max(typical_step(hard["t"].to_numpy()), typical_step(soft["t"].to_numpy()))
+    most = pandas.DataFrame({"hard": [], "soft": []})
+    for direction in ("nearest", "forward", "backward"):
+        pairs = pandas.merge_asof(hard, soft, on="t", direction=direction, tolerance=period_s)
+        pairs = pairs.dropna()
+        distance = (pairs["t_hard"] - pairs["t_soft"]).abs()
+        nearest_first = distance.sort_values(kind="stable").index
+        pairs = pairs.loc[nearest_first].drop_duplicates("soft").sort_index()
+        if len(pairs) > len(most):
+            most = pairs
+    return most["hard"].to_numpy(np.intp), most["soft"].to_numpy(np.intp)

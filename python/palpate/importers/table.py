@@ -1,12 +1,13 @@
-"""A table with named columns, of any format, the numbers in its columns, and what a user says about it."""
+"""A table with named columns, of any format, and the options with which a user reads it."""
 
 import math
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,86 +17,175 @@ from palpate.importers.units import (
     OVERLOAD,
     PICOFARADS,
     SECONDS,
-    bare,
     checked_unit,
     simple_name,
     stated_unit,
     to_number,
+    without_unit,
 )
 from palpate.messages import listed, nearest, quoted, shortened, unlike
 
 Array = NDArray[np.float64]
-DECIMALS = {"point": ".", "comma": ","}
+DECIMAL_MARKS = {"point": ".", "comma": ","}
 
 
-class Question(ValueError):
-    """What is open, or wrong, in what a user says; the message names the option that settles it."""
+class Option(StrEnum):
+    """What can be ambiguous in a table, or wrong in an option: the first word of the message."""
+
+    COLUMN = "column"
+    COLUMNS = "columns"
+    DECIMAL = "decimal"
+    MAP = "map"
+    PART = "part"
+    RATE = "rate"
+    TIME = "time"
+    TIME_UNIT = "time_unit"
+    UNIT = "unit"
 
 
-def ask(what: str, got: object, allowed: str) -> Question:
-    """Return the error for what is open, or wrong."""
-    return Question(f"{what}: got {got}, allowed: {allowed}")
+class OptionError(ValueError):
+    """Something in a table is ambiguous, or an option is wrong.
+
+    Parameters
+    ----------
+    option : Option
+        The option that resolves it.
+    got : str
+        What the table or the user has.
+    allowed : str
+        What resolves it.
+    """
+
+    def __init__(self, option: Option, got: str, allowed: str) -> None:
+        super().__init__(option, got, allowed)  # all of them, so that it can be pickled
+        self.option = option
+
+    def __str__(self) -> str:
+        """Return the message."""
+        option, got, allowed = self.args
+        return f"{option}: got {got}, allowed: {allowed}"
+
+
+class ColumnData(NamedTuple):
+    """A column as a format has it: its name, "" without one; its cells, and their unit.
+
+    Cells are an array of numbers, datetime64 or timedelta64, or of texts with dtype object. The
+    unit is "" if only the name may contain it, and "UTC" for dates that are known to be in UTC.
+    """
+
+    name: str
+    cells: NDArray[Any]
+    unit: str = ""
 
 
 class Column:
-    """A column of a table, `at` from 0: its name, or position; numbers, datetime64, timedelta64 or text; its unit."""
+    """A column of a table.
 
-    def __init__(
-        self, table: "Table", at: int, name: str, cells: NDArray[Any], unit: str = ""
-    ) -> None:
-        self.table, self.at, self.cells, self.unit = table, at, cells, unit
-        self.name = name or f"column {at + 1}"
+    Parameters
+    ----------
+    table : Table
+    index : int
+        From 0.
+    data : ColumnData
+
+    Attributes
+    ----------
+    name : str
+        Its name, or its position.
+    simple : str
+        The name without unit and blanks, in lower case.
+    label : str
+        The name without unit, for messages.
+    place : str
+        Position and name, for messages.
+    stated_unit : str
+        The unit of the format or of the name, also one that is no capacitance; "" without one.
+    in_farads : bool
+        Whether the stated unit is one of capacitance.
+    """
+
+    def __init__(self, table: "Table", index: int, data: ColumnData) -> None:
+        self.table = table
+        self.position = index + 1
+        self.cells = data.cells
+        self.unit = data.unit
+        self.name = data.name or f"column {self.position}"
         self.simple = simple_name(self.name)
-        self.label = bare(shortened(self.name)) or shortened(self.name)  # without its unit
-        self.place = f"column {at + 1} ({shortened(self.name)})"
-        self.stated_unit = stated_unit(
-            f"({unit})" if unit else name
-        )  # also one that is no capacitance; "" if nothing
+        shown = shortened(self.name)
+        self.label = without_unit(shown) or shown
+        self.place = f"column {self.position} ({shown})"
+        self.stated_unit = stated_unit(f"({data.unit})" if data.unit else data.name)
         self.in_farads = self.stated_unit in PICOFARADS
 
-    def refuse(self, wrong: NDArray[np.bool_], why: str) -> None:
-        """Raise the error for the first of some wrong cells, if there is one."""
-        if wrong.any():
-            row = int(np.argmax(wrong))
-            cell = str(self.cells[row])
-            shown = "an empty cell" if cell in {"", "None"} else quoted(cell)
-            raise RecordingError(
-                self.table.path, f"{shown} in {self.place} {why}", self.table.lines[row]
-            )
+    def refuse(self, wrong: NDArray[np.bool_], reason: str) -> None:
+        """Raise RecordingError for the first of the wrong cells, if there is one."""
+        if not wrong.any():
+            return
+        row = int(np.argmax(wrong))
+        cell = str(self.cells[row])
+        shown = "an empty cell" if cell in {"", "None"} else quoted(cell)
+        message = f"{shown} in {self.place} {reason}"
+        raise RecordingError(self.table.path, message, self.table.lines[row])
 
     def numbers(self) -> Array:
-        """Return the numbers, shape (n,), nan for a cell without a value; RecordingError: a cell is none of these."""
-        values, mark = self.cells, self.table.decimal
-        if values.dtype.kind not in "iuf":
-            try:
-                values = np.array([to_number(str(cell).strip(), mark) for cell in values], float)
-            except ValueError as error:
-                word = next(name for name, sign in DECIMALS.items() if sign == mark)
-                wrong = np.array([str(cell).strip() == str(error) for cell in values])
-                self.refuse(
-                    wrong, f"is neither a number with a decimal {word} nor an overload mark"
-                )
+        """Return the numbers, shape (n,), nan for a cell without a value.
+
+        Raises
+        ------
+        RecordingError
+            A cell is neither a number nor a mark of "no value".
+        """
+        values = self.cells if self.cells.dtype.kind in "iuf" else self._numbers_in_texts()
         values = np.asarray(values, float)
-        if not (values.min() > -OVERLOAD and values.max() < OVERLOAD):  # also of a nan
-            return np.where(np.abs(values) < OVERLOAD, values, np.nan)
-        return values
+        if values.min() > -OVERLOAD and values.max() < OVERLOAD:  # false for a nan
+            return values
+        return np.where(np.abs(values) < OVERLOAD, values, np.nan)
+
+    def _numbers_in_texts(self) -> Array:
+        mark = self.table.decimal_mark
+        texts = [str(cell).strip() for cell in self.cells]
+        try:
+            return np.array([to_number(text, mark) for text in texts], float)
+        except ValueError as error:
+            word = "point" if mark == "." else "comma"
+            reason = f"is neither a number with a decimal {word} nor an overload mark"
+            self.refuse(np.array([text == str(error) for text in texts]), reason)
+            raise
 
 
 class Table:
-    """A table whose columns have the same length; `path` is its file, or the type of a frame, `lines` the line of each row."""
+    """A table whose columns have the same length.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Its file, or the type of a data frame.
+    columns : iterable of ColumnData
+    lines : sequence of int
+        The number of the line of each row, from 1, for messages.
+    notes : iterable of str
+        Remarks of the format.
+    decimal_mark : str
+        Decimal mark of cells that are texts.
+    metadata : mapping, optional
+        Metadata of an Arrow or Parquet file.
+    """
 
     def __init__(
-        self, path: Path, columns: Iterable[tuple[Any, ...]], lines: Sequence[int], notes: Iterable[str] = (),
-        decimal: str = ".", metadata: Mapping[bytes, bytes] | None = None,
-    ) -> None:  # fmt: skip
-        self.path, self.lines, self.notes, self.decimal, self.metadata = (
-            path,
-            lines,
-            notes,
-            decimal,
-            metadata or {},
-        )
-        self.columns = [Column(self, at, *each) for at, each in enumerate(columns)]
+        self,
+        path: Path,
+        columns: Iterable[ColumnData],
+        lines: Sequence[int],
+        notes: Iterable[str] = (),
+        decimal_mark: str = ".",
+        metadata: Mapping[bytes, bytes] | None = None,
+    ) -> None:
+        self.path = path
+        self.lines = lines
+        self.notes = list(notes)
+        self.decimal_mark = decimal_mark
+        self.metadata = metadata or {}
+        self.columns = [Column(self, index, data) for index, data in enumerate(columns)]
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -103,41 +193,87 @@ class Table:
 
     def named(self, names: Collection[str]) -> list[Column]:
         """Return the columns that have one of these simple names."""
-        return [each for each in self.columns if each.simple in names]
+        return [column for column in self.columns if column.simple in names]
 
     def describe(self) -> str:
         """Return positions and names of the columns, and the option that selects two."""
-        return f"{listed([f'{each.at + 1} ({each.name})' for each in self.columns])} (--map hard=COL,soft=COL)"
+        names = [f"{column.position} ({column.name})" for column in self.columns]
+        return f"{listed(names)} (--map hard=COL,soft=COL)"
 
     def column(self, wanted: str | int) -> Column:
-        """Return the column with this name, or at this position (from 1); ValueError if not one."""
-        text, names = str(wanted).strip(), [each.name.strip() for each in self.columns]
-        found = [each for each, name in zip(self.columns, names, strict=True) if name == text]
-        found = found or [
-            each for each in self.columns if bare(each.name).casefold() == bare(text).casefold()
-        ]
-        found += [each for each in self.columns if str(each.at + 1) == text and each not in found]
-        if len(found) != 1:
-            what = f"the name or position of {len(found)} columns" if found else "no column"
-            allowed = f"one of {self.describe()}{nearest(text, names)}"
-            raise ask("column", f"{quoted(wanted)}, {what}", allowed)
-        return found[0]
+        """Return the column with this name, or at this position, from 1.
+
+        Raises
+        ------
+        OptionError
+            There is none, or more than one.
+        """
+        text = str(wanted).strip()
+        found = self._with_name(text)
+        for column in self.columns:
+            if str(column.position) == text and column not in found:
+                found.append(column)
+        if len(found) == 1:
+            return found[0]
+        got = f"the name or position of {len(found)} columns" if found else "no column"
+        names = [column.name.strip() for column in self.columns]
+        allowed = f"one of {self.describe()}{nearest(text, names)}"
+        raise OptionError(Option.COLUMN, f"{quoted(wanted)}, {got}", allowed)
+
+    def _with_name(self, text: str) -> list[Column]:
+        """Return the columns with this name, else those whose names differ by unit and case."""
+        same = [column for column in self.columns if column.name.strip() == text]
+        if same:
+            return same
+        simple = without_unit(text).casefold()
+        return [column for column in self.columns if without_unit(column.name).casefold() == simple]
 
 
-_KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
+_MAP_KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
 
 
-def parsed_map(text: str) -> dict[str, str]:
-    """Parse hard=COL,soft=COL[,time=COL][,soft_time=COL]; a name may contain commas."""
-    parts = _KEY.split(text)
-    if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
-        raise ask("map", quoted(text), "hard=COL,soft=COL[,time=COL], each once")
-    return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
+def parse_map(text: str) -> dict[str, str]:
+    """Parse hard=COL,soft=COL[,time=COL][,soft_time=COL]; a name may contain commas.
+
+    Examples
+    --------
+    >>> parse_map("hard=C1, raw,soft=2")
+    {'hard': 'C1, raw', 'soft': '2'}
+    """
+    begin, *parts = _MAP_KEY.split(text)
+    keys = parts[0::2]
+    names = parts[1::2]
+    if begin.strip() or not keys or len(set(keys)) < len(keys):
+        allowed = "hard=COL,soft=COL[,time=COL], each once"
+        raise OptionError(Option.MAP, quoted(text), allowed)
+    return {key: name.strip() for key, name in zip(keys, names, strict=True)}
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a user says about a table of another program, as in `palpate.read`; None: palpate finds it out."""
+class ReadOptions:
+    """How to read a table of another program; None means that palpate finds it out.
+
+    Attributes
+    ----------
+    columns : mapping, optional
+        Names or positions of "hard", "soft", "time" and "soft_time".
+    unit : str, optional
+        Of both signals.
+    time_unit : str, optional
+    rate : float, optional
+        Pairs a second, in place of times.
+    decimal : str, optional
+        "point" or "comma".
+    soft : path-like, optional
+        The file of the soft channel.
+    part : str, optional
+        Name of a sheet or stream.
+
+    Raises
+    ------
+    ValueError
+        A value is not allowed.
+    """
 
     columns: Mapping[str, str | int] | None = None
     unit: str | None = None
@@ -147,26 +283,32 @@ class Asked:
     soft: str | os.PathLike[str] | None = None
     part: str | None = None
 
+    @property
+    def decimal_mark(self) -> str:
+        """The decimal mark of numbers in texts; "." if there is no option for it."""
+        return DECIMAL_MARKS[self.decimal or "point"]
+
     def __post_init__(self) -> None:
         """Check the values."""
-        words: dict[str, Collection[str]] = {"time_unit": SECONDS, "decimal": DECIMALS}
-        for name, allowed in words.items():
-            if (value := getattr(self, name)) is not None and value not in allowed:
-                raise ValueError(f"{name}: {unlike(value, allowed)}")
-        checked_unit("unit", "pF" if self.unit is None else self.unit)
-        columns, needed = self.columns or {}, {"hard"} if self.soft else {"hard", "soft"}
-        if self.columns is not None and not needed <= set(columns) <= {
-            "hard",
-            "soft",
-            "time",
-            "soft_time",
-        }:
-            raise ask(
-                "columns", listed(columns) or "none", "hard, soft and, if wanted, time, soft_time"
-            )
-        if self.rate is not None and {"time", "soft_time"} & set(columns):
-            raise ask("rate", "it together with a column of times", "one of them")
-        if self.rate is not None and not (
-            isinstance(self.rate, float | int) and 0 < self.rate < math.inf
-        ):
-            raise ask("rate", quoted(self.rate), "a number above 0, pairs a second")
+        if self.time_unit is not None and self.time_unit not in SECONDS:
+            raise ValueError(f"time_unit: {unlike(self.time_unit, SECONDS)}")
+        if self.decimal is not None and self.decimal not in DECIMAL_MARKS:
+            raise ValueError(f"decimal: {unlike(self.decimal, DECIMAL_MARKS)}")
+        if self.unit is not None:
+            checked_unit("unit", self.unit)
+        if self.columns is not None:
+            self._check_columns(set(self.columns))
+        if self.rate is not None:
+            self._check_rate(self.rate)
+
+    def _check_columns(self, names: set[str]) -> None:
+        needed = {"hard"} if self.soft else {"hard", "soft"}
+        if not needed <= names <= {"hard", "soft", "time", "soft_time"}:
+            allowed = "hard, soft and, if wanted, time, soft_time"
+            raise OptionError(Option.COLUMNS, listed(self.columns or {}) or "none", allowed)
+
+    def _check_rate(self, rate: float) -> None:
+        if {"time", "soft_time"} & set(self.columns or {}):
+            raise OptionError(Option.RATE, "it together with a column of times", "one of them")
+        if not (isinstance(rate, float | int) and 0 < rate < math.inf):
+            raise OptionError(Option.RATE, quoted(rate), "a number above 0, pairs a second")

@@ -1,148 +1,174 @@
-"""Remarks about a table that was understood: its rate, and what looks wrong in its times and values."""
+"""The rate of a table whose channels were found, and notes on what looks wrong in it."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_PACE = 5.0, 2000.0  # pairs a second of a probe
-_SHOWN_PACE = 50  # rows that show it
-_FEWEST = 20  # equal readings that are no chance, at an end of a range or in a row
-_PILE = 5  # times as many as have the next values
-_MOVED = 0.01  # of its range: a channel that changes; one at rest moves by a thousandth
-_SAME = 3  # readings of a code that are no chance
-_OFF_GRID, _ON_GRID = 0.1, 2 / 3  # of a step; of the steps, for a grid
-_HOLE = 20  # steps; a longer one is a pause
-_CODES = (0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 999.0, 9999.0, 99999.0)
-_MOST = 0.2  # of the readings: a channel that rests at a value has it more often
-_WINDOW = 256  # rows; longer than the bursts of a USB or serial port, shorter than a file
-_SOME = 4096  # windows that show the step of all
-_LEAST = 1e-30  # of any unit; smaller steps are none
-_TAIL = 0.005  # of the other readings at each end: single wrong ones
+_USUAL_RATES = (5.0, 2000.0)  # pairs a second of a probe
+_ROWS_OF_A_RATE = 50  # fewer do not show an unusual rate
+_LONG_RUN = 20  # equal readings, in a row or at an end of a range, that are no coincidence
+_PILE = 5  # readings at an end of a range: more than so many times any other value
+_MOVES = 0.01  # of its range, for a channel that changes; at rest it moves by a thousandth
+_NO_VALUE_CODES = (0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 999.0, 9999.0, 99999.0)
+_FEWEST_CODES = 3  # readings of a code that are no coincidence
+_LARGEST_SHARE = 0.2  # of the readings: a channel that rests at a value has it more often
+_TAIL = 0.005  # of the other readings, at each end: single wrong ones
+_OFF_GRID = 0.1  # of a step
+_ON_GRID = 2 / 3  # of the steps
+_PAUSE = 20  # steps
+_WINDOW = 256  # rows: longer than the bursts of a USB or serial port, shorter than a file
+_WINDOWS = 4096  # that show the step of all
+_SMALLEST_STEP = 1e-30  # of any unit; smaller ones are none
 
 
-def pace(rate: float) -> str:
-    """Return the pairs a second as text."""
+def rate_text(rate: float) -> str:
+    """Return the pairs a second as text; 0 is unknown."""
     return f"{rate:.4g} pairs a second" if rate else "rate unknown"
 
 
 def typical_step(times: Array) -> float:
-    """Return the median step over windows of rows, robust to bursts, gaps and equal stamps; 0 if no time is later."""
+    """Return the median step over windows of rows; 0 if no time is later than another one.
+
+    Bursts, gaps and equal stamps do not change it.
+    """
     rows = len(times)
     window = max(2, min(_WINDOW, (rows - 1) // 4)) if rows > 2 else 1
-    every = max(1, rows // _SOME)
+    every = max(1, rows // _WINDOWS)
     steps = times[window::every] - times[:-window:every]
-    later = steps[steps > _LEAST]
+    later = steps[steps > _SMALLEST_STEP]
     return float(np.median(later)) / window if len(later) else 0.0
 
 
-def rate_of(t: Array) -> float:
-    """Return the pairs a second of some times, s, without the gaps; 0: unknown."""
-    steps = np.diff(t)
-    usual = steps[(steps > 0) & (steps <= 10 * typical_step(t))]
-    return (len(t) - 1) / np.count_nonzero(steps > 0) / float(usual.mean()) if len(usual) else 0.0
+def rate_of(times: Array) -> float:
+    """Return the pairs a second of some times, s, without the gaps; 0 if unknown."""
+    steps = np.diff(times)
+    forward = steps > 0
+    usual = steps[forward & (steps <= 10 * typical_step(times))]
+    if not len(usual):
+        return 0.0
+    return (len(times) - 1) / np.count_nonzero(forward) / float(usual.mean())
 
 
-def remarks(time_s: Array, soft_s: Array, hard: Array, soft: Array, rate: float) -> list[str]:
-    """Return notes on times and missing values of two channels; `rate` is `rate_of` the times."""
+def channel_notes(
+    t_hard_s: Array, t_soft_s: Array, hard: Array, soft: Array, rate: float
+) -> list[str]:
+    """Return notes on the times and missing values of two channels; `rate` as of `rate_of`."""
     rows = len(hard)
-    unusual = rate > 0 and rows >= _SHOWN_PACE and not _PACE[0] <= rate <= _PACE[1]
-    missing = np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft)))
-    back = np.count_nonzero(time_s[1:] < time_s[:-1])
-    same = np.count_nonzero((time_s[1:] == time_s[:-1]) & (soft_s[1:] == soft_s[:-1]))
-    untimed = rows > 0 and np.isnan(time_s).all()
-    found = {
-        f"{pace(rate)} are unusual for a probe: is the unit of the times right (--time-unit)?": unusual,
-        f"{missing} of {rows} rows have no value in a channel: left out": missing,
-        f"time goes back at {back} of {rows} rows: the order of the file is used": back,
-        f"{same} of {rows} rows have the time of the row before: repeated, or several that came at once?": same,
-        "no column of times found: start_s is unknown, pairs are taken for 26 ms apart; name it with time=COL, or give the rate (--rate)": untimed,
-    }
-    return [note for note, is_so in found.items() if is_so]
-
-
-def lost(t: Array) -> list[str]:
-    """Return a note if rows of an even grid of times, s, are missing."""
-    steps = np.diff(t)
-    step = float(np.median(steps)) if len(steps) >= _FEWEST else 0.0
-    if not step > 0 or steps.max() < 1.5 * step:  # none is two
-        return []
-    times = steps / step
-    count = np.rint(times)
-    on_grid = np.abs(times - count) < _OFF_GRID
-    missing = int(
-        (count[on_grid & (count <= _HOLE)] - 1).sum()
-    )  # one that comes late, and the next at once, is not
-    if missing <= 0 or np.count_nonzero(on_grid & (count == 1)) < _ON_GRID * len(steps):
-        return []
-    return [
-        f"{missing} of {len(t) + missing} rows are missing: the others are {1000 * step:.4g} ms apart"
-    ]
-
-
-def absent(name: str, values: Array) -> tuple[Array, list[str]]:
-    """Return the values with nan for codes of "no value", as 0 and -999, equal and far from all other readings; and notes."""
+    slowest, fastest = _USUAL_RATES
     notes = []
-    least, most = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
-    for code in (each for each in _CODES if least <= each <= most):
+    if rate > 0 and rows >= _ROWS_OF_A_RATE and not slowest <= rate <= fastest:
+        question = "is the unit of the times right (--time-unit)?"
+        notes.append(f"{rate_text(rate)} are unusual for a probe: {question}")
+    missing = np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft)))
+    if missing:
+        notes.append(f"{missing} of {rows} rows have no value in a channel: left out")
+    backward = np.count_nonzero(t_hard_s[1:] < t_hard_s[:-1])
+    if backward:
+        order = "the order of the file is used"
+        notes.append(f"time goes back at {backward} of {rows} rows: {order}")
+    equal = (t_hard_s[1:] == t_hard_s[:-1]) & (t_soft_s[1:] == t_soft_s[:-1])
+    same = np.count_nonzero(equal)
+    if same:
+        question = "repeated, or several that came at once?"
+        notes.append(f"{same} of {rows} rows have the time of the row before: {question}")
+    if rows and np.isnan(t_hard_s).all():
+        unknown = "start_s is unknown, pairs are taken for 26 ms apart"
+        advice = "name it with time=COL, or give the rate (--rate)"
+        notes.append(f"no column of times found: {unknown}; {advice}")
+    return notes
+
+
+def missing_rows(times: Array) -> list[str]:
+    """Return a note if rows of an even grid of times, s, are missing."""
+    steps = np.diff(times)
+    step = float(np.median(steps)) if len(steps) >= _LONG_RUN else 0.0
+    if not step > 0 or steps.max() < 1.5 * step:
+        return []
+    in_steps = steps / step
+    count = np.rint(in_steps)
+    on_grid = np.abs(in_steps - count) < _OFF_GRID
+    # A row that comes late, and the next one early, add a count of 2 and one of 0.
+    missing = int((count[on_grid & (count <= _PAUSE)] - 1).sum())
+    even = np.count_nonzero(on_grid & (count == 1)) >= _ON_GRID * len(steps)
+    if missing <= 0 or not even:
+        return []
+    apart = f"the others are {1000 * step:.4g} ms apart"
+    return [f"{missing} of {len(times) + missing} rows are missing: {apart}"]
+
+
+def without_codes(name: str, values: Array) -> tuple[Array, list[str]]:
+    """Return the values with nan for codes of "no value", as 0 and -999, and notes on them.
+
+    Such a code occurs several times, and is far from all other readings.
+    """
+    notes = []
+    smallest = np.nanmin(values, initial=np.inf)
+    largest = np.nanmax(values, initial=-np.inf)
+    for code in _NO_VALUE_CODES:
+        if not smallest <= code <= largest:
+            continue
         same = values == code
         count = np.count_nonzero(same)
-        others = (
-            values[np.isfinite(values) & ~same]
-            if _SAME <= count <= _MOST * len(values)
-            else np.empty(0)
-        )
-        if len(others) < _FEWEST or np.abs(others - code).min() <= np.ptp(
-            np.quantile(others, [_TAIL, 1 - _TAIL])
-        ):
+        if not _FEWEST_CODES <= count <= _LARGEST_SHARE * len(values):
             continue
-        said = f"{count} readings are exactly {code:.6g}, far from all other readings"
-        notes.append(
-            f"{name}: {said} ({others.min():.4g} to {others.max():.4g}): taken as no value"
-        )
+        others = values[np.isfinite(values) & ~same]
+        if len(others) < _LONG_RUN:
+            continue
+        usual_range = np.ptp(np.quantile(others, [_TAIL, 1 - _TAIL]))
+        if np.abs(others - code).min() <= usual_range:
+            continue
+        found = f"{count} readings are exactly {code:g}, far from all other readings"
+        span = f"{others.min():.4g} to {others.max():.4g}"
+        notes.append(f"{name}: {found} ({span}): taken as no value")
         values = np.where(same, np.nan, values)
     return values, notes
 
 
 def clipped(name: str, values: Array) -> list[str]:
-    """Return a note if many readings have exactly the largest, or the smallest, value."""
-    ends, notes = (
-        {
-            "largest": np.nanmax(values, initial=-np.inf),
-            "smallest": np.nanmin(values, initial=np.inf),
-        },
-        [],
-    )
+    """Return notes if many readings have exactly the largest, or the smallest, value."""
+    ends = {
+        "largest": np.nanmax(values, initial=-np.inf),
+        "smallest": np.nanmin(values, initial=np.inf),
+    }
+    notes = []
     for side, end in ends.items():
-        if np.count_nonzero(values == end) >= _FEWEST:
-            counts = np.unique(np.abs(values[np.isfinite(values)] - end), return_counts=True)[1]
-            if len(counts) >= _FEWEST and counts[0] > _PILE * counts[1:].max():
-                said = f"{counts[0]} readings have exactly the {side} value, {end:.6g}"
-                notes.append(f"{name}: {said}: is the channel clipped there?")
+        if np.count_nonzero(values == end) < _LONG_RUN:
+            continue
+        distances = np.abs(values[np.isfinite(values)] - end)
+        counts = np.unique(distances, return_counts=True)[1]
+        if len(counts) >= _LONG_RUN and counts[0] > _PILE * counts[1:].max():
+            found = f"{counts[0]} readings have exactly the {side} value, {end:.6g}"
+            notes.append(f"{name}: {found}: is the channel clipped there?")
     return notes
 
 
 def frozen(name: str, values: Array, other: Array) -> list[str]:
-    """Return a note if a channel has the same reading for long while the other one moves, not at an end of its range."""
-    some = values[:: _FEWEST // 4]  # any run of _FEWEST readings has four of them
+    """Return a note if a channel keeps one reading while the other channel moves.
+
+    A reading at an end of its range is `clipped`.
+    """
+    some = values[:: _LONG_RUN // 4]  # any run of _LONG_RUN readings has four of them
     same = some[1:] == some[:-1]
     if not (same[2:] & same[1:-1] & same[:-2]).any():
         return []
-    differs = values[1:] != values[:-1]  # nan differs from all
-    edges = np.r_[0, np.flatnonzero(differs) + 1, len(values)]
-    at = int(np.argmax(np.diff(edges)))
-    first, end = edges[at : at + 2]
-    runs, rest = len(edges) - 2, len(values) - (end - first)
-    moves = _span(other[first:end]) > _MOVED * _span(other)
-    is_coarse = rest > 2 * runs  # elsewhere, too, most readings equal the one before
-    if (
-        end - first < _FEWEST
-        or is_coarse
-        or not moves
-        or values[first] in (np.nanmin(values), np.nanmax(values))
-    ):
+    changes = np.flatnonzero(values[1:] != values[:-1]) + 1  # nan differs from all
+    edges = np.r_[0, changes, len(values)]
+    longest = int(np.argmax(np.diff(edges)))
+    first = edges[longest]
+    end = edges[longest + 1]
+    if end - first < _LONG_RUN:
         return []
-    said = f"rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}, while the other channel changes"
-    return [f"{name}: {said}: is the channel frozen there?"]
+    rows_elsewhere = len(values) - (end - first)
+    runs_elsewhere = len(edges) - 2
+    if rows_elsewhere > 2 * runs_elsewhere:  # there, too, most readings equal the one before
+        return []
+    if not _span(other[first:end]) > _MOVES * _span(other):
+        return []
+    if values[first] in (np.nanmin(values), np.nanmax(values)):
+        return []
+    rows = f"rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}"
+    question = "while the other channel changes: is the channel frozen there?"
+    return [f"{name}: {rows}, {question}"]
 
 
 def _span(values: Array) -> float:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import need
-from palpate.importers.channels import times
 from palpate.importers.table import Table
-from palpate.importers.table_checks import pace, rate_of, remarks
+from palpate.importers.table_checks import channel_notes, rate_of, rate_text
+from palpate.importers.times import read_times
 from palpate.messages import quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
@@ -85,10 +85,10 @@ def own_frame(table: Table) -> Recording | None:
         hard, soft = usable(block, full_scale_pF)
     t_hard = t_soft = np.full(len(table), np.nan)
     if stamps:
-        t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
+        t_hard, t_soft = (read_times(table.column(name)).seconds for name in stamps)
     zero_utc_ns = None
     if "utc" in names:
-        first_ns = times(table.column("utc")).zero_ns
+        first_ns = read_times(table.column("utc")).zero_ns
         if first_ns is not None:
             zero_utc_ns = first_ns - round(float(t_hard[0]) * 1e9)
     gap_rows = list[int]()
@@ -98,7 +98,7 @@ def own_frame(table: Table) -> Recording | None:
     if "period_s" in names:
         period_s = float(_only(table.column("period_s").numbers()))
     rate = rate_of(t_hard)
-    notes = [*remarks(t_hard, t_soft, hard, soft, rate), *table.notes]
+    notes = [*channel_notes(t_hard, t_soft, hard, soft, rate), *table.notes]
     if "status" in names:
         notes.append(ROWS_ONLY)
     return Recording(
@@ -112,7 +112,7 @@ def own_frame(table: Table) -> Recording | None:
         period_s=period_s,
         gap_rows=tuple(row for row in gap_rows if row),
         zero_utc_ns=zero_utc_ns,
-        understood=f"a recording of palpate as a data frame; {pace(rate)}; {len(table)} rows",
+        understood=f"a recording of palpate as a data frame; {rate_text(rate)}; {len(table)} rows",
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.dataframe import Frame
 from palpate.errors import RecordingError
-from palpate.importers.table import DECIMALS, Asked, Table
+from palpate.importers.table import ReadOptions, Table
 from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
 from palpate.recording.counts import Survey
@@ -116,33 +116,31 @@ def _ns(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.trunc(ns + np.copysign(0.5, ns))
 
 
-def of_table(path: Path, table: Table, wanted: Asked) -> ImportedRecording:
+def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording:
     """Return a table of another program, or a data frame of palpate's own, as a recording; errors as of `read`."""
-    from palpate.importers.channels import channels
+    from palpate.importers.channels import find_channels
     from palpate.importers.formats import read_table
     from palpate.recording.arrow import own_frame
 
     if not len(table):
         raise RecordingError(path, "has no rows")
-    if wanted == Asked():
+    if wanted == ReadOptions():
         framed = own_frame(table)
         if framed is not None:
             return ImportedRecording(path, framed)
-    if wanted.decimal:
-        table.decimal = DECIMALS[wanted.decimal]
     soft = None
     if wanted.soft is not None:
         soft = read_table(Path(wanted.soft), wanted)
-    found = channels(table, wanted, soft)
+    found = find_channels(table, wanted, soft)
     notes = found.notes
     if {column.name for column in table.columns} >= _OWN_NAMES:
         notes += (AS_TABLE,)
     recording = Recording(
-        *found.arrays,
+        *found.readings,
         notes,
         unit=unit_read(wanted.unit or "pF"),
         zero_utc_ns=found.zero_utc_ns,
-        understood=found.said,
+        understood=found.understood,
     )
     return ImportedRecording(path, recording, found.unused)
 
@@ -176,13 +174,13 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
     [250, 250, 250, 250]
     """
-    wanted, file = Asked(**asked), Path(path)
-    if wanted == Asked() and is_own(file):
+    wanted, file = ReadOptions(**asked), Path(path)
+    if wanted == ReadOptions() and is_own(file):
         return RecordingFile(file)
     from palpate.importers.formats import read_table  # a recording of palpate does not need it
 
     table = read_table(file, wanted)
-    converted = own_recording(table) if wanted == Asked() else None
+    converted = own_recording(table) if wanted == ReadOptions() else None
     return converted or of_table(file, table, wanted)
 
 
@@ -237,10 +235,10 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    wanted = Asked(columns, unit, time_unit, rate, decimal, soft, part)
+    wanted = ReadOptions(columns, unit, time_unit, rate, decimal, soft, part)
     if isinstance(source, str | os.PathLike):
         return recorded(source, **vars(wanted)).in_memory()
-    from palpate.importers.formats import frame
+    from palpate.importers.frames import frame_table
 
-    table = frame(source)
+    table = frame_table(source, wanted)
     return of_table(table.path, table, wanted).in_memory()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import RecordingError
-from palpate.importers.table import Asked, parsed_map
+from palpate.importers.table import ReadOptions, parse_map
 from palpate.importers.units import checked_unit
 from palpate.recording.convert import RATE
 from palpate.recording.reading import recorded
@@ -98,7 +98,7 @@ def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
     given = dict(options)
     if "map" in given:
-        given["columns"] = parsed_map(str(given.pop("map")))
+        given["columns"] = parse_map(str(given.pop("map")))
     return FileSource(address, **checked("file", given, _ALLOWED))
 
 
@@ -113,6 +113,6 @@ def _marked(block: Block) -> Block:
 
 
 _ALLOWED: dict[str, Check] = dict.fromkeys(
-    (each.name for each in fields(Asked)), anything
+    (each.name for each in fields(ReadOptions)), anything
 )  # which checks its values
 _ALLOWED |= {"unit": checked_unit, **dict.fromkeys(("rate", "speed"), number(0, above=True))}

@@ -1,0 +1,217 @@
+"""Times in a column of a table: numbers in some unit, dates, times of day, or durations."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import RecordingError, need
+from palpate.importers.table import Array, Column, Option, OptionError
+from palpate.importers.table_checks import typical_step
+from palpate.importers.units import SECONDS, CellKind, cell_kind, time_unit_in
+from palpate.messages import listed, quoted
+
+# Pairs a second with a unit that nobody named: hundredths of a second look like 500.
+_PROBABLE_RATES = (9.9, 499.0)
+_POSSIBLE_RATES = (0.2, 20_000.0)
+_DATE_UNITS = ("s", "ms", "us", "ns")
+_LATEST_S = 2**63 / 1e9
+_EARLIEST_DATE_S = 946_684_800.0  # since 1970: the year 2000
+_LATEST_DATE_S = 3_155_760_000.0  # 2070
+_JITTER_S = 1.0  # stamps of a computer go back by less
+_SMALL_RETURN = 0.2  # of the way forward; a part of a time, as milliseconds, returns all of it
+_FEWEST_STEPS = 8
+_SMALLEST_STEP = 1e-30  # of any unit; smaller ones are none
+_DATE = re.compile(r"\d+[-/.]\d+[-/.]")
+_DATE_IN_ORDER = r"\d{4}[-/]\d\d[-/]\d\d"
+_ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
+_CLOCK = r"\d{1,4}:[0-5]?\d:[0-5]?\d(?:\.\d+)?"
+_MINUTES = r"[0-5]?\d:[0-5]?\d\.\d+"
+_DATE_ADVICE = "write it as 2026-11-21 12:00:00.5, as 12:00:00.5, or minutes as 12:00.5"
+_RATE_ADVICE = "rate, pairs a second (--rate"
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of the rows of a table.
+
+    Attributes
+    ----------
+    seconds : numpy.ndarray, shape (n,)
+    notation : str
+        Their unit or form, for the line that says how the table was understood.
+    zero_ns : int or None
+        Of dates: the date of second 0, ns since 1970. None: not dates.
+    is_utc : bool
+        Whether the dates are known to be in UTC.
+    """
+
+    seconds: Array
+    notation: str
+    zero_ns: int | None = None
+    is_utc: bool = False
+
+
+def read_times(column: Column, time_unit: str | None = None) -> Times:
+    """Return the times in a column.
+
+    Parameters
+    ----------
+    column : Column
+    time_unit : str, optional
+        Unit of times that are numbers. Default: the unit of the column, else the one with which
+        the numbers are dates or have a probable rate.
+
+    Raises
+    ------
+    OptionError
+        The unit is ambiguous, or most times are equal.
+    RecordingError
+        A cell is no time, or the times go back.
+    """
+    times = _times_of_cells(column, time_unit)
+    _require_forward(column, times.seconds)
+    return times
+
+
+def _times_of_cells(column: Column, time_unit: str | None) -> Times:
+    cells = column.cells
+    kind = cells.dtype.kind
+    is_text = kind == "O"
+    is_number = is_text and cell_kind(str(cells[0]).strip()) is CellKind.NUMBER
+    if is_number or kind in "biuf":
+        return _times_of_numbers(column, time_unit)
+    if is_text:
+        return _times_of_texts(column)
+    if kind == "M":
+        return _times_of_dates(_nanoseconds(column, cells), is_utc=column.unit == "UTC")
+    return Times(_nanoseconds(column, cells) / 1e9, "durations")
+
+
+def _nanoseconds(column: Column, cells: NDArray[Any]) -> NDArray[np.int64]:
+    """Return dates or durations in ns; refuse the first cell that is none."""
+    column.refuse(np.isnat(cells), f"is no time; {_DATE_ADVICE}")
+    in_ns: NDArray[np.int64] = cells.astype(f"{cells.dtype.kind}8[ns]").astype(np.int64)
+    return in_ns
+
+
+def _times_of_dates(dates_ns: NDArray[np.int64], *, is_utc: bool, notation: str = "") -> Times:
+    """Return the times since the first one of some dates, ns since 1970.
+
+    Differences of whole numbers are exact.
+    """
+    if not notation:
+        notation = "dates (UTC)" if is_utc else "dates"
+    return Times((dates_ns - dates_ns[0]) / 1e9, notation, int(dates_ns[0]), is_utc)
+
+
+def _times_of_numbers(column: Column, time_unit: str | None) -> Times:
+    values = column.numbers()
+    advice = "a time in each row, or rate, pairs a second (--rate)"
+    column.refuse(~np.isfinite(values), f"is no time: {advice}")
+    step = typical_step(values)
+    named = time_unit or time_unit_in(column.unit or column.name)
+    units = [named] if named else _DATE_UNITS
+    rates = _POSSIBLE_RATES if named else _PROBABLE_RATES
+    of_dates = [unit for unit in units if _can_be_dates(values[0], unit, step)]
+    of_times = [unit for unit in units if time_unit or _has_rate(step, unit, rates)]
+    if not of_dates and not of_times:
+        raise _ambiguous_unit(column, step)
+    unit = (of_dates or of_times)[0]
+    factor = SECONDS[unit]
+    too_late = ~(np.abs(values) * factor < _LATEST_S)
+    column.refuse(too_late, "is no time, or more than 292 years after the first one")
+    if of_dates:
+        dates_ns = _dates_of_numbers(column, values, round(factor * 1e9))
+        return _times_of_dates(dates_ns, is_utc=True, notation=f"{unit} since 1970 (UTC)")
+    notation = unit if named or not step else f"{unit} (by its steps)"
+    return Times(_in_seconds(values, factor), notation)
+
+
+def _can_be_dates(first: float, unit: str, step: float) -> bool:
+    """Return whether numbers in a unit are possible dates, from the first one and the step."""
+    if unit not in _DATE_UNITS:
+        return False
+    is_recent = _EARLIEST_DATE_S <= first * SECONDS[unit] < _LATEST_DATE_S
+    return is_recent and _has_rate(step, unit, _POSSIBLE_RATES)
+
+
+def _has_rate(step: float, unit: str, rates: tuple[float, float]) -> bool:
+    """Return whether a step in a unit gives a rate in a range; True if there is no step."""
+    lowest, highest = rates
+    return not step or lowest <= 1 / (step * SECONDS[unit]) <= highest
+
+
+def _ambiguous_unit(column: Column, step: float) -> OptionError:
+    rates = []
+    for unit in (*_DATE_UNITS, "d"):
+        rates.append(f"{unit} ({1 / (step * SECONDS[unit]):,.3g} pairs a second)")
+    got = f"a median step of {step:.3g} in {column.place}"
+    return OptionError(Option.TIME_UNIT, got, f"{listed(rates)} (--time-unit)")
+
+
+def _dates_of_numbers(column: Column, values: Array, unit_ns: int) -> NDArray[np.int64]:
+    """Return dates in ns; whole numbers are multiplied as such, to keep each nanosecond."""
+    whole = column.cells if column.cells.dtype.kind in "iu" else np.trunc(values)
+    fraction_ns = np.rint((values - whole) * unit_ns)
+    dates_ns: NDArray[np.int64] = whole.astype(np.int64) * unit_ns + fraction_ns.astype(np.int64)
+    return dates_ns
+
+
+def _in_seconds(values: Array, factor: float) -> Array:
+    if factor == 1:
+        return values
+    if factor < 1:  # 1000 is exact, 0.001 is not
+        return values / round(1 / factor)
+    return values * factor
+
+
+def _times_of_texts(column: Column) -> Times:
+    """Return the times of dates, as 2026-11-21 12:00:00.5, or of times of day, as 12:00:00.5."""
+    pandas = need("pandas", "tables")
+    texts = pandas.Series(column.cells, dtype=object).astype(str).str.strip()
+    texts = texts.str.replace(",", ".")
+    if not _DATE.match(texts.iloc[0]):
+        is_minutes = texts.str.fullmatch(_MINUTES).all()
+        if is_minutes:
+            texts = "00:" + texts
+        clocks = texts.where(texts.str.fullmatch(_CLOCK))
+        durations = pandas.to_timedelta(clocks).to_numpy("m8[ns]")
+        notation = "mm:ss" if is_minutes else "times of day"
+        return Times(_nanoseconds(column, durations) / 1e9, notation)
+    zoned = texts.str.contains(_ZONE).to_numpy()
+    first = quoted(texts.iloc[0])
+    column.refuse(zoned != zoned[0], f"is another kind of time than {first} in the first row")
+    in_order = texts.where(texts.str.match(_DATE_IN_ORDER), "").str.replace("/", "-")
+    stamps = pandas.to_datetime(in_order, format="ISO8601", errors="coerce", utc=True)
+    dates = stamps.dt.tz_convert(None).to_numpy("M8[ns]")
+    return _times_of_dates(_nanoseconds(column, dates), is_utc=bool(zoned[0]))
+
+
+def _require_forward(column: Column, seconds: Array) -> None:
+    """Refuse times that go back by more than jitter, and times of which most are equal."""
+    steps = np.diff(seconds)
+    backward = steps < 0
+    far_backward = steps <= -_JITTER_S
+    if far_backward.any():
+        raise _goes_back(column, steps, int(np.argmax(far_backward)))
+    if -steps[backward].sum() > _SMALL_RETURN * steps[~backward].sum():
+        raise _goes_back(column, steps, int(np.argmax(backward)))
+    later = int(np.count_nonzero(steps > _SMALLEST_STEP))
+    if len(steps) >= _FEWEST_STEPS and 2 * later < len(steps):
+        got = f"{later + 1} different stamps in {len(seconds)} rows of {column.place}"
+        count = ""
+        if later:
+            count = f" {len(steps) / (seconds[-1] - seconds[0]):.3g} from the count"
+        raise OptionError(Option.TIME, got, f"{_RATE_ADVICE}{count})")
+
+
+def _goes_back(column: Column, steps: Array, index: int) -> RecordingError:
+    """Return the error for a step back, of a logger that restarted or a reversed file."""
+    count = np.count_nonzero(steps < 0)
+    found = f"goes back by {-steps[index]:.3g} s, and so in {count} rows in all"
+    allowed = f"one measurement in a file, the oldest row first, or {_RATE_ADVICE})"
+    message = f"the time in {column.place} {found}: allowed: {allowed}"
+    return RecordingError(column.table.path, message, column.table.lines[index + 1])
