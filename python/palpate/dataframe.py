@@ -1,12 +1,14 @@
 """Data frames of other libraries: what palpate takes as one, and touches and recordings as one."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from dataclasses import fields
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import need
+from palpate.touch import Touch
 
 
 @runtime_checkable
@@ -86,56 +88,16 @@ class Framed:
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
 
-class _Field(NamedTuple):
-    """A column of touches: its name, its type in Arrow, and its unit."""
-
-    name: str
-    type: str = "double"
-    unit: str = ""
-
-
 _EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
-_TOUCH_FIELDS = (
-    _Field("start", "int64"),
-    _Field("start_s", unit="s"),
-    _Field("samples", "int64"),
-    _Field("ratio"),
-    _Field("covariance", unit="1/pF2"),
-    _Field("standard_error"),
-    _Field("revised", "bool"),
-    _Field("first_ratio"),
-    _Field("first_standard_error"),
-    _Field("level_ratio"),
-    _Field("level_standard_error"),
-    _Field("contact_exponent"),
-    _Field("age_s", unit="s"),
-    _Field("ratio_before"),
-    _Field("before_standard_error"),
-    _Field("ratio_after"),
-    _Field("after_standard_error"),
-    _Field("offset_ratio"),
-    _Field("offset_standard_error"),
-    _Field("effect_offset"),
-    _Field("effect_drift"),
-    _Field("effect_lag", unit="ms"),
-    _Field("effect_curve"),
-    _Field("effect_tilt"),
-    _Field("effect_shift"),
-    _Field("alarm_share"),
-    _Field("saturated", "int64"),
-    _Field("refused", "int64"),
-    _Field("flags", "string"),
-)
+_ARROW_TYPES: dict[Any, str] = {int: "int64", float: "double", bool: "bool"}
+_UNITS = {"start_s": "s", "age_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
 
 
-def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
+def arrow_of_touches(touches: Sequence[Touch]) -> Any:
     """Return touches as a pyarrow.Table with plain columns, which any format can store.
 
-    Parameters
-    ----------
-    records : sequence of mapping
-        From `Touch.as_dict`. The flags become one text, separated by blanks; each of the effects
-        becomes a column.
+    Its columns are the fields of a touch, but for `held`. The flags are one text, separated by
+    blanks; each of the effects is a column.
 
     Examples
     --------
@@ -144,14 +106,30 @@ def arrow_of_touches(records: Sequence[Mapping[str, Any]]) -> Any:
     """
     arrow = need("pyarrow", "tables")
     rows = []
-    for record in records:
-        row = {**record, "flags": " ".join(record["flags"])}
+    for touch in touches:
+        row = touch.as_dict()
+        row["flags"] = " ".join(row["flags"])
         for effect in _EFFECTS:
-            row[f"effect_{effect}"] = record["effects"].get(effect)
+            row[f"effect_{effect}"] = row["effects"].get(effect)
         rows.append(row)
-    fields = []
-    for field in _TOUCH_FIELDS:
-        metadata = {"unit": field.unit} if field.unit else None
-        fields.append(arrow.field(field.name, arrow.type_for_alias(field.type), metadata=metadata))
-    columns = [[row[field.name] for row in rows] for field in _TOUCH_FIELDS]
-    return arrow.table(columns, schema=arrow.schema(fields))
+    columns = []
+    schema = []
+    for name, arrow_type in _touch_columns().items():
+        unit = {"unit": _UNITS[name]} if name in _UNITS else None
+        schema.append(arrow.field(name, arrow.type_for_alias(arrow_type), metadata=unit))
+        columns.append([row[name] for row in rows])
+    return arrow.table(columns, schema=arrow.schema(schema))
+
+
+def _touch_columns() -> dict[str, str]:
+    """Return the names of the columns of touches, and their types in Arrow."""
+    columns = {}
+    for field in fields(Touch):
+        if field.name == "effects":
+            for effect in _EFFECTS:
+                columns[f"effect_{effect}"] = "double"
+        elif field.name == "flags":
+            columns["flags"] = "string"
+        elif field.name != "held":
+            columns[field.name] = _ARROW_TYPES[field.type]
+    return columns

@@ -99,7 +99,7 @@ class Touches(list[Touch], Framed):
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
-        return arrow_of_touches([touch.as_dict() for touch in self])
+        return arrow_of_touches(self)
 
 
 class Tracked(NamedTuple):

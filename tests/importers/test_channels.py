@@ -1,5 +1,6 @@
 """What the columns of a table mean: channels, units, rates; pairs of two files; what looks wrong."""
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import read
 from palpate.importers.channels import partners
+from palpate.importers.table import Option, OptionError
+from palpate.importers.table_checks import frozen
 
 ROWS = "".join(f"{i / 40:.3f},{6 + i % 3},{4 + i % 2}\n" for i in range(40))
 PERIOD = 0.026
@@ -294,3 +297,20 @@ def test_any_readings_are_in_one_pair_at_most_and_in_order(hard_s: Floats, soft_
     for each in partners(hard_s, soft_s):
         assert (np.diff(each) > 0).all()
     assert [each.tolist() for each in partners(hard_s, hard_s)] == [list(range(len(hard_s)))] * 2
+
+
+@pytest.mark.parametrize("begin", range(200, 210))
+def test_a_run_of_equal_readings_is_noticed_wherever_it_begins(begin: int) -> None:
+    for length, noticed in ((20, True), (19, False)):
+        hard = HARD.copy()
+        hard[begin : begin + length] = hard[begin]
+        assert bool(frozen("hard", hard, SOFT)) == noticed
+
+
+def test_an_ambiguity_names_the_option_that_resolves_it(tmp_path: Path) -> None:
+    with pytest.raises(OptionError) as caught:
+        read(table(tmp_path, "t_s,C1,C2", scaled(20, 20)))
+    copied = pickle.loads(pickle.dumps(caught.value))  # from a process of many files
+    for error in (caught.value, copied):
+        assert error.option is Option.UNIT
+        assert str(error).startswith("unit: got none in the header, and values of about 160 in C1")

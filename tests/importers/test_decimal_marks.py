@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from palpate import RecordingError
+from palpate.errors import RecordingError
+from palpate.importers.delimited_text import text_table
 from palpate.importers.table import Option, OptionError, ReadOptions, Table
-from palpate.importers.text import text_table
 
 DELIMITERS = [",", ";", "\t", "|", " ", "   "]
 NOT_COMMAS = DELIMITERS[1:]

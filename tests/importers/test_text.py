@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import read
 from palpate.errors import RecordingError
+from palpate.importers.delimited_text import text_table
 from palpate.importers.table import ReadOptions, Table
-from palpate.importers.text import text_table
 from palpate.importers.units import to_number
 
 NAMES = ["time", "hard", "soft"]

@@ -1,6 +1,7 @@
 """Find the two channels of a table: which columns they are, their units and their times."""
 
 import re
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -44,8 +45,8 @@ _NUMBERED_CHANNEL = r"(?:c|cin|cap|capacitance|ch)[0-9]"
 _SUMMARY_ROW = "looks like a row of sums, not of samples: take such rows out"
 
 
-class Readings(NamedTuple):
-    """Readings of both channels, paired row by row.
+class PairedReadings(NamedTuple):
+    """PairedReadings of both channels, paired row by row.
 
     Attributes
     ----------
@@ -67,7 +68,7 @@ class TableChannels:
 
     Attributes
     ----------
-    readings : Readings
+    readings : PairedReadings
     understood : str
         One line: which columns and units are used.
     notes : tuple of str
@@ -77,7 +78,7 @@ class TableChannels:
         Names of the columns that are not used.
     """
 
-    readings: Readings
+    readings: PairedReadings
     understood: str
     notes: tuple[str, ...]
     zero_utc_ns: int | None
@@ -128,7 +129,7 @@ def find_channels(
     soft_values, soft_notes = without_codes("soft", soft.values.numbers())
     units = _units(hard.values, soft.values, hard_values, soft_values, options)
     hard_times, soft_times = _times_of_channels(hard, soft, options)
-    readings = Readings(
+    readings = PairedReadings(
         hard_times.seconds,
         soft_times.seconds,
         _converted(hard_values, units.hard),
@@ -153,7 +154,7 @@ def find_channels(
     unused: list[str] = []
     if not soft_table:
         used = [hard.values, soft.values, *hard.times, *soft.times]
-        unused = [column.name for column in table.columns if column not in used]
+        unused = [column.name for column in _without(table.columns, used)]
     return TableChannels(
         readings,
         understood=_understood(hard, soft, units, (hard_times, soft_times), rate, len(hard_pF)),
@@ -211,7 +212,7 @@ def _columns_of_channels(
         got = f"{quoted(wanted['hard'])} for both channels"
         raise OptionError(Option.COLUMNS, got, "two columns")
     both = (hard_values, soft_values)
-    times = [column for column in _time_columns(table, time) if column not in both]
+    times = _without(_time_columns(table, time), both)
     soft_times = times
     if "soft_time" in wanted:
         own_times = [table.column(wanted["soft_time"])]
@@ -220,6 +221,10 @@ def _columns_of_channels(
     if times and len(own_times) == 1 and own_times[0] not in both:
         soft_times = own_times
     return ChannelColumns(hard_values, times), ChannelColumns(soft_values, soft_times)
+
+
+def _without(columns: Sequence[Column], excluded: Collection[Column]) -> list[Column]:
+    return [column for column in columns if column not in excluded]
 
 
 def _only_channel(table: Table, wanted: str | int | None, time: str | int | None) -> ChannelColumns:
@@ -232,13 +237,13 @@ def _only_channel(table: Table, wanted: str | int | None, time: str | int | None
     if wanted is not None:
         candidates = [table.column(wanted)]
     else:
-        others = [column for column in table.columns if column not in times]
+        others = _without(table.columns, times)
         candidates = [column for column in others if column.in_farads] or others
     if len(candidates) != 1:
         got = f"{len(candidates)} columns that can be the channel in {table.path.name}"
         raise OptionError(Option.COLUMNS, got, table.describe())
     values = candidates[0]
-    return ChannelColumns(values, [column for column in times if column is not values])
+    return ChannelColumns(values, _without(times, [values]))
 
 
 def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
@@ -262,10 +267,12 @@ def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
 def _channels_by_name(table: Table) -> list[Column]:
     """Return the columns whose names leave no doubt that they are hard and soft."""
     for names in CHANNEL_NAMES:
-        both = [column for name in names for column in table.named([name])]
-        if [column.simple for column in both] != list(names):
+        hard = table.named([names[0]])
+        soft = table.named([names[1]])
+        if len(hard) != 1 or len(soft) != 1:
             continue
-        others = [column for column in table.columns if column not in both]
+        both = hard + soft
+        others = _without(table.columns, both)
         if not any(_may_be_channel(column) for column in others):
             return both
     allowed = f"hard and soft, two of {table.describe()}"
@@ -409,8 +416,8 @@ def _times_of_channel(channel: ChannelColumns, options: ReadOptions) -> Times:
 
 
 def _paired_by_time(
-    readings: Readings, hard_times: Times, soft_times: Times
-) -> tuple[Readings, list[str]]:
+    readings: PairedReadings, hard_times: Times, soft_times: Times
+) -> tuple[PairedReadings, list[str]]:
     """Return the readings of two files that are near in time, in the order of time, and notes."""
     if not (hard_times.notation and soft_times.notation):
         got = "none for a channel in a file of its own"
@@ -432,7 +439,7 @@ def _paired_by_time(
         notes.append("the times of both files are taken as those of one clock")
     t_hard_s, t_soft_s, hard, soft = readings
     paired = (t_hard_s[hard_rows], t_soft_s[soft_rows], hard[hard_rows], soft[soft_rows])
-    return Readings(*paired), notes
+    return PairedReadings(*paired), notes
 
 
 def partners(t_hard_s: Array, t_soft_s: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

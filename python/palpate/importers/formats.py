@@ -6,6 +6,7 @@ The first bytes show the format; the name of the file does not matter.
 import io
 import logging
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,9 @@ import numpy as np
 
 from palpate.errors import PalpateError, RecordingError, need
 from palpate.files import read_unpacked, unpacked_name
+from palpate.importers.delimited_text import text_table
 from palpate.importers.frames import arrow_columns
 from palpate.importers.table import ColumnData, Option, OptionError, ReadOptions, Table
-from palpate.importers.text import text_table
 from palpate.messages import listed, quoted
 
 _SUFFIXES = (
@@ -97,7 +98,7 @@ def _read_workbook(path: Path, data: bytes, options: ReadOptions) -> Table:
     sheets = {}
     for sheet in book.worksheets:
         rows = list(sheet.iter_rows())
-        if any(_is_number(cell) for row in rows for cell in row):
+        if any(_is_number(cell) for cell in chain.from_iterable(rows)):
             sheets[sheet.title] = rows
     rows = _select_part(path, sheets, options, "sheet")
     width = max(len(row) for row in rows)
@@ -144,7 +145,7 @@ def _read_xdf(path: Path, data: bytes, options: ReadOptions) -> Table:
     return Table(path, columns, range(1, len(times) + 1), notes, options.decimal_mark)
 
 
-def _load_xdf(data: bytes) -> tuple[list[dict[str, Any]], list[str]]:
+def _load_xdf(data: bytes) -> tuple[list[Any], list[str]]:
     """Return the streams of an XDF file, and what pyxdf logs; ValueError if it logs an error."""
     pyxdf = need("pyxdf", "tables")
     logger = logging.getLogger("pyxdf.pyxdf")

@@ -17,11 +17,11 @@ from palpate.importers.units import (
     OVERLOAD,
     PICOFARADS,
     SECONDS,
+    bare_name,
     checked_unit,
     simple_name,
     stated_unit,
     to_number,
-    without_unit,
 )
 from palpate.messages import listed, nearest, quoted, shortened, unlike
 
@@ -112,7 +112,7 @@ class Column:
         self.name = data.name or f"column {self.position}"
         self.simple = simple_name(self.name)
         shown = shortened(self.name)
-        self.label = without_unit(shown) or shown
+        self.label = bare_name(shown) or shown
         self.place = f"column {self.position} ({shown})"
         self.stated_unit = stated_unit(f"({data.unit})" if data.unit else data.name)
         self.in_farads = self.stated_unit in PICOFARADS
@@ -225,8 +225,8 @@ class Table:
         same = [column for column in self.columns if column.name.strip() == text]
         if same:
             return same
-        simple = without_unit(text).casefold()
-        return [column for column in self.columns if without_unit(column.name).casefold() == simple]
+        simple = bare_name(text).casefold()
+        return [column for column in self.columns if bare_name(column.name).casefold() == simple]
 
 
 _MAP_KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")

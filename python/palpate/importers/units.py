@@ -173,7 +173,7 @@ def stated_unit(name: str) -> str:
     return ""
 
 
-def without_unit(name: str) -> str:
+def bare_name(name: str) -> str:
     """Return a name without its unit: 'C1 (pF)' gives 'C1'."""
     match = _LAST_WORD.search(name)
     word = _last_word(name)
@@ -187,7 +187,7 @@ def simple_name(name: str) -> str:
 
     A name that is a unit stays as it is.
     """
-    simple = re.sub(r"[\s_./#:-]+", "", without_unit(name)).casefold()
+    simple = re.sub(r"[\s_./#:-]+", "", bare_name(name)).casefold()
     return simple or name.strip().casefold()
 
 

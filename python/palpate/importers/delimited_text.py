@@ -119,8 +119,10 @@ def _split(line: str, delimiter: str | None) -> list[str]:
         return [cell.strip('"') for cell in line.split()]
     if line and '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
-    rows = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
-    return [cell.strip() for row in rows for cell in row]
+    cells: list[str] = []
+    for row in csv.reader([line], delimiter=delimiter, skipinitialspace=True):
+        cells += row
+    return [cell.strip() for cell in cells]
 
 
 def _kinds(cells: list[str]) -> list[CellKind]:
