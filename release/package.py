@@ -22,8 +22,15 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-_LINUX, _OTHER = "manylinux_2_28_{0} musllinux_1_2_{0}", "macosx_x86_64 macosx_arm64 win_amd64"
-SYSTEMS = (*_LINUX.format("x86_64").split(), *_LINUX.format("aarch64").split(), *_OTHER.split())
+SYSTEMS = (
+    "manylinux_2_28_x86_64",
+    "musllinux_1_2_x86_64",
+    "manylinux_2_28_aarch64",
+    "musllinux_1_2_aarch64",
+    "macosx_x86_64",
+    "macosx_arm64",
+    "win_amd64",
+)
 """Where .github/workflows/release.yml builds: part of a wheel's platform tag."""
 NEEDED = (
     "LICENSE",
@@ -50,8 +57,8 @@ def pyproject(root: Path = ROOT) -> dict[str, Any]:
 
 
 def _text(root: Path, name: str, pattern: str) -> str | None:
-    found = re.search(pattern, (root / name).read_text(encoding="utf-8"), re.MULTILINE)
-    return found[1] if found else None
+    match = re.search(pattern, (root / name).read_text(encoding="utf-8"), re.MULTILINE)
+    return match[1] if match else None
 
 
 def version(root: Path = ROOT) -> str:
@@ -70,8 +77,9 @@ def address(root: Path = ROOT) -> str:
 
 
 def problems(tag: str, root: Path = ROOT, today: date | None = None) -> list[str]:
-    """Return what is to be done in the source before `tag` can be released, in sentences."""
-    found, now = [], version(root)
+    """Return what must be done in the source before `tag` can be released, in sentences."""
+    found = []
+    now = version(root)
     try:
         address(root)
     except ValueError as error:
@@ -80,9 +88,10 @@ def problems(tag: str, root: Path = ROOT, today: date | None = None) -> list[str
         found.append(
             f"the tag is {tag!r}, the version is {now} (cpp/include/palpate/version.hpp); allowed: v{now}"
         )
-    if (cited := _text(root, "CITATION.cff", r'^version: "?([^"\n]*)')) != now:
+    cited_version = _text(root, "CITATION.cff", r'^version: "?([^"\n]*)')
+    if cited_version != now:
         found.append(
-            f"CITATION.cff: version is {cited}, in version.hpp it is {now}; write the same"
+            f"CITATION.cff: version is {cited_version}, in version.hpp it is {now}; write the same"
         )
     released = _text(root, "CHANGELOG.md", rf"^## \[{re.escape(now)}\] - (\d{{4}}-\d\d-\d\d)$")
     cited = _text(root, "CITATION.cff", r'^date-released: "?([^"\n]*)')
@@ -107,13 +116,11 @@ def absolute(text: str, source: str, ref: str, folder: Path) -> str:
         path = match[1].partition("#")[0]
         if not (folder / path).exists():
             raise ValueError(f"README.md links to {path}, which is not there; correct the link")
-        kind = (
-            "raw"
-            if Path(path).suffix in _IMAGES
-            else "tree"
-            if (folder / path).is_dir()
-            else "blob"
-        )
+        kind = "blob"
+        if Path(path).suffix in _IMAGES:
+            kind = "raw"
+        elif (folder / path).is_dir():
+            kind = "tree"
         return f"]({source}/{kind}/{ref}/{match[1]})"
 
     blocks = _FENCED.findall(text)
@@ -129,20 +136,16 @@ def make_source(folder: str, rehearsal: str = "") -> None:
             ["git", "archive", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True
         )
         subprocess.run(["tar", "-x", "-C", name], input=archive.stdout, check=True)
-        readme, project = Path(name) / "README.md", Path(name) / "pyproject.toml"
-        readme.write_text(
-            absolute(readme.read_text("utf-8"), source, f"v{version()}", Path(name)),
-            encoding="utf-8",
-        )
+        readme = Path(name) / "README.md"
+        page = absolute(readme.read_text("utf-8"), source, f"v{version()}", Path(name))
+        readme.write_text(page, encoding="utf-8")
         if rehearsal:
+            project = Path(name) / "pyproject.toml"
             urls = f'[project.urls]\nSource = "{source}"\n'
-            project.write_text(
-                project.read_text("utf-8").replace("[project.urls]\n", urls), encoding="utf-8"
-            )
-        subprocess.run(
-            [sys.executable, "-m", "build", "--sdist", "--outdir", Path(folder).resolve(), name],
-            check=True,
-        )
+            text = project.read_text("utf-8").replace("[project.urls]\n", urls)
+            project.write_text(text, encoding="utf-8")
+        build = [sys.executable, "-m", "build", "--sdist"]
+        subprocess.run([*build, "--outdir", Path(folder).resolve(), name], check=True)
 
 
 def expected() -> set[tuple[str, str]]:
@@ -152,10 +155,10 @@ def expected() -> set[tuple[str, str]]:
 
 
 def targets(wheel: str) -> set[tuple[str, str]]:
-    """Return those of the expected ones that a file name stands for."""
+    """Return the interpreter and systems of a wheel, by its file name, as far as they are expected."""
     python, _, platforms = wheel.removesuffix(".whl").split("-")[2:]
-    plain = {re.sub(r"^(macosx)_\d+_\d+_", r"\1_", platform) for platform in platforms.split(".")}
-    return {(python, platform) for platform in plain} & expected()
+    plain = re.sub(r"(macosx)_\d+_\d+_", r"\1_", platforms)
+    return {(python, platform) for platform in plain.split(".")} & expected()
 
 
 def _problems_of_metadata(text: str) -> list[str]:
@@ -171,20 +174,26 @@ def _problems_of_metadata(text: str) -> list[str]:
 
 def problems_of_wheel(path: Path) -> list[str]:
     """Return what is wrong in a wheel."""
+    found = []
+    extensions = 0
+    licences = 0
     with zipfile.ZipFile(path) as wheel:
-        names = [
-            name for name in wheel.namelist() if not name.endswith("/")
-        ]  # auditwheel writes folders, too
-        [metadata] = [name for name in names if name.endswith(".dist-info/METADATA")]
-        found = _problems_of_metadata(wheel.read(metadata).decode())
-    found += [
-        f"stray file {name}" for name in names if not ALLOWED.fullmatch(name) or STRAY.search(name)
-    ]
-    if len([name for name in names if re.fullmatch(r"palpate/_core\.[^/]*(so|pyd)", name)]) != 1:
+        for name in wheel.namelist():
+            if name.endswith("/"):
+                continue  # auditwheel writes folders, too
+            if name.endswith(".dist-info/METADATA"):
+                found += _problems_of_metadata(wheel.read(name).decode())
+            if STRAY.search(name) or not ALLOWED.fullmatch(name):
+                found.append(f"stray file {name}")
+            if re.fullmatch(r"palpate/_core\.[^/]*(so|pyd)", name):
+                extensions += 1
+            if name.endswith("licenses/LICENSE"):
+                licences += 1
+    if extensions != 1:
         found.append("expected one extension palpate/_core")
-    return found + (
-        [] if any(name.endswith("licenses/LICENSE") for name in names) else ["no LICENSE"]
-    )
+    if not licences:
+        found.append("no LICENSE")
+    return found
 
 
 def problems_of_source(path: Path) -> list[str]:
@@ -193,24 +202,32 @@ def problems_of_source(path: Path) -> list[str]:
         names = {name.partition("/")[2] for name in archive.getnames()}
         file = archive.extractfile(f"{path.name.removesuffix('.tar.gz')}/PKG-INFO")
         found = _problems_of_metadata(file.read().decode() if file else "")
-    found += [f"{name} is missing" for name in NEEDED if name not in names]
-    return found + [
-        f"stray file {name}" for name in sorted(names) if re.match(r"\.(ci|git|venv)/", name)
-    ]
+    for name in NEEDED:
+        if name not in names:
+            found.append(f"{name} is missing")
+    for name in sorted(names):
+        if re.match(r"\.(ci|git|venv)/", name):
+            found.append(f"stray file {name}")
+    return found
 
 
 def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
     """Return what is wrong with the files of a release; `complete`: every wheel has to be there."""
-    wheels = sorted(path for path in files if path.suffix == ".whl")
-    sources = sorted(set(files) - set(wheels))
-    found = [f"{path.name}: {problem}" for path in wheels for problem in problems_of_wheel(path)]
-    found += [f"{path.name}: {problem}" for path in sources for problem in problems_of_source(path)]
+    found = []
+    missing = expected()
+    sources = 0
+    for path in sorted(files, key=lambda path: (path.suffix != ".whl", path)):
+        if path.suffix == ".whl":
+            problems_here = problems_of_wheel(path)
+            missing -= targets(path.name)
+        else:
+            problems_here = problems_of_source(path)
+            sources += 1
+        found += [f"{path.name}: {problem}" for problem in problems_here]
     if complete:
-        built = set[tuple[str, str]]().union(*(targets(path.name) for path in wheels))
-        found += [
-            f"no wheel for {python} on {system}" for python, system in sorted(expected() - built)
-        ]
-        found += [] if len(sources) == 1 else [f"{len(sources)} source distributions, expected 1"]
+        found += [f"no wheel for {python} on {system}" for python, system in sorted(missing)]
+        if sources != 1:
+            found.append(f"{sources} source distributions, expected 1")
     return found
 
 
@@ -219,9 +236,13 @@ def main(command: str, *arguments: str) -> None:
     if command == "source":
         make_source(*arguments)
         return
-    found = problems(arguments[0]) if command == "check" else []
-    files = [Path(file) for file in (arguments[1:] if command == "check" else arguments)]
-    found += problems_of(files, complete=command == "check") if files else []
+    found = []
+    files = list(map(Path, arguments))
+    if command == "check":
+        found += problems(arguments[0])
+        del files[0]
+    if files:
+        found += problems_of(files, complete=command == "check")
     sys.exit("\n".join(found) or 0)
 
 
