@@ -46,20 +46,17 @@ def in_order(header: str = ALL) -> list[str]:
 
 def one_header() -> str:
     """Return the text of the one header."""
-    texts = {name: (HEADERS / name).read_text(encoding="utf-8") for name in in_order()}
-    includes = "".join(
-        f"#include <{name}>\n" for name in sorted(set(_STANDARD.findall("".join(texts.values()))))
-    )
-    bodies = [
-        _STANDARD.sub("", _OWN.sub("", _FIRST_LINES.sub("", text))) for text in texts.values()
-    ]
-    parts = [
-        f"// {name}\n\n{re.sub(chr(10) + '{3,}', chr(10) * 2, body).strip()}\n"
-        for name, body in zip(texts, bodies, strict=True)
-    ]
-    licence = "".join(
-        f"// {line}".rstrip() + "\n" for line in (ROOT / "LICENSE").read_text("utf-8").splitlines()
-    )
+    standard = set[str]()
+    parts = []
+    for name in in_order():
+        text = (HEADERS / name).read_text(encoding="utf-8")
+        standard.update(_STANDARD.findall(text))
+        body = _STANDARD.sub("", _OWN.sub("", _FIRST_LINES.sub("", text)))
+        body = re.sub("\n{3,}", "\n\n", body).strip()
+        parts.append(f"// {name}\n\n{body}\n")
+    includes = "".join(f"#include <{name}>\n" for name in sorted(standard))
+    lines = (ROOT / "LICENSE").read_text("utf-8").splitlines()
+    licence = "".join(f"// {line}".rstrip() + "\n" for line in lines)
     begin = f"// SPDX-License-Identifier: MIT\n// palpate {version()}: all headers in one file. Do not edit: it is made by a command.\n//\n"
     return f"{begin}{licence}\n#pragma once\n{TWICE}\n{includes}\n" + "\n".join(parts)
 
@@ -147,11 +144,9 @@ def write(target: Path, source: str) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, text in sorted(files(source).items()):
             info = zipfile.ZipInfo(f"{folder}/{name}", NO_TIME)
-            info.compress_type, info.external_attr, info.create_system = (
-                zipfile.ZIP_DEFLATED,
-                0o100644 << 16,
-                3,
-            )
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o100644 << 16
+            info.create_system = 3  # Unix
             archive.writestr(info, text)
 
 
