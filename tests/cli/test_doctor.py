@@ -114,8 +114,8 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
         return "1"
 
     monkeypatch.setattr(metadata, "version", version)
-    found = {finding.what: finding for finding in doctor.extras()}
-    assert (found["extra lsl"].state, found["extra lsl"].do) == (
+    found = {finding.subject: finding for finding in doctor.check_extras()}
+    assert (found["extra lsl"].state, found["extra lsl"].remedy) == (
         "free",
         "pip install 'palpate[lsl]'",
     )
@@ -124,7 +124,7 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_check_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "extras", lambda: 1 / 0)
+    monkeypatch.setattr(doctor, "check_extras", lambda: 1 / 0)
     result = run("doctor")
     assert (result.exit_code, "libusb" in result.stdout) == (1, True)
     assert "!!  extras: check failed: ZeroDivisionError: " in result.stdout
@@ -196,7 +196,7 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @linux
 def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
-    [finding] = doctor.udev_steps()
+    [finding] = doctor.install_udev_rule()
     assert (finding.code, "WinUSB, by Zadig" in finding.text) == (2, True)
 
 

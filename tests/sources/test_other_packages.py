@@ -57,7 +57,7 @@ def test_a_search_that_fails_is_a_note(package: None) -> None:
     found, notes = devices()
     assert not any(device.uri.startswith("other:") for device in found)
     assert sum(message in note for note in notes) == 1
-    findings = {finding.what: finding for finding in doctor.packages()}
+    findings = {finding.subject: finding for finding in doctor.check_packages()}
     assert findings["source other"].state == "ok"
     assert message in findings["search of another package"].text
 

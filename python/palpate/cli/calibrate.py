@@ -54,31 +54,57 @@ from palpate.report.findings import (
 from palpate.simulation.hand import Hand, session
 from palpate.uncertainty import RATIOS, TOUCH_SCATTER
 
-_SHORT = f"short, below {FEWEST} samples or without a standard error"
-_YOUNG = "short, it did not reach the age"
+_LONGEST_DOUBTS = 1000  # characters
 
 
 @click.command("calibrate")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=InputFile())
-@click.option("--moduli", type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa. Default: "
-              "those of the sidecars.")  # fmt: skip
+@click.option(
+    "--moduli",
+    type=InputFile(),
+    help="Table with two columns: name of the specimen, modulus in MPa. Default: those of the "
+    "sidecars.",
+)
 @click.option(
     "-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML."
 )
 @click.option("--plot", type=OUTPUT, help="The plot to write: .png, .pdf or .svg.")
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
-@click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
-              "specimen one of mean, weighted, agreement, standard_error, covariance.")  # fmt: skip
-@click.option("--ratio", type=click.Choice([*RATIOS]), help="Ratio of a touch: hold, or level, over the swept depth.  "
-              "[default: the one that scatters less]")  # fmt: skip
-@click.option("--contact-exponent", type=click.Choice([f"{p:g}" for p in EXPONENTS]), help="Of force against depth: 1, flat "
-              "bumps; 1.5, domes.  [default: by the scatter]")  # fmt: skip
-@click.option("--age", type=click.FloatRange(min=0),
-              help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]")  # fmt: skip
-@click.option("--free-soft-ratio", is_flag=True,
-              help="Fit the ratio on an infinitely soft object, too: for channels with different gains.")  # fmt: skip
-@click.option("--accept", multiple=True, metavar="FLAG", type=click.Choice([flag.value for flag in Flag]),
-              help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
+@click.option(
+    "--by",
+    default="all",
+    show_default=True,
+    help="Values to fit: all touches, or for each specimen one of mean, weighted, agreement, "
+    "standard_error, covariance.",
+)
+@click.option(
+    "--ratio",
+    type=click.Choice([*RATIOS]),
+    help="Ratio of a touch: hold, or level, over the swept depth.  "
+    "[default: the one that scatters less]",
+)
+@click.option(
+    "--contact-exponent",
+    type=click.Choice([f"{exponent:g}" for exponent in EXPONENTS]),
+    help="Of force against depth: 1, flat bumps; 1.5, domes.  [default: by the scatter]",
+)
+@click.option(
+    "--age",
+    type=click.FloatRange(min=0),
+    help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]",
+)
+@click.option(
+    "--free-soft-ratio",
+    is_flag=True,
+    help="Fit the ratio on an infinitely soft object, too: for channels with different gains.",
+)
+@click.option(
+    "--accept",
+    multiple=True,
+    metavar="FLAG",
+    type=click.Choice([flag.value for flag in Flag]),
+    help="Use touches with this flag all the same; may be repeated. The file says so.",
+)
 @force_option
 @recording_options
 @json_option
@@ -100,12 +126,14 @@ def calibrate_command(
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
 
-    A recording may hold several touches. If its sidecar says which touch was on which specimen (`palpate live`), that and
-    its moduli are used, those of --moduli before them, and touches that were discarded are left out. Else all of its
-    touches are on one specimen, and the file name begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and the scatter from touch to touch. One that is
-    only short is used if it has a standard error; with another flag it is left out, and the flag is printed. What is
-    wrong with a recording appears on standard error and in the notes of --json. Exit codes: 4, not a recording, a
-    damaged one, not a table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
+    A recording may hold several touches. If its sidecar says which touch was on which specimen
+    (`palpate live`), that and its moduli are used, those of --moduli before them, and touches that
+    were discarded are left out. Else all of its touches are on one specimen, and the file name
+    begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and
+    the scatter from touch to touch. One that is only short is used if it has a standard error; with
+    another flag it is left out, and the flag is printed. What is wrong with a recording appears on
+    standard error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, not a
+    table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
     verdict says why, or a recording is not as it was written).
 
     \b
@@ -113,200 +141,230 @@ def calibrate_command(
       palpate calibrate specimens/*A.csv specimens/*O.csv --moduli specimens/moduli.csv -o probe.toml --plot probe.png
       palpate calibrate palpate-2026-11-22-1.csv -o probe.toml
     """  # noqa: D301
-    require_free(
-        filter(None, [output, plot, report]), [*files, *filter(None, [moduli])], force=force
-    )
+    outputs = [path for path in (output, plot, report) if path is not None]
+    inputs = [*files, moduli] if moduli else files
+    require_free(outputs, inputs, force=force)
     need("scipy", "science")  # before the touches are measured
     if plot:
         need("matplotlib", "science")
     if report:
         need("jinja2", "report")
     exponent = float(contact_exponent) if contact_exponent else None
-    how = tracker.with_settings(contact_exponent=exponent, age=age).keywords()
-    runs = [
-        _run(file, reading.keywords(), how)
-        for file in files
-        if moduli is None or file.resolve() != moduli.resolve()
-    ]
-    known, chosen = _chosen(runs, moduli, ratio, accept)
+    tracking = tracker.with_settings(contact_exponent=exponent, age=age).keywords()
+    runs = []
+    for file in files:
+        if moduli is None or file.resolve() != moduli.resolve():
+            runs.append(_analyse(file, reading, tracking))
+    known = _known_moduli(runs, moduli)
+    chosen = _choose_ratio(runs, known, ratio, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
-    specimens = _specimens(runs, known, accept, chosen)
-    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts] + _copies(
-        runs
-    )
+    specimens = _usable_specimens(runs, known, accept, chosen)
+    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
+    doubts += _duplicates(runs)
     about = replace(
         chosen.about,
-        scene=how["scene"],
+        scene=tracking["scene"],
         accepted_flags=accept,
-        doubts=(shortened("; ".join(doubts), 1000),) if doubts else (),
+        doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),) if doubts else (),
     )
     with usage_errors():
-        soft = None if free_soft_ratio else 1.0
-        found = fit_specimens(specimens, by=by, soft_ratio=soft, about=about)
+        soft_ratio = None if free_soft_ratio else 1.0
+        calibration = fit_specimens(specimens, by=by, soft_ratio=soft_ratio, about=about)
         if plot:
-            save_plot(found.curve(400), plot)
+            save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(found, specimens).encode())
-        found.save(output)
-    notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
-    more = {
-        "sound": found.sound,
-        "specimens": [one.summary().as_dict() for one in specimens],
-        "notes": notes,
+            write_file(report, calibration_page(calibration, specimens).encode())
+        calibration.save(output)
+    document = {
+        "calibration": str(output),
+        **calibration.as_dict(),
+        "sound": calibration.sound,
+        "specimens": [specimen.summary().as_dict() for specimen in specimens],
+        "notes": [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes],
     }
-    print_result(
-        {"calibration": str(output), **found.as_dict(), **more},
-        _fit_table(found, specimens, chosen),
-    )
-    sys.exit(0 if found.sound and not doubts else ExitCode.NOT_RELIABLE)
+    print_result(document, _fit_text(calibration, specimens, chosen))
+    if doubts or not calibration.sound:
+        sys.exit(ExitCode.NOT_RELIABLE)
 
 
-def _copies(runs: Sequence[AnalysedRecording]) -> list[str]:
-    """Return which recordings have the same touches as one before, and print it."""
-    first, found = dict[str, Path](), list[str]()
-    for run in runs:
-        touches = repr(
-            [(touch.samples, touch.ratio, touch.standard_error) for touch in run.found.touches]
-        )
-        path = run.recording.path
-        if run.found.touches and first.setdefault(touches, path) is not path:
-            found.append(f"{path}: has the touches of {first[touches]}: each of them counts again")
-            print_message(found[-1])
-    return found
-
-
-def _fit_table(found: Calibration, specimens: list[SpecimenTouches], chosen: RatioChoice) -> str:
-    why = [f"{name}: {text}" for name, text in chosen.about.entries().items()]
-    parameters = [
-        f"{name:15} {value:>12}   {interval}" for name, value, interval in found.parameter_rows()
-    ]
-    return "\n".join(
-        [
-            format_table(specimen_table(specimens)),
-            "",
-            *why,
-            *[""] * bool(why),
-            *parameters,
-            "",
-            found.verdict,
-        ]
-    )
-
-
-def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> AnalysedRecording:
+def _analyse(file: Path, reading: SourceOptions, tracking: dict[str, Any]) -> AnalysedRecording:
     """Measure the touches of a recording, and print the notes on it."""
     with usage_errors(f"{file}: "):
-        run = analyse_recording(file, file.name, how, **asked)
+        run = analyse_recording(file, file.name, tracking, **reading.keywords())
     print_notes(file, [run.recording.understood, *run.recording.notes])
     return run
 
 
-def _chosen(
-    runs: Sequence[AnalysedRecording],
-    table: Path | None,
-    ratio: str | None,
-    accept: Collection[str],
-) -> tuple[dict[str, float], RatioChoice]:
-    """Return the moduli of a table, else of the sidecars, and which ratio of the touches to use; print differences."""
-    unnamed = next(
-        (run.recording.path for run in runs if not any(one.specimen for one in run.plan.touches)),
-        None,
-    )
-    if table is None and unnamed:
+def _has_session(run: AnalysedRecording) -> bool:
+    """Return whether the sidecar names the specimen of any touch."""
+    return any(entry.specimen for entry in run.plan.touches)
+
+
+def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict[str, float]:
+    """Return the moduli of a table, else of the sidecars; print where they differ."""
+    without_session = [run.recording.path for run in runs if not _has_session(run)]
+    if table is None and without_session:
         raise click.UsageError(
-            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
-            f"whose sidecar names no specimens, as {unnamed}"
+            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each "
+            "file name, for recordings whose sidecar names no specimens, as "
+            f"{without_session[0]}"
         )
-    moduli, differences = known_moduli(runs, read_moduli(table, print_message) if table else {})
+    from_table = read_moduli(table, print_message) if table else {}
+    moduli, differences = known_moduli(runs, from_table)
     for difference in differences:
         print_message(f"{difference}, as {table} says")
-    named = [
-        {t.start: name for t, name, out in assigned(run, moduli) if name in moduli and not out}
-        for run in runs
-    ]
-    tracks = [
-        Track(run.recording, run.tracking, names) for run, names in zip(runs, named, strict=True)
-    ]
+    return moduli
+
+
+def _choose_ratio(
+    runs: Sequence[AnalysedRecording],
+    moduli: Mapping[str, float],
+    ratio: str | None,
+    accept: Collection[str],
+) -> RatioChoice:
+    """Return which ratio of the touches to use."""
+    tracks = []
+    for run in runs:
+        specimens = {}
+        for touch, name, left_out in assigned(run, moduli):
+            if name in moduli and not left_out:
+                specimens[touch.start] = name
+        tracks.append(Track(run.recording, run.tracking, specimens))
     with usage_errors():
-        return moduli, choose_ratio(tracks, ratio=ratio, accept=accept)
+        return choose_ratio(tracks, ratio=ratio, accept=accept)
 
 
-def _specimens(
+def _usable_specimens(
     runs: Sequence[AnalysedRecording],
     moduli: Mapping[str, float],
     accept: tuple[str, ...],
     chosen: RatioChoice,
 ) -> list[SpecimenTouches]:
-    """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
-    found = _touches(runs, moduli, accept, chosen)
-    flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
+    """Return the specimens with a usable touch, in order of modulus; print what is left out."""
+    touches_of = _touches_of_specimens(runs, moduli, accept, chosen)
+    flags = {flag for touches in touches_of.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
-        there = " ".join(sorted(flags)) or "none"
-        print_message(f"--accept {flag}: no touch has this flag; those found: {there}")
-    kept = []
+        found = " ".join(sorted(flags)) or "none"
+        print_message(f"--accept {flag}: no touch has this flag; those found: {found}")
+    specimens = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
-        if any(not objections(touch, accept, chosen.ratio_of) for touch in found[name]):
-            kept.append(SpecimenTouches(name, modulus, found[name], accept, chosen.ratio_of))
+        touches = touches_of[name]
+        if any(not objections(touch, accept, chosen.ratio_of) for touch in touches):
+            specimens.append(SpecimenTouches(name, modulus, touches, accept, chosen.ratio_of))
+        elif touches:
+            reason = f"{len(touches)} touches, none of them usable"
+            print_message(f"{name}: {reason}: the specimen is left out")
         else:
-            none = (
-                f"{len(found[name])} touches, none of them usable" if found[name] else "no touches"
-            )
-            print_message(f"{name}: {none}: the specimen is left out")
-    return kept
+            print_message(f"{name}: no touches: the specimen is left out")
+    return specimens
 
 
-def _touches(
+def _touches_of_specimens(
     runs: Sequence[AnalysedRecording],
     moduli: Mapping[str, float],
     accept: tuple[str, ...],
     chosen: RatioChoice,
 ) -> dict[str, list[Touch]]:
-    """Return the touches on each specimen, without those left out by hand; print what is left out, and why."""
-    found: dict[str, list[Touch]] = {name: [] for name in moduli}
-    unknown = set[str]()
+    """Return the touches on each specimen that are not left out by hand; print each left out."""
+    touches: dict[str, list[Touch]] = {name: [] for name in moduli}
+    without_modulus: set[str] = set()
     for run in runs:
         for number, (touch, name, left_out) in enumerate(assigned(run, moduli), 1):
             place = f"touch {number} of {run.name}"
             if not name:
-                print_message(f"{place} is left out: {left_out or 'no specimen is named for it'}")
-            elif name not in moduli and not any(one.specimen for one in run.plan.touches):
-                allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
-                raise CalibrationError(
-                    f"{run.recording.path}: no specimen has this name, allowed: {allowed}"
-                )
-            elif name not in moduli:
-                unknown.add(name)
-            else:
-                found[name] += [] if left_out else [touch]
-                if (
-                    against := [left_out]
-                    if left_out
-                    else objections(touch, accept, chosen.ratio_of)
-                ):
-                    short = _YOUNG if touch.age_s else _SHORT
-                    reasons = ", ".join(short if flag == "short" else flag for flag in against)
-                    print_message(f"{name}: {place} is left out: {reasons}")
-    for name in sorted(unknown):
+                reason = left_out or "no specimen is named for it"
+                print_message(f"{place} is left out: {reason}")
+                continue
+            if name not in moduli:
+                if not _has_session(run):
+                    raise _unknown_specimen(run, name, moduli)
+                without_modulus.add(name)
+                continue
+            if left_out:
+                print_message(f"{name}: {place} is left out: {_reason_text(left_out, touch)}")
+                continue
+            touches[name].append(touch)
+            reasons = objections(touch, accept, chosen.ratio_of)
+            if reasons:
+                text = ", ".join(_reason_text(reason, touch) for reason in reasons)
+                print_message(f"{name}: {place} is left out: {text}")
+    for name in sorted(without_modulus):
         print_message(f"{name}: no modulus is known: the specimen is left out")
-    return found
+    return touches
 
 
-def _objects(
+def _unknown_specimen(
+    run: AnalysedRecording, name: str, moduli: Mapping[str, float]
+) -> CalibrationError:
+    allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
+    return CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")
+
+
+def _reason_text(reason: str, touch: Touch) -> str:
+    """Return why a touch is left out; a short touch is explained."""
+    if reason != Flag.SHORT:
+        return reason
+    if touch.age_s:
+        return "short, it did not reach the age"
+    return f"short, below {FEWEST} samples or without a standard error"
+
+
+def _duplicates(runs: Sequence[AnalysedRecording]) -> list[str]:
+    """Return which recordings have the same touches as an earlier one, and print it."""
+    first: dict[str, Path] = {}
+    sentences = []
+    for run in runs:
+        touches = run.found.touches
+        if not touches:
+            continue
+        # As text, where nan is equal to nan.
+        key = repr([(touch.samples, touch.ratio, touch.standard_error) for touch in touches])
+        path = run.recording.path
+        earlier = first.setdefault(key, path)
+        if earlier is not path:
+            sentence = f"{path}: has the touches of {earlier}: each of them counts again"
+            sentences.append(sentence)
+            print_message(sentence)
+    return sentences
+
+
+def _fit_text(
+    calibration: Calibration, specimens: Sequence[SpecimenTouches], chosen: RatioChoice
+) -> str:
+    """Return the specimens, why the ratio was chosen, the parameters and the verdict."""
+    lines = [format_table(specimen_table(specimens)), ""]
+    reasons = chosen.about.entries()
+    if reasons:
+        lines += [f"{name}: {text}" for name, text in reasons.items()]
+        lines.append("")
+    for name, value, interval in calibration.parameter_rows():
+        lines.append(f"{name:15} {value:>12}   {interval}")
+    lines += ["", calibration.verdict]
+    return "\n".join(lines)
+
+
+def _parse_objects(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
-    found = parse_numbers(texts, "gel=1.1")
-    for name, modulus in found.items():
+    moduli = parse_numbers(texts, "gel=1.1")
+    for name, modulus in moduli.items():
         if not name or set(name) & set("/\\") or not 0 < modulus < math.inf:
-            raise click.BadParameter(
-                f"got {name}={modulus:g}, allowed: NAME=MPA, for example gel=1.1"
-            )
-    return found
+            allowed = "NAME=MPA, for example gel=1.1"
+            raise click.BadParameter(f"got {name}={modulus:g}, allowed: {allowed}")
+    return moduli
 
 
 @click.command("simulate")
 @click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
-@click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
-              help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
+@click.option(
+    "--object",
+    "objects",
+    multiple=True,
+    callback=_parse_objects,
+    metavar="NAME=MPA",
+    help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the "
+    "paper]",
+)
 @click.option(
     "--touches",
     default=4,
@@ -314,10 +372,20 @@ def _objects(
     type=click.IntRange(1, 100),
     help="Touches on each object.",
 )
-@click.option("--oblique", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 0.5),
-              help="Scatter of the ratio from touch to touch, relative.")  # fmt: skip
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0),
-              help="The same seed gives the same files.")  # fmt: skip
+@click.option(
+    "--oblique",
+    default=TOUCH_SCATTER,
+    show_default=True,
+    type=click.FloatRange(0, 0.5),
+    help="Scatter of the ratio from touch to touch, relative.",
+)
+@click.option(
+    "--seed",
+    default=0,
+    show_default=True,
+    type=click.IntRange(min=0),
+    help="The same seed gives the same files.",
+)
 @force_option
 @json_option
 def simulate_command(
@@ -325,8 +393,8 @@ def simulate_command(
 ) -> None:
     """Write simulated recordings of touches on known objects.
 
-    Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with the true moduli.
-    Exit code 4: one of the files exists.
+    Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with
+    the true moduli. Exit code 4: one of the files exists.
 
     \b
     Example:
@@ -336,10 +404,13 @@ def simulate_command(
     moduli = objects or SORBOTHANE_MPA
     require_free_in(folder, session_files(folder, moduli), force=force)
     with progress_bar("simulate", len(moduli)) as bar:
-        tell = lambda done, _: bar.update(done - bar.pos)
-        made = session(
-            seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=tell
+
+        def update(done: int, _: int) -> None:
+            bar.update(done - bar.pos)
+
+        simulations = session(
+            seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=update
         )
-    blocks = {name: run.block() for name, run in made.items()}
+    blocks = {name: simulation.block() for name, simulation in simulations.items()}
     paths = [str(path) for path in write_session(folder, blocks, moduli)]
     print_result({"files": paths}, "\n".join(paths))

@@ -1,4 +1,4 @@
-"""`palpate devices` and `palpate doctor`: what is connected, and what is wrong."""
+"""`palpate devices` and `palpate doctor`: connected devices, and checks of the installation."""
 
 import os
 import platform
@@ -8,10 +8,12 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
@@ -22,30 +24,33 @@ from palpate.cli.output import format_table, is_json, json_option, print_notes, 
 from palpate.errors import MissingExtra
 
 INSTALL_UDEV = "palpate doctor --install-udev"
-_MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
-_FOR_DEVELOPERS = {"test", "docs", "all"}  # extras; the last is the sum of all
+_DEVELOPERS_EXTRAS = {"test", "docs", "all"}  # the last is the sum of all
 
 
 @click.command("devices")
-@click.option("--lsl", is_flag=True,
-              help="List the streams of Lab Streaming Layer in the network, too; takes some seconds.")  # fmt: skip
+@click.option(
+    "--lsl",
+    is_flag=True,
+    help="List the streams of Lab Streaming Layer in the network, too; takes some seconds.",
+)
 @json_option
 def devices_command(lsl: bool) -> None:
     """List the connected devices.
 
-    Prints the names for `palpate record`. No device is opened. Exit code 3: no device found. `sim:` needs no device.
+    Prints the names for `palpate record`. No device is opened. Exit code 3: no device found. `sim:`
+    needs no device.
 
     \b
     Example:
       palpate devices
     """  # noqa: D301
-    from palpate.sources.devices import devices as look
-    from palpate.sources.devices import look_for, streams
+    from palpate.sources.devices import devices, look_for, streams
 
-    found, notes = look()
+    found, notes = devices()
     if lsl:
-        more, why = look_for(streams)
-        found, notes = [*found, *more], [*notes, *why]
+        found_streams, stream_notes = look_for(streams)
+        found = [*found, *found_streams]
+        notes = [*notes, *stream_notes]
     document = {"devices": [device._asdict() for device in found], "notes": notes}
     print_result(document, format_table(found, "<"))
     print_notes("not searched", notes)
@@ -55,16 +60,20 @@ def devices_command(lsl: bool) -> None:
 
 
 @click.command("doctor")
-@click.option("--install-udev", is_flag=True,
-              help="Linux: write the udev rule that lets users open the board; asks sudo.")  # fmt: skip
+@click.option(
+    "--install-udev",
+    is_flag=True,
+    help="Linux: write the udev rule that lets users open the board; asks sudo.",
+)
 @json_option
 def doctor_command(install_udev: bool) -> None:
     """Check installation, board and permissions, and print what to type.
 
-    A board is opened for a moment. "ok": nothing to do; "--": optional, or could be better; "!!": wrong. Exit codes: 0,
-    nothing is wrong (a missing board is not wrong); else the code of the first wrong line: 1, damaged installation; 2,
-    error in a palpate.toml; 3, no permission to open the board or to write the rule; 4, the AD7746 does not answer, or
-    the rule cannot be written; 6, no libusb for pyusb.
+    A board is opened for a moment. "ok": nothing to do; "--": optional, or could be better; "!!":
+    wrong. Exit codes: 0, nothing is wrong (a missing board is not wrong); else the code of the
+    first wrong line: 1, damaged installation; 2, error in a palpate.toml; 3, no permission to open
+    the board or to write the rule; 4, the AD7746 does not answer, or the rule cannot be written; 6,
+    no libusb for pyusb.
 
     \b
     Example:
@@ -72,228 +81,272 @@ def doctor_command(install_udev: bool) -> None:
       palpate doctor --install-udev
     """  # noqa: D301
     findings = []
-    for finding in udev_steps() if install_udev else diagnosis():
+    for finding in install_udev_rule() if install_udev else all_checks():
         findings.append(finding)
         if not is_json():
-            indented = [f"      {line}" for line in finding.do.splitlines()]
-            click.echo(
-                "\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *indented])
-            )
+            click.echo(finding.text_lines())
     codes = [finding.code for finding in findings if finding.code]
-    plain = [{"what": f.what, "state": f.state, "text": f.text, "do": f.do} for f in findings]
-    print_result({"palpate": __version__, "wrong": len(codes), "findings": plain}, "")
-    sys.exit(next(iter(codes), 0))
+    documents = [finding.to_json() for finding in findings]
+    print_result({"palpate": __version__, "wrong": len(codes), "findings": documents}, "")
+    sys.exit(codes[0] if codes else ExitCode.DONE)
 
 
-class Finding(NamedTuple):
-    """One line of the output of `palpate doctor`: what to do, its exit code (0: not wrong), whether it is optional."""
+class State(StrEnum):
+    """The state of a finding in the JSON document."""
 
-    what: str
+    OK = "ok"
+    OPTIONAL = "free"
+    WRONG = "wrong"
+
+
+_MARKS = {State.OK: "ok", State.OPTIONAL: "--", State.WRONG: "!!"}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of one check."""
+
+    subject: str
     text: str
-    do: str = ""
-    code: int = 0
-    free: bool = False
+    remedy: str = ""
+    """A command to type, or what else to do."""
+    code: int = ExitCode.DONE
+    is_optional: bool = False
 
     @property
-    def state(self) -> str:
-        """The state in the document: "wrong", "free" or "ok"."""
-        return "wrong" if self.code else "free" if self.free else "ok"
+    def state(self) -> State:
+        """Whether it is wrong, could be better, or is in order."""
+        if self.code:
+            return State.WRONG
+        return State.OPTIONAL if self.is_optional else State.OK
+
+    def text_lines(self) -> str:
+        """Return the finding as text."""
+        lines = [f"{_MARKS[self.state]}  {self.subject}: {self.text}"]
+        for line in self.remedy.splitlines():
+            lines.append(f"      {line}")
+        return "\n".join(lines)
+
+    def to_json(self) -> dict[str, str]:
+        """Return the finding for the JSON document."""
+        return {
+            "what": self.subject,
+            "state": self.state,
+            "text": self.text,
+            "do": self.remedy,
+        }
 
 
-def diagnosis() -> Iterator[Finding]:
+def all_checks() -> Iterator[Finding]:
     """Run all checks."""
-    yield from checked("installation", _installation)
-    yield from checked("extras", extras)
-    yield from checked("libusb", _usb)
-    yield from checked("other packages", packages)
+    yield from run_check("installation", check_installation)
+    yield from run_check("extras", check_extras)
+    yield from run_check("libusb", check_usb)
+    yield from run_check("other packages", check_packages)
 
 
-def checked(what: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """Run a check; an error that it raises is a finding, too."""
+def run_check(subject: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """Run a check; an error that it raises becomes a finding."""
     try:
         yield from check()
     except (PalpateError, OSError) as error:
-        yield Finding(what, error_text(error), code=error_exit_code(error))
+        yield Finding(subject, error_text(error), code=error_exit_code(error))
     except Exception as error:  # noqa: BLE001 (the other checks shall still run)
-        again = f"{sys.executable} -m palpate --debug doctor"
-        yield Finding(
-            what, f"check failed: {type(error).__name__}: {error}", again, ExitCode.UNEXPECTED
-        )
+        text = f"check failed: {type(error).__name__}: {error}"
+        remedy = f"{sys.executable} -m palpate --debug doctor"
+        yield Finding(subject, text, remedy, ExitCode.UNEXPECTED)
 
 
-def _installation() -> Iterator[Finding]:
+def check_installation() -> Iterator[Finding]:
+    """Check that package and compiled core have the same version."""
     system = f"Python {platform.python_version()}, {platform.system()} {platform.machine()}"
     installed = metadata.version("palpate")
     if installed == __version__:
         libraries = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "click"))
-        yield Finding(
-            "palpate", f"{__version__}, {system}, {libraries}, {Path(__file__).parents[1]}"
-        )
+        folder = Path(__file__).parents[1]
+        yield Finding("palpate", f"{__version__}, {system}, {libraries}, {folder}")
     else:
         text = f"the compiled core is {__version__}, the package {installed}"
-        yield Finding("palpate", text, "pip install --force-reinstall palpate", ExitCode.UNEXPECTED)
+        remedy = "pip install --force-reinstall palpate"
+        yield Finding("palpate", text, remedy, ExitCode.UNEXPECTED)
 
 
-def extras() -> Iterator[Finding]:
+def check_extras() -> Iterator[Finding]:
     """Check which extras are installed."""
     packages: dict[str, list[str]] = {}
     for requirement in metadata.requires("palpate") or []:
         match = re.match(r"([\w.-]++).*?extra == ['\"]([\w-]++)['\"]", requirement)
-        if match and match[2] not in _FOR_DEVELOPERS:
+        if match and match[2] not in _DEVELOPERS_EXTRAS:
             packages.setdefault(match[2], []).append(match[1])
     for extra, names in packages.items():
-        versions = {name: _version(name) for name in names}
-        if missing := ", ".join(name for name, version in versions.items() if not version):
-            yield Finding(
-                f"extra {extra}",
-                f"not installed: {missing}",
-                f"pip install 'palpate[{extra}]'",
-                free=True,
-            )
+        versions = {name: _installed_version(name) for name in names}
+        missing = [name for name, version in versions.items() if not version]
+        if missing:
+            text = f"not installed: {', '.join(missing)}"
+            remedy = f"pip install 'palpate[{extra}]'"
+            yield Finding(f"extra {extra}", text, remedy, is_optional=True)
         else:
-            yield Finding(
-                f"extra {extra}",
-                ", ".join(f"{name} {version}" for name, version in versions.items()),
-            )
+            text = ", ".join(f"{name} {version}" for name, version in versions.items())
+            yield Finding(f"extra {extra}", text)
 
 
-def _version(package: str) -> str:
+def _installed_version(package: str) -> str:
+    """Return the version of a package, "" if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return ""
 
 
-def _usb() -> Iterator[Finding]:
+def check_usb() -> Iterator[Finding]:
     """Check libusb, the boards, the permission to open them, and their firmware."""
     try:
         from palpate.ad7746.evalkit import discovery
 
         backend = discovery.system_backend()
     except MissingExtra as error:
-        text, _, do = str(error).partition(": ")
-        free = not _version("pyusb")
-        yield Finding("libusb", text, do, 0 if free else ExitCode.MISSING_EXTRA, free)
+        text, _, remedy = str(error).partition(": ")
+        if _installed_version("pyusb"):
+            yield Finding("libusb", text, remedy, ExitCode.MISSING_EXTRA)
+        else:
+            yield Finding("libusb", text, remedy, is_optional=True)
         return
     boards = discovery.boards(backend)
-    yield Finding("libusb", str(getattr(getattr(backend, "lib", None), "_name", "found")))
+    library = getattr(backend, "lib", None)
+    yield Finding("libusb", str(getattr(library, "_name", "found")))
     if not boards:
-        yield Finding(
-            "board", "none is connected", "palpate record sim:four-specimens -o run.csv", free=True
-        )
+        remedy = "palpate record sim:four-specimens -o run.csv"
+        yield Finding("board", "none is connected", remedy, is_optional=True)
     refused = [board for board in boards if discovery.may_open(board) is False]
     for board in boards:
+        subject = f"board usb:{board}"
         if board in refused:
-            yield Finding(
-                f"board usb:{board}",
-                "connected, but no permission to open it",
-                code=ExitCode.NO_DEVICE,
-            )
+            text = "connected, but no permission to open it"
+            yield Finding(subject, text, code=ExitCode.NO_DEVICE)
         else:
-            yield from checked(f"board usb:{board}", partial(_board, board, backend))
-    yield from _rules(needed=bool(refused), wanted=not boards and udev.rules_matter())
-    yield from checked("firmware", firmware)
+            yield from run_check(subject, partial(_check_board, board, backend))
+    if refused:
+        yield from _check_refused()
+    else:
+        yield from _check_rules(is_needed_later=not boards and udev.rules_matter())
+    yield from run_check("firmware", check_firmware)
 
 
-def _board(board: Any, backend: Any) -> Iterator[Finding]:
+def _check_board(board: Any, backend: Any) -> Iterator[Finding]:
+    """Open a board for a moment and read its status."""
     from palpate.ad7746.bus import Access, RealClock
     from palpate.ad7746.evalkit.usb_bus import EvalKit
 
     with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
         Access(kit, RealClock()).read(0, 1)
-    yield Finding(f"board usb:{board}", "can be opened, firmware is running, the AD7746 answers")
+    text = "can be opened, firmware is running, the AD7746 answers"
+    yield Finding(f"board usb:{board}", text)
 
 
-def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
-    """Check the udev rules: `needed`, a board cannot be opened; `wanted`, a board that is plugged in will need one."""
+def _check_refused() -> Iterator[Finding]:
+    """Tell why a connected board cannot be opened."""
     files = udev.rule_files()
-    named = ", ".join(map(str, files))
-    if needed and files:
-        text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "
-        text += f"screen, the user has to be in the group {udev.GROUP}, and to log in again after joining it"
-        yield Finding("permission", text, udev.JOIN_GROUP, ExitCode.NO_DEVICE)
-    elif files:
-        yield Finding("permission", f"udev rule in {named}")
-    elif needed or wanted:
-        text = "no udev rule for the board: only root can open it"
-        yield Finding(
-            "permission", text, INSTALL_UDEV, ExitCode.NO_DEVICE if needed else 0, free=True
+    if files:
+        text = (
+            f"the udev rule in {', '.join(map(str, files))} gives this user no access: unplug the "
+            "board for a moment; over ssh, or without a screen, the user has to be in the group "
+            f"{udev.GROUP}, and to log in again after joining it"
         )
+        yield Finding("permission", text, udev.JOIN_GROUP, ExitCode.NO_DEVICE)
+    else:
+        yield Finding("permission", _NO_RULE, INSTALL_UDEV, ExitCode.NO_DEVICE)
 
 
-def firmware() -> Iterator[Finding]:
+_NO_RULE = "no udev rule for the board: only root can open it"
+
+
+def _check_rules(*, is_needed_later: bool) -> Iterator[Finding]:
+    """Check the udev rules while no board is refused."""
+    files = udev.rule_files()
+    if files:
+        yield Finding("permission", f"udev rule in {', '.join(map(str, files))}")
+    elif is_needed_later:
+        yield Finding("permission", _NO_RULE, INSTALL_UDEV, is_optional=True)
+
+
+def check_firmware() -> Iterator[Finding]:
     """Check the firmware file that the environment names."""
     from palpate.ad7746.evalkit.usb_bus import read_hex
 
-    if path := os.environ.get("PALPATE_FIRMWARE"):
-        yield Finding("firmware", f"{path}, {sum(map(len, read_hex(Path(path)).values()))} bytes")
+    path = os.environ.get("PALPATE_FIRMWARE")
+    if path:
+        size = sum(len(block) for block in read_hex(Path(path)).values())
+        yield Finding("firmware", f"{path}, {size} bytes")
     else:
-        text = "PALPATE_FIRMWARE is not set; the kit needs the firmware file each time it is plugged in"
-        yield Finding("firmware", text, "export PALPATE_FIRMWARE=.../Icv_usb.hex", free=True)
+        text = (
+            "PALPATE_FIRMWARE is not set; the kit needs the firmware file each time it is plugged "
+            "in"
+        )
+        remedy = "export PALPATE_FIRMWARE=.../Icv_usb.hex"
+        yield Finding("firmware", text, remedy, is_optional=True)
 
 
-def packages() -> Iterator[Finding]:
-    """Check that the sources of other packages can be loaded, and that their searches for devices work."""
+def check_packages() -> Iterator[Finding]:
+    """Check that other packages' sources can be loaded, and that their device searches work."""
     from palpate.sources import GROUP
     from palpate.sources.devices import look_for, of_packages
     from palpate.sources.registry import loaded, package_of
 
     for point in metadata.entry_points(group=GROUP):
+        subject = f"source {point.name}"
         try:
             loaded(point)
+        except MissingExtra as error:
+            yield Finding(subject, str(error), is_optional=True)
         except PalpateError as error:
-            free = isinstance(error, MissingExtra)
-            yield Finding(
-                f"source {point.name}",
-                str(error),
-                code=0 if free else ExitCode.UNEXPECTED,
-                free=free,
-            )
+            yield Finding(subject, str(error), code=ExitCode.UNEXPECTED)
         else:
-            yield Finding(f"source {point.name}", f"of {package_of(point)}")
-    for note in look_for(*of_packages())[1]:
+            yield Finding(subject, f"of {package_of(point)}")
+    _, notes = look_for(*of_packages())
+    for note in notes:
         yield Finding("search of another package", note, code=ExitCode.UNEXPECTED)
 
 
-def udev_steps() -> Iterator[Finding]:
-    """Write the rule, apply it, and say what else is needed; as a user without rights, through sudo."""
+def install_udev_rule() -> Iterator[Finding]:
+    """Write the rule and apply it, as a user without rights through sudo; add further steps."""
     if sys.platform != "linux":
-        text = f"this system is {sys.platform}, udev is part of Linux; macOS needs no rule, and on Windows the board "
-        yield Finding(
-            "udev rule",
-            text + "needs the driver WinUSB, by Zadig (https://zadig.akeo.ie)",
-            code=ExitCode.USAGE,
+        text = (
+            f"this system is {sys.platform}, udev is part of Linux; macOS needs no rule, and on "
+            "Windows the board needs the driver WinUSB, by Zadig (https://zadig.akeo.ie)"
         )
+        yield Finding("udev rule", text, code=ExitCode.USAGE)
         return
     try:
         yield Finding("udev rule", udev.install())
     except OSError as error:
         if isinstance(error, PermissionError) and os.geteuid():
-            yield from _through_sudo()
+            yield from _install_through_sudo()
         else:
             yield Finding("udev rule", error_text(error), code=ExitCode.BAD_DATA)
         return
-    if trouble := "" if os.geteuid() else udev.reload():
-        yield Finding(
-            "udev",
-            trouble,
-            "unplug the board for a moment; if that does not help, restart",
-            free=True,
-        )
+    trouble = "" if os.geteuid() else udev.reload()
+    if trouble:
+        remedy = "unplug the board for a moment; if that does not help, restart"
+        yield Finding("udev", trouble, remedy, is_optional=True)
     else:
-        yield Finding("udev", "has read its rules again; a connected board has the new permissions")
-    text = f"the user at the screen can open the board; over ssh, or without a screen, the group {udev.GROUP} can: type"
-    yield Finding("users", text, f"{udev.JOIN_GROUP}  # then log in again", free=True)
+        text = "has read its rules again; a connected board has the new permissions"
+        yield Finding("udev", text)
+    text = (
+        "the user at the screen can open the board; over ssh, or without a screen, the group "
+        f"{udev.GROUP} can: type"
+    )
+    yield Finding("users", text, f"{udev.JOIN_GROUP}  # then log in again", is_optional=True)
 
 
-def _through_sudo() -> Iterator[Finding]:
+def _install_through_sudo() -> Iterator[Finding]:
     # -P: with -m, Python would take modules of the current folder, as root.
     command = ["sudo", sys.executable, "-P", "-m", *INSTALL_UDEV.split()]
+    remedy = " ".join(command)
     if is_json() or not sys.stdin.isatty() or not shutil.which("sudo"):
-        yield Finding(
-            "udev rule", "only root may write it: type", " ".join(command), ExitCode.NO_DEVICE
-        )
+        text = "only root may write it: type"
+        yield Finding("udev rule", text, remedy, ExitCode.NO_DEVICE)
         return
-    yield Finding("udev rule", "only root may write it:", " ".join(command), free=True)
-    if code := subprocess.call(command):
+    yield Finding("udev rule", "only root may write it:", remedy, is_optional=True)
+    code = subprocess.call(command)
+    if code:
         yield Finding("sudo", f"ended with exit code {code}", code=code)

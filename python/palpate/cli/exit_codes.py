@@ -80,7 +80,7 @@ def message_line(message: str) -> str:
 class ErrorReport:
     """An error in a JSON document."""
 
-    code: int
+    code: ExitCode
     message: str
 
     @classmethod

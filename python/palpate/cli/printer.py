@@ -59,11 +59,10 @@ class MeasurementPrinter(Listener):
         if self._quiet:
             return
         [uncertainty] = self._uncertainties([touch])
-        records = touch_table.records([touch], [uncertainty], cut=int(is_cut))
-        lines = [touch_table.row(number, touch, uncertainty)]
+        lines = [touch_table.touch_row(number, touch, uncertainty)]
         if is_first:
             lines.insert(0, "  ".join(touch_table.HEADER))
-        for advice in touch_table.advised(records, number):
+        for advice in touch_table.advice_lines([touch], first=number, cut=int(is_cut)):
             if advice not in self._was_printed:
                 self._was_printed.add(advice)
                 lines.append(advice)
@@ -93,7 +92,9 @@ class MeasurementPrinter(Listener):
             "file": str(file),
             "seconds": self.elapsed_s,
             "counters": self._stream.counters.as_dict(),
-            "touches": touch_table.records(touches, self._uncertainties(touches), cut=self._cut),
+            "touches": touch_table.touch_records(
+                touches, self._uncertainties(touches), cut=self._cut
+            ),
             "error": asdict(ErrorReport.of_file(error)) if error else None,
         }
 

@@ -2,7 +2,8 @@
 
 import math
 import sys
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -33,49 +34,64 @@ from palpate.cli.shared_options import (
 )
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
-from palpate.recording.session import Entry
+from palpate.recording.session import Entry, Plan
 from palpate.repeatability import objections, session_scatter
 from palpate.tracking import baseline_takes, tracked
-from palpate.uncertainty import RATIOS, Uncertainty
+from palpate.uncertainty import RATIOS, RatioOf, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
-    from palpate import Calibration
+    from palpate import Calibration, Touch
     from palpate.offline_touches import OfflineTouch
 
-_Windows = list[tuple[float, float]] | None
-_WORST = (ExitCode.UNEXPECTED, ExitCode.MISSING_EXTRA, ExitCode.BAD_DATA, ExitCode.NOT_RELIABLE, 0)
-"""Exit codes of several recordings: the first code here that one of them has is returned."""
+Window = tuple[float, float]
+"""Begin and end, s."""
 
 
-def _windows(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> _Windows:
-    """Return begin and end of each window, s; None: none was given."""
+def _parse_windows(
+    _: click.Context, __: click.Parameter, texts: tuple[str, ...]
+) -> list[Window] | None:
+    """Return begin and end of each window; None without windows."""
+    windows = []
     try:
-        return [
-            (float(begin), float(end)) for begin, end in (text.split(":") for text in given)
-        ] or None
+        for text in texts:
+            begin, end = text.split(":")
+            windows.append((float(begin), float(end)))
     except ValueError:
-        raise click.BadParameter(
-            f"got {' '.join(given)!r:.60}, allowed: BEGIN:END, two times, s, as 2.0:8.5"
-        ) from None
+        allowed = "BEGIN:END, two times, s, as 2.0:8.5"
+        raise click.BadParameter(f"got {' '.join(texts)!r:.60}, allowed: {allowed}") from None
+    return windows or None
 
 
 @click.command("replay")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=Recordings())
 @replaying_options
-@click.option("--calibration", type=InputFile(),
-              help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
-@click.option("--offline", "is_offline", is_flag=True,
-              help="Estimate each touch again with the whole recording known, and show it beside the live result.")  # fmt: skip
+@click.option(
+    "--calibration",
+    type=InputFile(),
+    help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.",
+)
+@click.option(
+    "--offline",
+    "is_offline",
+    is_flag=True,
+    help="Estimate each touch again with the whole recording known, and show it beside the live "
+    "result.",
+)
 @click.option(
     "--window",
     "windows",
     multiple=True,
-    callback=_windows,
+    callback=_parse_windows,
     metavar="BEGIN:END",
     help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated.",
 )
-@click.option("--jobs", default=1, show_default=True, type=click.IntRange(min=1),
-              help="Recordings at a time, each in a thread.")  # fmt: skip
+@click.option(
+    "--jobs",
+    default=1,
+    show_default=True,
+    type=click.IntRange(min=1),
+    help="Recordings at a time, each in a thread.",
+)
 @json_option
 def replay_command(
     files: tuple[FileArgument, ...],
@@ -83,23 +99,25 @@ def replay_command(
     tracker: TrackerOptions,
     calibration: Path | None,
     is_offline: bool,
-    windows: _Windows,
+    windows: list[Window] | None,
     jobs: int,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send recordings through the estimator again: one row for each touch.
 
-    Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
-    gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
-    see help(palpate.flags.Flag). What is wrong with the recording appears on standard error and in the notes of --json.
+    Without --scene a recording made by palpate is estimated with the scene and settings of the live
+    measurement and gives exactly the same results. Below the table there is a sentence for each
+    flag: what it means, and what to do; see help(palpate.flags.Flag). What is wrong with the
+    recording appears on standard error and in the notes of --json.
 
-    If the sidecar says what was touched (`palpate live`), there is a column for it, and --json has `specimen` and `left_out`.
+    If the sidecar says what was touched (`palpate live`), there is a column for it, and --json has
+    `specimen` and `left_out`.
 
-    FILE may be a folder, or a pattern in quotes as "monday/**.csv". With several FILEs the table has a column for the
-    file, and --json is a list; a file that fails is an Error: line and an error in the list, and the others go on. Ctrl-C
-    prints what is done.
+    FILE may be a folder, or a pattern in quotes as "monday/**.csv". With several FILEs the table
+    has a column for the file, and --json is a list; a file that fails is an Error: line and an
+    error in the list, and the others go on. Ctrl-C prints what is done.
 
-    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, the recording is not as it was written, or the
-    calibration is not reliable.
+    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, the recording is not as it
+    was written, or the calibration is not reliable.
 
     \b
     Example:
@@ -112,95 +130,142 @@ def replay_command(
         )
     if is_offline and windows:
         raise click.UsageError("--offline and --window: allowed one of them")
-    made = palpate.Calibration.load(calibration) if calibration else None
-    one = partial(
-        replayed,
-        reading=reading,
-        tracker=tracker,
-        offline=is_offline,
-        calibration=made,
-        windows=windows,
-    )
-    [first, *others] = dict.fromkeys(file for named in files for file in named.files)
-    if others or any(named.is_pattern for named in files):
-        if reading.soft:
+    loaded = palpate.Calibration.load(calibration) if calibration else None
+    options = ReplayOptions(reading, tracker, loaded, is_offline, windows)
+    paths = list(dict.fromkeys(path for argument in files for path in argument.files))
+    if len(paths) > 1 or any(argument.is_pattern for argument in files):
+        option = "--soft" if reading.soft else "--window"
+        if reading.soft or windows:
             raise click.UsageError(
-                f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE"
+                f"{option}: got it with {len(paths)} recordings, allowed: with one FILE"
             )
-        if windows:
-            raise click.UsageError(
-                f"--window: got it with {len(others) + 1} recordings, allowed: with one FILE"
-            )
-        sys.exit(_replay_all([first, *others], one, jobs))
+        sys.exit(_replay_all(paths, options, jobs))
+    [path] = paths
     with usage_errors():
-        found = one(INPUT.convert(first, None, None))
-    print_result(found.document, "\n".join([*found.table, *found.below]))
-    print_notes(first, [found.understood, *found.notes])
-    sys.exit(0 if found.reliable else ExitCode.NOT_RELIABLE)
+        replay = replay_recording(INPUT.convert(path, None, None), options)
+    print_result(replay.to_json(), "\n".join([*replay.table(), *replay.sentences()]))
+    print_notes(path, [replay.understood, *replay.notes, *replay.warnings])
+    sys.exit(replay.exit_code)
 
 
-@dataclass
-class Replayed:
-    """What is printed of one recording: a JSON document, or a table with sentences below it; and notes."""
+@dataclass(frozen=True)
+class ReplayOptions:
+    """How each recording is read and estimated."""
 
-    document: dict[str, Any]
-    table: list[str]
+    reading: SourceOptions
+    tracker: TrackerOptions
+    calibration: "Calibration | None" = None
+    is_offline: bool = False
+    windows: Sequence[Window] | None = None
+
+
+@dataclass(frozen=True)
+class Replay:
+    """The touches of one recording, and what is known of each."""
+
+    file: Path
+    tracking: Mapping[str, Any]
+    """Scene and settings of the tracker."""
+    rows: int
+    unit: str
+    windows: Sequence[Window] | None
+    touches: "Sequence[Touch]"
+    cut: int
+    """Touches at the end that were running when the recording ended."""
+    uncertainties: Sequence[Uncertainty]
+    entries: Sequence[Entry | None] | None
+    """The session's entry for each touch; None without a session."""
+    is_level: bool
+    """Whether the level ratio is used."""
+    calibration: "Calibration | None"
+    moduli: touch_table.TouchModuli | None
+    offline: "Sequence[OfflineTouch] | None"
     understood: str
-    notes: list[str]
-    reliable: bool
-    below: list[str] = field(default_factory=list)
+    """How a table of another program is read, or that the recording is simulated."""
+    notes: Sequence[str]
+    warnings: Sequence[str]
+    """Notes that are not in the document: on the calibration, and why there is no touch."""
+    is_as_written: bool
+    """Whether the recording has no doubts."""
 
-    def add_specimens(self, entries: list[Entry | None]) -> None:
-        """Add what the sidecar says of each touch."""
-        self.table = touch_table.beside(
-            self.table, ["specimen", *map(touch_table.specimen_of, entries)]
-        )
-        for record, entry in zip(self.document["touches"], entries, strict=True):
-            record |= {
-                "specimen": entry and entry.specimen,
-                "left_out": entry.left_out if entry else "",
-            }
+    @property
+    def exit_code(self) -> ExitCode:
+        """NOT_RELIABLE without a touch, with a doubtful recording or a calibration that is not sound."""
+        if not self.touches or not self.is_as_written:
+            return ExitCode.NOT_RELIABLE
+        if self.calibration is not None and not self.calibration.sound:
+            return ExitCode.NOT_RELIABLE
+        return ExitCode.DONE
 
-    def add_moduli(self, calibration: "Calibration", touches: list[palpate.Touch]) -> None:
-        """Add the modulus of each touch, and of their mean."""
-        moduli = [calibration.modulus_of(touch) for touch in touches]
-        usable = [touch for touch in touches if not calibration.objections(touch)]
-        found, of_mean = calibration.agreement(usable) if len(usable) > 1 else None, None
-        if found and found.agree:
-            of_mean = calibration.modulus(found.ratio, found.own_error, touches=found.effective)
-        if touches:
-            cells = ["modulus (95 % interval)", *map(touch_table.modulus_cell, moduli)]
-            self.table = touch_table.beside(self.table, cells)
-            mean = (
-                f", if all are on one object: {touch_table.modulus_cell(of_mean)}"
-                if of_mean
-                else ""
-            )
-            self.below += [f"{found}{mean}"] * bool(found) + [
-                f"The intervals include the {calibration.scatter}."
-            ]
-        for record, modulus in zip(self.document["touches"], moduli, strict=True):
-            record["modulus"] = modulus.as_dict()
-        self.document["agreement"] = found.as_dict() if found else None
-        self.document["modulus_of_mean"] = of_mean.as_dict() if of_mean else None
+    def table(self) -> list[str]:
+        """Return the lines of the table: the header, and a row for each touch."""
+        if self.offline is not None:
+            offline_rows = list(map(touch_table.offline_row, count(1), self.offline))
+            return touch_table.with_header(offline_rows, touch_table.OFFLINE_HEADER)
+        rows = map(touch_table.touch_row, count(1), self.touches, self.uncertainties)
+        lines = touch_table.with_header(list(rows))
+        if self.entries is not None:
+            cells = [touch_table.specimen_cell(entry) for entry in self.entries]
+            lines = touch_table.add_column(lines, ["specimen", *cells])
+        if self.moduli is not None and self.touches:
+            cells = [touch_table.modulus_cell(modulus) for modulus in self.moduli.moduli]
+            lines = touch_table.add_column(lines, ["modulus (95 % interval)", *cells])
+        return lines
 
-    def add_offline(self, touches: "list[OfflineTouch]") -> None:
-        """Show the touches as they are estimated afterwards."""
-        rows = [touch_table.offline_row(*each) for each in enumerate(touches, 1)]
-        self.table = touch_table.table(rows, touch_table.OFFLINE_HEADER)
-        self.below = touch_table.methods(touches)
-        for record, touch in zip(self.document["touches"], touches, strict=False):
-            record["offline"] = touch.as_dict()
+    def sentences(self) -> list[str]:
+        """Return the lines below the table."""
+        if self.offline is not None:
+            return touch_table.offline_methods(self.offline)
+        sentences = []
+        if self.is_level:
+            sentences.append("The ratios are level ratios: over the swept depth, not of the hold.")
+        if self.moduli is not None and self.calibration is not None:
+            sentences += self.moduli.sentences(self.calibration)
+        if self.unit != "pF" and self.touches:
+            sentences.append(f"unit: {self.unit}; of the covariance: 1/({self.unit})^2")
+        return sentences + touch_table.advice_lines(self.touches, cut=self.cut)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the document."""
+        records = touch_table.touch_records(self.touches, self.uncertainties, cut=self.cut)
+        settings = {
+            name: _without_infinity(value)
+            for name, value in self.tracking.items()
+            if name != "scene"
+        }
+        document = {
+            "file": str(self.file),
+            "scene": self.tracking["scene"],
+            "settings": settings,
+            "palpate": palpate.__version__,
+            "rows": self.rows,
+            "notes": list(self.notes),
+        }
+        if self.unit != "pF":
+            document["unit"] = self.unit
+        if self.windows:
+            document["windows"] = self.windows
+        document["touches"] = records
+        if self.is_level:
+            document["ratio_used"] = "level_ratio"
+        if self.entries is not None:
+            for record, entry in zip(records, self.entries, strict=True):
+                record["specimen"] = entry.specimen if entry else None
+                record["left_out"] = entry.left_out if entry else ""
+        if self.moduli is not None:
+            for record, modulus in zip(records, self.moduli.moduli, strict=True):
+                record["modulus"] = modulus.as_dict()
+            agreement = self.moduli.agreement
+            of_mean = self.moduli.of_mean
+            document["agreement"] = agreement.as_dict() if agreement else None
+            document["modulus_of_mean"] = of_mean.as_dict() if of_mean else None
+        if self.offline is not None:
+            for record, touch in zip(records, self.offline, strict=False):
+                record["offline"] = touch.as_dict()
+        return document
 
 
-def replayed(
-    file: Path,
-    reading: SourceOptions,
-    tracker: TrackerOptions,
-    offline: bool,
-    calibration: "Calibration | None",
-    windows: _Windows,
-) -> Replayed:
+def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     """Send a recording through the estimator.
 
     Raises
@@ -208,125 +273,150 @@ def replayed(
     RecordingError, ValueError, TypeError
         As from `palpate.touches`.
     """
-    recording = recorded(file, **reading.keywords())
-    tracking = tracker.for_recording(recording, calibration)
-    again = palpate.offline(recording, **tracking) if offline else None
-    of_tracker = tracked(recording, windows=windows, **tracking)
-    touches, notes, plan = (
-        of_tracker.touches,
-        [*of_tracker.touches.notes],
-        recording.sidecar.session,
-    )
-    other = {} if recording.unit == "pF" else {"unit": recording.unit}
+    calibration = options.calibration
+    recording = recorded(file, **options.reading.keywords())
+    tracking = options.tracker.for_recording(recording, calibration)
+    offline = palpate.offline(recording, **tracking) if options.is_offline else None
+    found = tracked(recording, windows=options.windows, **tracking)
+    touches = found.touches
+    plan = recording.sidecar.session
     entries = plan.matched(touches, recording.survey.period_s)
-    ratio_of = calibration.ratio_of if calibration else RATIOS[plan.ratio]
-    named = [
-        (entry, touch)
-        for touch, entry in zip(touches, entries, strict=True)
-        if entry and not entry.left_out
-    ]
-    kept = [(entry.specimen, touch) for entry, touch in named if not objections(touch)]
-    scatter = calibration.touch_scatter if calibration else session_scatter(kept, ratio_of)
-    linearity = linearity_pF(recording.full_scale_pF)
-    uncertainties = [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
-    document = {
-        "file": str(file),
-        "scene": tracking["scene"],
-        "settings": {name: _plain(value) for name, value in tracking.items() if name != "scene"},
-        "palpate": palpate.__version__,
-        "rows": recording.survey.rows,
-        "notes": list(notes),
-        **other,
-        **({"windows": windows} if windows else {}),
-        "touches": touch_table.records(touches, uncertainties, cut=of_tracker.cut),
-    }
-    reliable = bool(touches) and not recording.doubts
-    rows = map(touch_table.row, count(1), touches, uncertainties)
-    understood = recording.understood or simulation_note(recording)
-    found = Replayed(document, touch_table.table([*rows]), understood, notes, reliable)
-    if (calibration or plan).ratio == "level":
-        document["ratio_used"] = "level_ratio"
-        found.below.append("The ratios are level ratios: over the swept depth, not of the hold.")
-    if touches and plan.touches:
-        found.add_specimens(entries)
-    if calibration:
-        notes += doubts_of_calibration(calibration, tracking["scene"]).sentences()
-        found.reliable &= calibration.sound
-        found.add_moduli(calibration, touches)
-    found.below += [
-        f"unit: {unit}; of the covariance: 1/({unit})^2" for unit in other.values() if touches
-    ]
-    found.below += touch_table.advised(document["touches"])
-    if again is not None:
-        found.add_offline(again)
+    warnings = []
+    if calibration is not None:
+        warnings += doubts_of_calibration(calibration, tracking["scene"]).sentences()
     if not touches:
-        notes.append(f"no touch found: {_why_not(recording, again=of_tracker.retaken > 0)}")
-    return found
+        warnings.append(
+            f"no touch found: {_why_no_touch(recording, was_retaken=found.retaken > 0)}"
+        )
+    return Replay(
+        file=file,
+        tracking=tracking,
+        rows=recording.survey.rows,
+        unit=recording.unit,
+        windows=options.windows,
+        touches=touches,
+        cut=found.cut,
+        uncertainties=_uncertainties(recording, touches, plan, entries, calibration),
+        entries=entries if touches and plan.touches else None,
+        is_level=(calibration or plan).ratio == "level",
+        calibration=calibration,
+        moduli=touch_table.TouchModuli.of(calibration, touches)
+        if calibration is not None
+        else None,
+        offline=offline,
+        understood=recording.understood or simulation_note(recording),
+        notes=touches.notes,
+        warnings=warnings,
+        is_as_written=not recording.doubts,
+    )
 
 
-def _plain(value: Any) -> Any:
+def _uncertainties(
+    recording: OpenedRecording,
+    touches: "Sequence[Touch]",
+    plan: Plan,
+    entries: Sequence[Entry | None],
+    calibration: "Calibration | None",
+) -> list[Uncertainty]:
+    """Return the uncertainty of each touch, with the scatter of the calibration or the session."""
+    ratio_of: RatioOf
+    if calibration is not None:
+        ratio_of = calibration.ratio_of
+        scatter = calibration.touch_scatter
+    else:
+        ratio_of = RATIOS[plan.ratio]
+        kept = []
+        for entry, touch in zip(entries, touches, strict=True):
+            if entry and not entry.left_out and not objections(touch):
+                kept.append((entry.specimen, touch))
+        scatter = session_scatter(kept, ratio_of)
+    linearity = linearity_pF(recording.full_scale_pF)
+    return [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
+
+
+def _without_infinity(value: Any) -> Any:
     """Return a setting for JSON, which has no infinity."""
     return str(value) if value in (math.inf, -math.inf) else value
 
 
-def _why_not(recording: OpenedRecording, *, again: bool) -> str:
-    takes = baseline_takes(recording.survey.period_s if recording.timed else 0)
-    spans = [
-        f"{name} {high - low:.3g} {recording.unit}"
-        for name, (low, high) in recording.survey.spans_pF.items()
-    ]
+def _why_no_touch(recording: OpenedRecording, *, was_retaken: bool) -> str:
+    """Return why a recording may have no touch; `was_retaken`: the baseline was measured again."""
+    survey = recording.survey
+    baseline = baseline_takes(survey.period_s if recording.timed else 0)
+    spans = []
+    for name, (low, high) in survey.spans_pF.items():
+        spans.append(f"{name} {high - low:.3g} {recording.unit}")
     if len(spans) < 2:
         return "a channel has no values"
-    found = f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit; "
-    return takes if again else found + takes
+    if was_retaken:
+        return baseline
+    return (
+        "no change was above the idle noise for long enough. The channels span "
+        f"{', '.join(spans)}; check --unit; {baseline}"
+    )
 
 
-def _replay_all(files: list[Path], one: partial[Replayed], jobs: int) -> int:
+_Results = dict[Path, Replay | Exception]
+_PRIORITY = (
+    ExitCode.UNEXPECTED,
+    ExitCode.MISSING_EXTRA,
+    ExitCode.NO_DEVICE,
+    ExitCode.BAD_DATA,
+    ExitCode.NOT_RELIABLE,
+    ExitCode.DONE,
+)
+"""Exit codes of several recordings: the first one here that any of them has is returned."""
+
+
+def _replay_all(files: Sequence[Path], options: ReplayOptions, jobs: int) -> ExitCode:
     """Replay recordings in threads, print the results in order, and return the exit code."""
-    results: dict[Path, Replayed | Exception] = {}
-    work = in_order(one, files, jobs)
+    results: _Results = {}
+    work = in_order(partial(replay_recording, options=options), files, jobs)
     try:
-        with reading_progress("replay", files) as done:
+        with reading_progress("replay", files) as update:
             for file, result in zip(files, work, strict=True):
                 results[file] = result
-                done(file)
+                update(file)
     except KeyboardInterrupt:
         work.close()  # waits for the threads
         _print_all(results)
         click.echo(f"{len(results)} of {len(files)} recordings are done", err=True)
         raise
     codes = _print_all(results)
-    return next(code for code in _WORST if code in codes)
+    return next(code for code in _PRIORITY if code in codes)
 
 
-def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
-    """Print a table or a list of all results, then their sentences, notes and errors; return the exit codes."""
+def _print_all(results: _Results) -> set[ExitCode]:
+    """Print a table or a list of all results, then sentences, notes and errors; return the codes."""
     width = max((len(str(file)) for file in results), default=0)
-    documents, lines, below, errors, codes, understood = (
-        [],
-        list[str](),
-        list[str](),
-        list[str](),
-        {0},
-        "",
-    )
+    codes = {ExitCode.DONE}
+    documents: list[object] = []
+    lines: list[str] = []
+    sentences: list[str] = []
+    errors: list[str] = []
+    understood = ""
     for file, result in results.items():
         if isinstance(result, Exception):
-            found = ErrorReport.of_file(result)
-            codes.add(found.code)
-            errors.append(found.line(file))
-            documents.append({"file": str(file), "error": asdict(found)})
+            report = ErrorReport.of_file(result)
+            codes.add(report.code)
+            errors.append(report.line(file))
+            documents.append({"file": str(file), "error": asdict(report)})
             continue
-        documents.append(result.document)
-        codes.add(0 if result.reliable else ExitCode.NOT_RELIABLE)
-        print_notes(
-            file, [result.understood if result.understood != understood else "", *result.notes]
-        )
-        understood = result.understood
-        begin = [] if lines or not result.table else [f"{'file':{width}}  {result.table[0]}"]
-        lines += [*begin, *(f"{file!s:{width}}  {row}" for row in result.table[1:])]
-        below += [f"{file}: {line}" for line in result.below]
-    print_result(documents, "\n".join([*lines, *below]))
+        codes.add(result.exit_code)
+        documents.append(result.to_json())
+        notes = [*result.notes, *result.warnings]
+        if result.understood != understood:
+            notes.insert(0, result.understood)
+            understood = result.understood
+        print_notes(file, notes)
+        table = result.table()
+        if table and not lines:
+            lines.append(f"{'file':{width}}  {table[0]}")
+        for row in table[1:]:
+            lines.append(f"{file!s:{width}}  {row}")
+        for sentence in result.sentences():
+            sentences.append(f"{file}: {sentence}")
+    print_result(documents, "\n".join([*lines, *sentences]))
     for error in errors:
         print_message(error)
     return codes

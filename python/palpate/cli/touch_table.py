@@ -1,15 +1,18 @@
-"""Touches as a table, as sentences, and as records of a JSON document; with moduli, or estimated afterwards."""
+"""Touches as rows of a table, as sentences, and as records of a JSON document."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from palpate import Touch, number_format
 from palpate.cli.output import format_row
+from palpate.flags import advice_at_end
+from palpate.repeatability import Agreement
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
-    from palpate.calibration import Modulus
+    from palpate.calibration import Calibration, Modulus
     from palpate.offline_touches import OfflineTouch
     from palpate.recording.session import Entry
 
@@ -35,89 +38,141 @@ OFFLINE_HEADER = (
 )
 
 
-def row(number: int, touch: "Touch", known: Uncertainty) -> str:
+def touch_row(number: int, touch: Touch, uncertainty: Uncertainty) -> str:
     """Return one touch with its uncertainty as a line of the table; the numbers begin at 1.
 
-    The result is the "first", known at the end of the touch, or "revised" with the baseline after the release; "-" in a
-    scene that revises none.
+    The result is "first", at the end of the touch, or "revised", with the baseline after the
+    release; "-" in a scene that revises none.
     """
-    result = "-" if not touch.effects else "revised" if touch.revised else "first"
-    return _row(
-        HEADER, number, touch, known, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result
-    )
+    if not touch.effects:
+        result = "-"
+    elif touch.revised:
+        result = "revised"
+    else:
+        result = "first"
+    covariance = f"{touch.covariance:.3g}"
+    alarm = f"{touch.alarm_share:.0%}"
+    return _row(HEADER, number, touch, [uncertainty, covariance, alarm, result])
 
 
 def offline_row(number: int, touch: "OfflineTouch") -> str:
-    """Return one touch with the live result beside."""
-    return _row(OFFLINE_HEADER, number, touch, *_ratio(touch), *_ratio(touch.live))
+    """Return one touch that was estimated offline, with the live result."""
+    return _row(OFFLINE_HEADER, number, touch, [*_ratio_cells(touch), *_ratio_cells(touch.live)])
 
 
-def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *more: object) -> str:
+def _row(
+    header: Sequence[str], number: int, touch: "Touch | OfflineTouch", cells: Iterable[object]
+) -> str:
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
     flags = f"{' '.join(touch.flags):{len('flags')}}"
-    return format_row(header, [number, start, touch.samples, *more, flags])
+    return format_row(header, [number, start, touch.samples, *cells, flags])
 
 
-def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
-    return number_format.number(touch.ratio, touch.standard_error), number_format.error(
-        touch.standard_error
-    )
+def _ratio_cells(touch: "Touch | OfflineTouch") -> list[str]:
+    error = touch.standard_error
+    return [number_format.number(touch.ratio, error), number_format.error(error)]
 
 
-def table(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
-    """Return lines with their header; none without lines."""
+def with_header(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
+    """Return lines below their header; no header without lines."""
     return [format_row(header, header), *lines] if lines else []
 
 
-def methods(touches: "Iterable[OfflineTouch]") -> list[str]:
-    """Return a sentence for each method, with the numbers of its touches."""
-    found: dict[str, list[str]] = {}
-    for number, touch in enumerate(touches, 1):
-        method = f"{touch.method}, baseline {touch.baselines}" if touch.baselines else touch.method
-        found.setdefault(method, []).append(str(number))
-    return [f"touch {', '.join(numbers)}: {method}" for method, numbers in found.items()]
-
-
-def beside(lines: Sequence[str], column: Sequence[str]) -> list[str]:
-    """Return lines of a table with one column more, which begins with its name."""
+def add_column(lines: Sequence[str], column: Sequence[str]) -> list[str]:
+    """Return the lines of a table with one more column, which begins with its name."""
     width = max(map(len, lines), default=0)
     return [f"{line:{width}}  {cell}" for line, cell in zip(lines, column, strict=True)]
 
 
-def specimen_of(entry: "Entry | None") -> str:
-    """Return what was touched, and why a touch is left out."""
-    name = (entry and entry.specimen) or "-"
-    return f"{name}, left out: {entry.left_out}" if entry and entry.left_out else name
-
-
-def advised(records: Iterable[Mapping[str, Any]], first: int = 1) -> list[str]:
-    """Return a line for each flag of each touch, whose first one has this number: what it means, and what to do."""
-    return [
-        f"touch {number}: {each}"
-        for number, touch in enumerate(records, first)
-        for each in touch["advice"]
-    ]
-
-
-def records(
-    touches: "Sequence[Touch]", uncertainties: Sequence[Uncertainty], *, cut: int = 0
-) -> list[dict[str, Any]]:
-    """Return touches for JSON: their fields, `advice`, a sentence for each flag, and their uncertainty.
-
-    The last `cut` touches ran when the recording ended.
-    """
-    from palpate.flags import advice_at_end
-
-    rows = []
-    for touch, advice, known in zip(
-        touches, advice_at_end(touches, cut=cut), uncertainties, strict=True
-    ):
-        texts = [str(each) for each in advice]
-        rows.append({**touch.as_dict(), "advice": texts, **known.as_dict()})
-    return rows
+def specimen_cell(entry: "Entry | None") -> str:
+    """Return the specimen of a touch, and why the touch is left out."""
+    if entry is None:
+        return "-"
+    name = entry.specimen or "-"
+    return f"{name}, left out: {entry.left_out}" if entry.left_out else name
 
 
 def modulus_cell(modulus: "Modulus") -> str:
-    """Return a modulus with its interval; why it is not known, and whether it is beyond the calibration."""
-    reason = f": {modulus.reason}" if modulus.reason else ""
-    return f"{modulus}{reason}" + ", beyond the calibrated moduli" * modulus.extrapolated
+    """Return a modulus with its interval, why there is none, and whether it is extrapolated."""
+    cell = str(modulus)
+    if modulus.reason:
+        cell += f": {modulus.reason}"
+    if modulus.extrapolated:
+        cell += ", beyond the calibrated moduli"
+    return cell
+
+
+def offline_methods(touches: "Iterable[OfflineTouch]") -> list[str]:
+    """Return a sentence for each method, with the numbers of its touches."""
+    numbers: dict[str, list[str]] = {}
+    for number, touch in enumerate(touches, 1):
+        method = touch.method
+        if touch.baselines:
+            method += f", baseline {touch.baselines}"
+        numbers.setdefault(method, []).append(str(number))
+    return [f"touch {', '.join(which)}: {method}" for method, which in numbers.items()]
+
+
+def touch_records(
+    touches: Sequence[Touch], uncertainties: Sequence[Uncertainty], *, cut: int = 0
+) -> list[dict[str, Any]]:
+    """Return touches for JSON: their fields, their advice, and their uncertainty.
+
+    The last `cut` touches were running when the recording ended.
+    """
+    records = []
+    advice = advice_at_end(touches, cut=cut)
+    for touch, own_advice, uncertainty in zip(touches, advice, uncertainties, strict=True):
+        sentences = [str(each) for each in own_advice]
+        records.append({**touch.as_dict(), "advice": sentences, **uncertainty.as_dict()})
+    return records
+
+
+def advice_lines(touches: Sequence[Touch], *, first: int = 1, cut: int = 0) -> list[str]:
+    """Return a line for each flag of each touch: what it means, and what to do.
+
+    The touches are numbered from `first`; the last `cut` were running when the recording ended.
+    """
+    lines = []
+    for number, advice in enumerate(advice_at_end(touches, cut=cut), first):
+        lines += [f"touch {number}: {each}" for each in advice]
+    return lines
+
+
+@dataclass(frozen=True)
+class TouchModuli:
+    """The modulus of each touch, and of all if they agree."""
+
+    moduli: "Sequence[Modulus]"
+    agreement: Agreement | None
+    """None below two usable touches."""
+    of_mean: "Modulus | None"
+    """None if the touches differ."""
+
+    @classmethod
+    def of(cls, calibration: "Calibration", touches: Sequence[Touch]) -> "TouchModuli":
+        """Return the moduli of touches."""
+        moduli = [calibration.modulus_of(touch) for touch in touches]
+        usable = [touch for touch in touches if not calibration.objections(touch)]
+        if len(usable) < 2:
+            return cls(moduli, None, None)
+        agreement = calibration.agreement(usable)
+        if not agreement.agree:
+            return cls(moduli, agreement, None)
+        of_mean = calibration.modulus(
+            agreement.ratio, agreement.own_error, touches=agreement.effective
+        )
+        return cls(moduli, agreement, of_mean)
+
+    def sentences(self, calibration: "Calibration") -> list[str]:
+        """Return a sentence on the mean, and one on the intervals; none without touches."""
+        if not self.moduli:
+            return []
+        sentences = []
+        if self.agreement:
+            sentence = str(self.agreement)
+            if self.of_mean:
+                sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
+            sentences.append(sentence)
+        sentences.append(f"The intervals include the {calibration.scatter}.")
+        return sentences
