@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import number_format
-from palpate.offline_touches.fit import HARD, SOFT, Sweep, aligned, fit_ratio, since_change, sweep
+from palpate.offline_touches.fit import HARD, SOFT, aligned, fit_ratio, since_change
 from palpate.offline_touches.idle import IdleLevel, Readings, idle, level_of, pause
+from palpate.offline_touches.sweep import Sweep, sweep
 from palpate.recording_protocol import RecordingProtocol, require_recording
 from palpate.touch import Touch
 from palpate.tracking import Fed, feed_recording, tracker_of
@@ -69,7 +70,7 @@ class OfflineTouch:
         The touch as the tracker found it; its flags hold here, too.
     level_ratio, level_standard_error : float
         As of `Touch`, for any exponent of the contact; nan if there is none.
-    sweep : palpate.offline_touches.fit.Sweep or None
+    sweep : palpate.offline_touches.sweep.Sweep or None
         The pairs of the level ratio.
     """
 
