@@ -27,7 +27,7 @@ class Line:
 
 
 TREMOR = (Line(4.0, 0.4, 0.5), Line(9.0, 0.4, 0.5), Line(0.55, 0.26, 0.25))
-"""The default of `palpate.simulation.press.Lines`: two lines, and sway in addition."""
+"""The default of `palpate.simulation.signals.Lines`: two lines, and sway in addition."""
 
 
 @dataclass(frozen=True)

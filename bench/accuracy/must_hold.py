@@ -22,7 +22,7 @@ from palpate.ad7746.registers import NOISE_PF
 from palpate.design import cusum
 from palpate.simulation import Press, Scenario, Simulation, scenarios, simulate
 from palpate.simulation.mechanics import Bumps, Gauge
-from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
+from palpate.simulation.readings import BaselineModel, ConverterModel, Faults, Stamps
 
 from bench.accuracy.bound import Setup, bound
 from bench.accuracy.presses import (
@@ -247,7 +247,7 @@ def physics(seeds: int) -> Iterator[Row]:
         )
 
 
-def changed(channel: str, **baseline: float) -> tuple[Baseline, Baseline]:
+def changed(channel: str, **baseline: float) -> tuple[BaselineModel, BaselineModel]:
     """Return the baselines of both channels, with changes in one."""
     return (
         (replace(_HARD, **baseline), _SOFT)
@@ -295,7 +295,10 @@ def effects() -> dict[str, Scenario]:
 
 def readings(seeds: int) -> Iterator[Row]:
     """Return the rows of faults of the readings."""
-    host: dict[str, Any] = {"converter": Converter(jitter_s=0.0), "stamps": Stamps(host_s=0.003)}
+    host: dict[str, Any] = {
+        "converter": ConverterModel(jitter_s=0.0),
+        "stamps": Stamps(host_s=0.003),
+    }
     scenes = {
         "10 % of the conversions lost": (held(faults=Faults(lost=0.1)), 0.010),
         "30 % of the conversions lost, in runs of 8": (

@@ -13,7 +13,7 @@ import numpy as np
 import palpate
 from numpy.typing import NDArray
 from palpate.simulation import Press, Scenario, Simulation, simulate
-from palpate.simulation.press import Lines
+from palpate.simulation.signals import Lines
 
 if TYPE_CHECKING:
     from palpate._core import _Scene

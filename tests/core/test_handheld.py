@@ -5,7 +5,7 @@ import palpate
 import pytest
 from numeric import process
 from numpy.typing import NDArray
-from palpate.simulation import Baseline, Scenario, scenarios, simulate
+from palpate.simulation import BaselineModel, Scenario, scenarios, simulate
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,10 @@ def test_the_standard_error_knows_of_tones_and_baselines(
 
 def test_a_drift_without_contact_is_no_touch() -> None:
     """The limit in docs/untried.md: 3e-5 pF/s in both channels."""
-    baselines = (Baseline(0.62, drift_pF_per_s=3e-5), Baseline(-0.41, drift_pF_per_s=3e-5))
+    baselines = (
+        BaselineModel(0.62, drift_pF_per_s=3e-5),
+        BaselineModel(-0.41, drift_pF_per_s=3e-5),
+    )
     drifting = Scenario(duration_s=60.0, baselines=baselines)
     assert [palpate.touches(simulate(drifting, seed)) for seed in range(20)] == [[]] * 20
 

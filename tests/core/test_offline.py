@@ -8,7 +8,7 @@ import numpy as np
 import palpate
 import pytest
 from palpate.recording import Recording
-from palpate.simulation import Converter, Faults, Scenario, Simulation, simulate
+from palpate.simulation import ConverterModel, Faults, Scenario, Simulation, simulate
 from palpate.simulation.scenarios import SCENARIOS
 
 from bench.accuracy.must_hold import ONE_MEMORY, TIMES, beside_spline
@@ -56,7 +56,7 @@ def test_at_most_1_1_times_the_error_of_a_spline(name: str) -> None:
         held(0.05, press={"depth_pF": 2e-4}),
         held(0.08, press={"hold_s": 1.5}),
         held(0.05, faults=Faults(lost=0.1)),
-        held(0.02, converter=Converter(together=True, bus_s=0.015)),
+        held(0.02, converter=ConverterModel(together=True, bus_s=0.015)),
     ],
     ids=["tremor", "none", "light", "short", "lost", "together"],
 )

@@ -13,9 +13,9 @@ from palpate import reference
 from palpate.reference.align import means
 from palpate.simulation import (
     SCENARIOS,
-    Baseline,
+    BaselineModel,
     Bumps,
-    Converter,
+    ConverterModel,
     Faults,
     Gauge,
     Press,
@@ -90,7 +90,7 @@ def presses(draw: st.DrawFn) -> list[Press]:
 
 drifts = st.sampled_from([0.0, 0.0, 3e-4, -1e-4])
 baselines = st.builds(
-    Baseline,
+    BaselineModel,
     level_pF=st.sampled_from([0.62, -0.41, 3.9]),
     drift_pF_per_s=drifts,
     wander_pF=st.sampled_from([0.0, 0.0, 3e-4]),
@@ -113,13 +113,13 @@ scenarios = st.builds(
     gauges=st.tuples(gauges, gauges),
     baselines=st.tuples(baselines, baselines),
     converter=st.builds(
-        Converter,
+        ConverterModel,
         bus_s=st.sampled_from([0.002, 0.002, 0.0048, 0.012]),
         jitter_s=st.sampled_from([0.0002, 0.0, 0.001]),
         together=st.sampled_from([False, False, True]),
     )
     | st.builds(  # 100 to 500 pairs a second
-        Converter,
+        ConverterModel,
         conversion_s=st.sampled_from([0.0005, 0.003]),
         bus_s=st.sampled_from([0.0005, 0.002]),
         jitter_s=st.sampled_from([0.0002, 0.0, 0.001]),

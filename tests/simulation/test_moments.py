@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from palpate.ad7746.registers import CODES_PER_PF, NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation import (
-    Baseline,
-    Converter,
+    BaselineModel,
+    ConverterModel,
     Faults,
     Lines,
     Peaks,
@@ -27,15 +27,15 @@ from palpate.simulation import (
     Tilt,
     simulate,
 )
-from palpate.simulation.board_input import known
+from palpate.simulation.board_input import board_scenarios
 from palpate.simulation.hand import SESSIONS, Hand
 from palpate.simulation.press import tilting
-from palpate.simulation.probe import Truth
+from palpate.simulation.probe import TrueCapacitance
 from palpate.simulation.scenarios import PROBE
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
 WITHIN = 5 / np.sqrt(2 * MANY)
-FAST = Converter(
+FAST = ConverterModel(
     jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019
 )  # averages nothing
 
@@ -60,9 +60,9 @@ def test_noise_has_its_variance_and_is_white(
     seed: int, noise: float, hard: float, soft: float
 ) -> None:
     """Of another converter, pF; or of the AD7746 at a CAPF, by the data sheet."""
-    converter, levels = Converter(noise_pF=noise), (Baseline(hard), Baseline(soft))
+    converter, levels = ConverterModel(noise_pF=noise), (BaselineModel(hard), BaselineModel(soft))
     if isinstance(noise, int):
-        converter, noise = Converter(capf=noise), NOISE_PF[noise]
+        converter, noise = ConverterModel(capf=noise), NOISE_PF[noise]
     run = simulate(
         Scenario(
             duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter
@@ -163,7 +163,7 @@ def test_conversions_are_lost_at_their_rate(seed: int, lost: float) -> None:
 @given(seeds, st.floats(8.0, 30.0), st.floats(0.01, 1.0))
 def test_spikes_have_their_rate_size_and_both_signs(seed: int, rate: float, size: float) -> None:
     """Poisson: 5 standard deviations of 2,800 spikes are 9.4 %."""
-    plain = Scenario(duration_s=350.0, tremor=0.0, converter=Converter(noise_pF=0.0))
+    plain = Scenario(duration_s=350.0, tremor=0.0, converter=ConverterModel(noise_pF=0.0))
     run, calm = (
         simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed),
         simulate(plain, seed),
@@ -206,7 +206,8 @@ def test_a_baseline_wanders_by_its_rms_and_time_constant(
         max(round(lag / 50 / step_s), 1) * step_s
     )  # on the grid: between its points the course is a line
     courses = (
-        Baseline(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random) for _ in range(MANY)
+        BaselineModel(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random)
+        for _ in range(MANY)
     )
     levels = np.array([course(np.array([step_s, step_s + lag]), 0.011) for course in courses])
     has_deviation(levels[:, 0], rms)
@@ -230,7 +231,7 @@ def test_a_tilt_walks_with_the_root_of_the_time(seed: int, walk: float, after: f
 def test_oblique_contact_scatters_the_ratio_from_touch_to_touch(seed: int, oblique: float) -> None:
     presses = [Press(float(k), [(0.0, 2.5)]) for k in range(MANY)]
     scenario = Scenario(presses=presses, duration_s=0.1, tilt=Tilt(oblique=oblique))
-    made = Truth(scenario, np.random.default_rng(seed), seed).presses
+    made = TrueCapacitance(scenario, np.random.default_rng(seed), seed).presses
     has_deviation(np.array([press.ratios[0][1] / 2.5 - 1 for press in made]), oblique)
 
 
@@ -274,7 +275,7 @@ def test_a_line_has_its_width() -> None:
 
 def test_ten_specimens() -> None:
     scenario = SESSIONS["ten-specimens"]
-    assert "ten-specimens" in known()
+    assert "ten-specimens" in board_scenarios()
     begins = [press.start_s for press in scenario.presses]
     assert np.allclose(np.diff(begins), 8.9)
     assert begins[0] > 5  # s: a list of specimens is entered, and a busy computer has its baseline

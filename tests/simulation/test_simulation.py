@@ -23,8 +23,8 @@ from palpate.simulation import (
     scenarios,
     simulate,
 )
-from palpate.simulation.board_input import foreign, kit_of, known
-from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
+from palpate.simulation.board_input import board_scenarios, simulated_board, unsupported
+from palpate.simulation.readings import BaselineModel, ConverterModel, Faults, Stamps
 from palpate.simulation.scenarios import EFFECTS
 from project import ROOT
 
@@ -61,9 +61,9 @@ def test_faults_are_marked_as_in_samples() -> None:
 @pytest.mark.parametrize(
     ("made", "message"),
     [
-        (lambda: Converter(capf=8), "capf: got 8, allowed: 0 to 7"),
+        (lambda: ConverterModel(capf=8), "capf: got 8, allowed: 0 to 7"),
         (
-            lambda: Converter(conversion_s=0),
+            lambda: ConverterModel(conversion_s=0),
             "conversion_s: got 0, allowed: a finite number above 0",
         ),
         (lambda: Faults(lost=-1.0), "lost: got -1.0, allowed: 0 to 1"),
@@ -98,8 +98,10 @@ SPAN_S = QUIET.converter.span_s
 
 
 def soft_baseline(seed: int = 0, duration_s: float = 10.0, **settings: Any) -> Simulation:
-    baseline = Baseline(SOFT_PF, **settings)
-    return quiet(seed, presses=[], duration_s=duration_s, baselines=(Baseline(HARD_PF), baseline))
+    baseline = BaselineModel(SOFT_PF, **settings)
+    return quiet(
+        seed, presses=[], duration_s=duration_s, baselines=(BaselineModel(HARD_PF), baseline)
+    )
 
 
 def test_a_drift_has_its_slope_from_its_begin_on() -> None:
@@ -135,14 +137,14 @@ IDLE = Scenario(duration_s=60.0, tremor=0.0)
 
 
 def test_the_steps_of_another_converter() -> None:
-    coarse = simulate(replace(IDLE, converter=Converter(code_pF=1e-3)))
+    coarse = simulate(replace(IDLE, converter=ConverterModel(code_pF=1e-3)))
     steps = coarse.hard / 1e-3
     assert np.abs(steps - np.rint(steps)).max() < STEP_PF / 1e-3
     assert len(np.unique(coarse.hard)) <= 2
 
 
 def test_host_stamps_are_wrong_and_the_readings_are_not() -> None:
-    base = replace(IDLE, presses=QUIET.presses, converter=Converter(jitter_s=0.0))
+    base = replace(IDLE, presses=QUIET.presses, converter=ConverterModel(jitter_s=0.0))
     true, run = simulate(base), simulate(replace(base, stamps=Stamps(host_s=0.003)))
     assert np.diff(true.t_hard_s) == pytest.approx(0.026)
     assert true.t_soft_s - true.t_hard_s == pytest.approx(0.013)
@@ -160,7 +162,7 @@ def test_host_stamps_are_wrong_and_the_readings_are_not() -> None:
     assert (skewed.t_hard_s == true.t_hard_s).all()
     assert skewed.t_soft_s - true.t_soft_s == pytest.approx(0.003)
     together = simulate(
-        replace(base, converter=Converter(together=True), stamps=Stamps(host_s=0.003))
+        replace(base, converter=ConverterModel(together=True), stamps=Stamps(host_s=0.003))
     )
     assert (together.t_hard_s == together.t_soft_s).all()
 
@@ -197,7 +199,7 @@ def test_pickup_is_a_sine_averaged_by_each_conversion() -> None:
 def test_an_effect_changes_no_other_random_number() -> None:
     """The readings before the contact are those of a plain touch, unless noise or baseline differ there."""
     moved = {"drift-both", "wander", "bursts", "pickup"}
-    same = {n: s for n, s in EFFECTS.items() if n not in moved and s.converter == Converter()}
+    same = {n: s for n, s in EFFECTS.items() if n not in moved and s.converter == ConverterModel()}
     assert len(same) > 20
     for name, scenario in same.items():
         plain = Scenario(presses=[Press(2.0, [(0.0, 2.0)])], duration_s=scenario.duration_s)
@@ -229,7 +231,7 @@ def test_the_board_has_the_effect(name: str) -> None:
 
 
 def test_what_a_board_cannot_be_is_refused() -> None:
-    left_out = set(SCENARIOS) - set(known())
+    left_out = set(SCENARIOS) - set(board_scenarios())
     assert left_out == {
         "coarse-codes",
         "fast-converter",
@@ -238,10 +240,10 @@ def test_what_a_board_cannot_be_is_refused() -> None:
         "skew",
         "together",
     }
-    assert foreign(SCENARIOS["jitter"]) == foreign(SCENARIOS["slow-converter"]) == ""
+    assert unsupported(SCENARIOS["jitter"]) == unsupported(SCENARIOS["slow-converter"]) == ""
     with pytest.raises(
         ValueError, match="scenario: got wrong time stamps, allowed on a board: its own"
     ):
-        kit_of(SCENARIOS["skew"], VirtualClock())
+        simulated_board(SCENARIOS["skew"], VirtualClock())
     with pytest.raises(ValueError, match="sim: got scenario 'together', allowed: soft-steady"):
         palpate.open("sim:together")

@@ -116,9 +116,9 @@ def complete_source(
 
     words: Iterable[str] = _SCHEMES
     if begin.startswith("sim:"):
-        from palpate.simulation.board_input import known
+        from palpate.simulation.board_input import board_scenarios
 
-        words = [f"sim:{name}" for name in known()]
+        words = [f"sim:{name}" for name in board_scenarios()]
     elif begin.startswith(_SCHEMES):
         from palpate.sources.devices import devices
 

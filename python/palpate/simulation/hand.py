@@ -12,11 +12,9 @@ from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import DEMO, PROBE
 from palpate.uncertainty import TOUCH_SCATTER
 
-FIRST_S, EVERY_S, LAST_S = (
-    1.5,
-    8.9,
-    0.6,
-)  # start of the first touch; from start to start; idle after the last
+FIRST_S = 1.5  # start of the first touch
+EVERY_S = 8.9  # from the start of a touch to the start of the next one
+LAST_S = 0.6  # idle time after the last touch
 SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
 
 
@@ -27,24 +25,30 @@ class Hand:
     Attributes
     ----------
     press_pF : float
-        Median of the change of the hard plus the soft channel (a hand controls the force, not the depth).
+        Median of the change of the hard plus the soft channel (a hand controls the force, not the
+        depth).
     press_spread : float
-        Standard deviation of the logarithm of the press; a press is limited to 1/20 to 2.2 times the median.
+        Standard deviation of the logarithm of the press; a press is limited to 1/20 to 2.2 times
+        the median.
     oblique : float
-        Standard deviation of a random factor on the ratio, one for each touch: scatter that nothing else shows.
+        Standard deviation of a random factor on the ratio, one for each touch: scatter that nothing
+        else shows.
     firm : float
         Exponent: a firm press has less oblique scatter, oblique * (press / press_pF) ** -firm.
     slips : float
-        Fraction of the touches in which the probe slips half-way; from then on it has another oblique factor.
+        Fraction of the touches in which the probe slips half-way; from then on it has another
+        oblique factor.
     tremor : float
-        As in `palpate.simulation.probe.Scenario`.
+        As in `palpate.simulation.Scenario`.
     nonlinearity : float, 1/pF
-        `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces. Of two plates at rest with
-        C_0 it is 1 / C_0.
+        `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces. Of two
+        plates at rest with C_0 it is 1 / C_0.
     tilt_deg : float, degrees
-        Standard deviation of the tilt, in the plane through both bumps and at right angles to it: oblique contact.
+        Standard deviation of the tilt, in the plane through both bumps and at right angles to it:
+        oblique contact.
     shallow : float
-        A touch that is held more obliquely is less deep: its press is divided by exp(shallow angle / tilt_deg).
+        A touch that is held more obliquely is less deep: its press is divided by exp(shallow angle
+        / tilt_deg).
     substrate : Substrate
         Distance of the bumps, tremor of the angle.
     """
@@ -63,27 +67,30 @@ class Hand:
     def touches(self, ratio: float, count: int, random: np.random.Generator) -> Scenario:
         """Return a scenario of `count` random touches on an object with this ratio."""
         share = np.clip(np.exp(self.press_spread * random.standard_normal(count)), 0.05, 2.2)
-        angles = random.standard_normal((count, 2)) if self.tilt_deg else np.zeros((count, 2))
+        angles = np.zeros((count, 2))
+        if self.tilt_deg:
+            angles = random.standard_normal((count, 2))
         share = share * np.exp(-self.shallow * np.hypot(*angles.T))
         scatter = self.oblique * share**-self.firm
         factors = np.maximum(1 + scatter * random.standard_normal((2, count)), 0.1)
         slips = random.random(count) < self.slips
-        presses = [
-            Press(
+        presses = []
+        for i in range(count):
+            before = ratio * factors[0, i]
+            after = ratio * factors[int(slips[i]), i]
+            along, across = self.tilt_deg * angles[i]
+            press = Press(
                 FIRST_S + EVERY_S * i,
-                [(0.0, ratio * factors[0, i]), (SLIP_S, ratio * factors[int(slips[i]), i])],
+                [(0.0, before), (SLIP_S, after)],
                 depth_pF=float(self.press_pF * share[i] / (1 + ratio)),
-                tilt_deg=(float(self.tilt_deg * angles[i, 0]), float(self.tilt_deg * angles[i, 1])),
+                tilt_deg=(float(along), float(across)),
             )
-            for i in range(count)
-        ]
-        duration = (
-            FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
-        )
+            presses.append(press)
+        last_s = presses[-1].stop_s - presses[-1].start_s
         gauge = Gauge(quadratic_per_pF=self.nonlinearity)
         return Scenario(
             presses=presses,
-            duration_s=duration,
+            duration_s=FIRST_S + EVERY_S * (count - 1) + last_s + LAST_S,
             tremor=self.tremor,
             substrate=self.substrate,
             gauges=(gauge, gauge),
@@ -134,36 +141,37 @@ def session(
     """
     if touches < 1:
         raise ValueError(f"touches: got {touches}, allowed: 1 or more")
-    made = {}
+    hand = hand or Hand()
+    recordings = {}
     for number, (name, modulus) in enumerate(moduli.items()):
         if progress:
             progress(number, len(moduli))
         random = np.random.default_rng([seed, number])
-        scenario = (hand or Hand()).touches(probe.ratio(modulus), touches, random)
-        made[name] = simulate(scenario, seed=int(random.integers(2**63)))
-    return made
+        scenario = hand.touches(probe.ratio(modulus), touches, random)
+        recordings[name] = simulate(scenario, seed=int(random.integers(2**63)))
+    return recordings
 
 
 TOUCHES = 4  # of each specimen
-# Time before the first touch: to measure the baseline on a busy computer too, and to enter the specimens.
+# Time before the first touch: to measure the baseline on a busy computer too, and to enter the
+# specimens.
 FREE_S = 8.0
 
 
 def ten_specimens() -> Scenario:
-    """Return four touches on each specimen of Table I of the paper, in its order, 6.1 minutes in all."""
+    """Return four touches on each specimen of Table I of the paper, in order: 6.1 minutes."""
     random = np.random.default_rng(0)
     hand = Hand()
-    parts = [
-        hand.touches(PROBE.ratio(modulus), TOUCHES, random) for modulus in SORBOTHANE_MPA.values()
-    ]
-    presses = [
-        replace(press, start_s=press.start_s + FREE_S + TOUCHES * EVERY_S * number)
-        for number, part in enumerate(parts)
-        for press in part.presses
-    ]
-    duration_s = FREE_S + parts[-1].duration_s + TOUCHES * EVERY_S * (len(parts) - 1)
-    return replace(parts[0], presses=presses, duration_s=duration_s)
+    presses: list[Press] = []
+    for number, modulus in enumerate(SORBOTHANE_MPA.values()):
+        part = hand.touches(PROBE.ratio(modulus), TOUCHES, random)
+        earlier_s = TOUCHES * EVERY_S * number
+        for press in part.presses:
+            presses.append(replace(press, start_s=press.start_s + FREE_S + earlier_s))
+    duration_s = FREE_S + part.duration_s + TOUCHES * EVERY_S * (len(SORBOTHANE_MPA) - 1)
+    return replace(part, presses=presses, duration_s=duration_s)
 
 
-# Beside `palpate.simulation.SCENARIOS`: for a rehearsal of a whole session, not for comparisons of estimators.
+# In addition to `palpate.simulation.SCENARIOS`: to rehearse a whole session, not to compare
+# estimators.
 SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens(), "demo": DEMO}

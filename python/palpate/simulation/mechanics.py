@@ -1,4 +1,4 @@
-"""From forces to capacitance: the substrate under both bumps, the bumps on the object, their gauges."""
+"""From forces to capacitance: the substrate under both bumps, the bumps, their gauges."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from palpate.elasticity import Elasticity
-from palpate.simulation.press import Array, follow, positive, within
+from palpate.simulation.signals import Array, follow, require_positive, require_within
 
 _Values = Array | float
 _SOFTEST = 1e-6  # least stiffness of an object, relative to the soft bump; at r = 1 it would be 0
@@ -16,16 +16,20 @@ _STEPS = 12  # of Newton's method: the forces add up to 1e-9 pF
 
 @dataclass(frozen=True)
 class Substrate:
-    """Where the bumps sit, and how a tilt shares the force between them. The truth is the ratio of level bumps.
+    """Places of the bumps, and how a tilt shares the force between them.
 
-    A substrate tilted by an angle a puts the hard bump deeper than the soft one by g = spacing tan a. With the depth d
-    between the bumps, F_1 = r K (d + g/2)^s and F_2 = K (d - g/2)^s, each 0 before its bump is reached; K is the
-    stiffness of soft bump and object in series, eq. (1): K = k_s (1 - 1/r) / (1 - 1/rigid_ratio). The hand sets the
-    force F = F_1 + F_2, not d. For s = 1, with both bumps in contact, F_1 = r F_2 + r K g: an offset.
+    The truth is the ratio of level bumps.
 
-    In the layout "soft-hard-soft" the soft bump is split: half of it on each side of the hard bump, on one line, at the
-    same distance, both wired to the soft channel. With d the depth of the hard bump, F_2 = K ((d + g)^s + (d - g)^s) / 2:
-    for s = 1 with both halves in contact g cancels, for s = 1.5 F_2 is larger by 3/8 (g/d)^2 of it.
+    A substrate tilted by an angle a puts the hard bump deeper than the soft one by g = spacing tan
+    a. With the depth d between the bumps, F_1 = r K (d + g/2)^s and F_2 = K (d - g/2)^s, each 0
+    before its bump is reached; K is the stiffness of soft bump and object in series, eq. (1): K =
+    k_s (1 - 1/r) / (1 - 1/rigid_ratio). The hand sets the force F = F_1 + F_2, not d. For s = 1,
+    with both bumps in contact, F_1 = r F_2 + r K g: an offset.
+
+    In the layout "soft-hard-soft" the soft bump is split: half of it on each side of the hard bump,
+    on one line, at the same distance, both wired to the soft channel. With d the depth of the hard
+    bump, F_2 = K ((d + g)^s + (d - g)^s) / 2: for s = 1 with both halves in contact g cancels, for
+    s = 1.5 F_2 is larger by 3/8 (g/d)^2 of it.
 
     Attributes
     ----------
@@ -38,17 +42,19 @@ class Substrate:
     exponent : float, 1 or more
         s: 1 for bumps with a flat end, 1.5 for domes (Hertz).
     tremor_deg : float, degrees
-        Tremor of the angle, rms, with the spectrum of the scenario, independent of the tremor of the force.
+        Tremor of the angle, rms, with the spectrum of the scenario, independent of the tremor of
+        the force.
     settles, settle_s : float, s
-        At contact the tilt is 1 + settles times the held tilt, which it approaches with this time constant.
+        At contact the tilt is 1 + settles times the held tilt, which it approaches with this time
+        constant.
     layout : str
         "hard-soft" or "soft-hard-soft".
     misplaced : float, in [-1, 1]
-        Place of the hard bump on the line, in spacings from the middle between the halves; above 0 a tilt above 0 puts
-        it deeper. With layout "hard-soft" 0.
+        Place of the hard bump on the line, in spacings from the middle between the halves; above 0
+        a tilt above 0 puts it deeper. With layout "hard-soft" 0.
     unequal : float, in [-1, 1]
-        The halves have the stiffness (1 - unequal) K / 2 and (1 + unequal) K / 2; a tilt above 0 puts the second one
-        deeper. With layout "hard-soft" 0.
+        The halves have the stiffness (1 - unequal) K / 2 and (1 + unequal) K / 2; a tilt above 0
+        puts the second one deeper. With layout "hard-soft" 0.
 
     Raises
     ------
@@ -57,8 +63,8 @@ class Substrate:
 
     Notes
     -----
-    The default values are choices of this simulator: bumps 3 mm apart, and a press of 1 pF in both channels together
-    that is 0.3 mm deep on a rigid object. The paper gives neither.
+    The default values are choices of this simulator: bumps 3 mm apart, and a press of 1 pF in both
+    channels together that is 0.3 mm deep on a rigid object. The paper gives neither.
 
     Examples
     --------
@@ -82,18 +88,20 @@ class Substrate:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        positive(self, "spacing_mm", "soft_pF_per_mm", "settle_s")
-        within(self, 0, inf, "tremor_deg", "settles")
-        within(self, 1, 3, "exponent")
+        require_positive(
+            spacing_mm=self.spacing_mm, soft_pF_per_mm=self.soft_pF_per_mm, settle_s=self.settle_s
+        )
+        require_within(0, inf, tremor_deg=self.tremor_deg, settles=self.settles)
+        require_within(1, 3, exponent=self.exponent)
         if not self.rigid_ratio > 1:
             raise ValueError(f"rigid_ratio: got {self.rigid_ratio}, allowed: above 1")
         if self.layout not in ("hard-soft", "soft-hard-soft"):
             raise ValueError(f'layout: got "{self.layout}", allowed: "hard-soft", "soft-hard-soft"')
         most = 0 if self.layout == "hard-soft" else 1
-        within(self, -most, most, "misplaced", "unequal")
+        require_within(-most, most, misplaced=self.misplaced, unequal=self.unequal)
 
     def angle_deg(self, held_deg: float, since_s: Array) -> Array:
-        """Return the tilt at times since the contact, s, without tremor, for a tilt of the hold; degrees."""
+        """Return the tilt at times since the contact, s, without tremor; degrees."""
         return held_deg * (1 + self.settles * np.exp(-np.maximum(since_s, 0) / self.settle_s))
 
     def pressed(self, level: Array, ratio: _Values, angle_deg: _Values, *, hard: bool) -> Array:
@@ -106,7 +114,8 @@ class Substrate:
         ratio : numpy.ndarray or float
             Ratio of level bumps.
         angle_deg : numpy.ndarray or float, degrees
-            Tilt in the plane through the bumps; above 0 the hard bump of the layout "hard-soft" is deeper.
+            Tilt in the plane through the bumps; above 0 the hard bump of the layout "hard-soft" is
+            deeper.
         hard : bool
             Which bump.
 
@@ -114,25 +123,24 @@ class Substrate:
         -------
         numpy.ndarray, pF
         """
-        stiffness = (
-            self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, _SOFTEST) / (1 - 1 / self.rigid_ratio)
-        )
+        softness = np.maximum(1 - 1 / ratio, _SOFTEST)
+        stiffness = self.soft_pF_per_mm * softness / (1 - 1 / self.rigid_ratio)
         slope = self.spacing_mm * np.tan(np.radians(angle_deg))
         if self.exponent == 1 and self.layout == "hard-soft":
             shift = stiffness * slope / (1 + ratio)
             if hard:
                 return np.clip(level + shift, 0, level * (1 + ratio) / ratio)
             return np.clip(level - ratio * shift, 0, level * (1 + ratio))
-        first, *rest = self._places()
+        bumps = self._places()
+        own = bumps[:1] if hard else bumps[1:]
         depth = self._depth_mm(level / stiffness, ratio, slope)
-        shares = (
-            w * np.maximum(depth + x * slope, 0) ** self.exponent
-            for x, w in ([first] if hard else rest)
-        )
-        return np.asarray(stiffness * sum(shares))
+        force: _Values = 0.0
+        for place, share in own:
+            force = force + share * np.maximum(depth + place * slope, 0) ** self.exponent
+        return np.asarray(stiffness * force)
 
     def _places(self) -> list[tuple[float, float]]:
-        """Return the place of each bump, in spacings, and its share of the stiffness of its channel; the hard bump first."""
+        """Return place, in spacings, and share of the stiffness, of each bump, hard first."""
         if self.layout == "hard-soft":
             return [(0.5, 1.0), (-0.5, 1.0)]
         return [
@@ -142,36 +150,45 @@ class Substrate:
         ]
 
     def _depth_mm(self, reduced: Array, ratio: _Values, slope: _Values) -> Array:
-        """Solve r (d + x_1 slope)_+^s + sum w_i (d + x_i slope)_+^s = (1 + r) reduced for d by Newton's method, mm."""
-        # The left side is convex and rises with d, and at the first value it is too large: the steps go down to the root.
+        """Return the depth of the press, mm: the force of all bumps is (1 + ratio) reduced."""
+        # Newton's method for r (d + x_1 slope)_+^s + sum w_i (d + x_i slope)_+^s = (1 + r) reduced.
+        # The left side is convex and rises with d, and it is too large at the first value: the
+        # steps go down to the root.
         s = self.exponent
         (hard_at, _), *soft = self._places()
         bumps = [(hard_at, ratio), *soft]
-        depth = reduced ** (1 / s) + max(abs(x) for x, _ in bumps) * np.abs(slope)
+        farthest = max(abs(place) for place, _ in bumps)
+        depth = reduced ** (1 / s) + farthest * np.abs(slope)
         for _ in range(_STEPS):
-            deep = [(np.maximum(depth + x * slope, 0), weight) for x, weight in bumps]
-            excess = sum(weight * own**s for own, weight in deep) - (1 + ratio) * reduced
-            rise = s * sum(weight * (own > 0) * own ** (s - 1) for own, weight in deep)
-            depth = depth - excess / np.maximum(rise, 1e-12)
+            force: _Values = 0.0
+            rise: _Values = 0.0
+            for place, weight in bumps:
+                own = np.maximum(depth + place * slope, 0)
+                force = force + weight * own**s
+                rise = rise + weight * (own > 0) * own ** (s - 1)
+            excess = force - (1 + ratio) * reduced
+            depth = depth - excess / np.maximum(s * rise, 1e-12)
         return np.asarray(depth)
 
 
-# Grids: a lag keeps the tremor, of which a line between two points loses (2 pi 12 Hz step)^2 / 12 = 5e-4 at 12 Hz;
-# creep is slow.
-_LAG_STEP_S, _CREEP_STEP_S = 0.001, 0.005
+# Grids of lag and creep. A lag keeps the tremor: a line between two points loses a share of
+# (2 pi 12 Hz step)^2 / 12 = 5e-4 of it at 12 Hz. Creep is slow.
+_LAG_STEP_S = 0.001
+_CREEP_STEP_S = 0.005
 
 
 @dataclass(frozen=True)
 class Bumps:
-    """How the two bumps touch the object. The truth is the ratio of level bumps without cross-talk.
+    """Contact of the two bumps with the object. The truth: level bumps without cross-talk.
 
     Attributes
     ----------
     offset : float
-        One bump is reached first: by this share of the depth, the soft bump if above 0, the hard bump if below.
-        With c0 = offset * depth_pF: C1 = r (C2 - c0).
+        One bump is reached first: by this share of the depth, the soft bump if above 0, the hard
+        bump if below. With c0 = offset * depth_pF: C1 = r (C2 - c0).
     bottoms_pF : (float, float), pF
-        Largest force of the hard and the soft bump, which bottoms out there, as a capacitance of a linear gauge.
+        Largest force of the hard and the soft bump, which bottoms out there, as a capacitance of a
+        linear gauge.
     cross_talk : float
         Share of the capacitance change of each channel that is added to the other.
 
@@ -192,9 +209,9 @@ class Bumps:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, -1, 1, "offset")
-        within(self, 0, inf, "bottoms_pF")
-        within(self, 0, 1, "cross_talk")
+        require_within(-1, 1, offset=self.offset)
+        require_within(0, inf, bottoms_pF=self.bottoms_pF)
+        require_within(0, 1, cross_talk=self.cross_talk)
 
     def force(self, press: Array, depth_pF: float, ratio: Array | float, *, hard: bool) -> Array:
         """Return the force of one bump.
@@ -225,8 +242,8 @@ class Bumps:
 class Gauge:
     """How the capacitance of one bump follows its force f, here in pF of a linear gauge.
 
-    c = f (f / reference)^(exponent - 1) (1 + quadratic f) / (1 + quadratic reference): at the reference force, where
-    the gauge was calibrated, c = f. The truth is the ratio of the forces.
+    c = f (f / reference)^(exponent - 1) (1 + quadratic f) / (1 + quadratic reference): at the
+    reference force, where the gauge was calibrated, c = f. The truth is the ratio of the forces.
 
     Attributes
     ----------
@@ -236,7 +253,8 @@ class Gauge:
     reference_pF : float, pF
         Force of the calibration; 0: the limit of small forces.
     creep, creep_s : float
-        Standard linear solid: after a step of the force the bump goes on by this share of it, with this time constant, s.
+        Standard linear solid: after a step of the force the bump continues by this share of it,
+        with this time constant, s.
     lag_s : float, s
         First-order lag of the bump behind its force.
 
@@ -260,22 +278,19 @@ class Gauge:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        positive(self, "exponent", "creep_s")
-        within(self, 0, inf, "reference_pF", "lag_s")
+        require_positive(exponent=self.exponent, creep_s=self.creep_s)
+        require_within(0, inf, reference_pF=self.reference_pF, lag_s=self.lag_s)
         if self.exponent != 1 and not self.reference_pF:
-            raise ValueError(
-                f"reference_pF: got 0 with exponent {self.exponent}, allowed: above 0, or exponent 1"
-            )
+            got = f"got 0 with exponent {self.exponent}"
+            raise ValueError(f"reference_pF: {got}, allowed: above 0, or exponent 1")
 
     def curve(self, force: Array) -> Array:
         """Return the capacitance change, pF, at constant forces, pF."""
-        change = (
-            force
-            * (1 + self.quadratic_per_pF * force)
-            / (1 + self.quadratic_per_pF * self.reference_pF)
-        )
+        at_reference = 1 + self.quadratic_per_pF * self.reference_pF
+        change = force * (1 + self.quadratic_per_pF * force) / at_reference
         if self.exponent != 1:
-            # 0^(p - 1) is infinite for p below 1; the smallest normal number keeps 0 * x^(p - 1) at 0.
+            # 0^(p - 1) is infinite for p below 1; the smallest normal number keeps 0 * x^(p - 1) at
+            # 0.
             share = np.maximum(force / self.reference_pF, np.finfo(float).tiny)
             change *= share ** (self.exponent - 1)
         return np.asarray(change)

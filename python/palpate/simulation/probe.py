@@ -1,9 +1,9 @@
 """Simulation of a hand-held probe with one converter, together with the true ratio.
 
-A force profile (presses, tremor) acts on both bumps. The capacitance change of each channel follows its force; the
-ratio of the forces follows from the object under the probe, eq. (2). The AD7746 converts the two channels one after
-the other. A conversion is an average over its duration, with the noise of the data sheet, and is rounded to a 24-bit
-code. All random numbers come from one seed.
+A force profile (presses, tremor) acts on both bumps. The capacitance change of each channel follows
+its force; the ratio of the forces follows from the object under the probe, eq. (2). The AD7746
+converts the two channels one after the other. A conversion is an average over its duration, with
+the noise of the data sheet, and is rounded to a 24-bit code. All random numbers come from one seed.
 """
 
 from collections.abc import Sequence
@@ -14,12 +14,20 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.registers import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.ad7746.configuration import SATURATION
+from palpate.ad7746.registers import (
+    CODES_PER_PF,
+    LAST_CODE,
+    SATURATED_CODES,
+    SATURATED_PF,
+    ZERO_CODE,
+)
 from palpate.recording_protocol import ArrayRecording
 from palpate.samples import Block, Status, blank
 from palpate.simulation.mechanics import Bumps, Gauge, Substrate, gauged
-from palpate.simulation.press import Array, Peaks, Press, Spectrum, Tilt, stream, tilting, within
-from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
+from palpate.simulation.press import Press, Tilt, tilting
+from palpate.simulation.readings import BaselineModel, ConverterModel, Faults, Stamps
+from palpate.simulation.signals import Array, Peaks, Spectrum, random_of, require_within
 
 
 @dataclass(frozen=True)
@@ -38,14 +46,14 @@ class Scenario:
     tilt : Tilt
         Changes of the ratio.
     substrate : Substrate
-        Distance of the bumps, tremor of the angle; what `Press.tilt_deg` does.
+        Distance of the bumps, tremor of the angle, effect of `Press.tilt_deg`.
     bumps : Bumps
         Bumps that are not level, bottom out, have cross-talk.
     gauges : (Gauge, Gauge)
         Curves, creep and lag.
-    baselines : (Baseline, Baseline)
+    baselines : (BaselineModel, BaselineModel)
         Level, drift, wander, jump, thermal change.
-    converter : Converter
+    converter : ConverterModel
         Speed, noise, resolution.
     stamps : Stamps
         Errors of the reported times.
@@ -73,18 +81,16 @@ class Scenario:
     tilt: Tilt = field(default_factory=Tilt)
     substrate: Substrate = field(default_factory=Substrate)
     bumps: Bumps = field(default_factory=Bumps)
-    gauges: tuple[Gauge, Gauge] = field(default_factory=lambda: (Gauge(), Gauge()))
-    baselines: tuple[Baseline, Baseline] = field(
-        default_factory=lambda: (Baseline(0.62), Baseline(-0.41))
-    )
-    converter: Converter = field(default_factory=Converter)
+    gauges: tuple[Gauge, Gauge] = (Gauge(), Gauge())
+    baselines: tuple[BaselineModel, BaselineModel] = (BaselineModel(0.62), BaselineModel(-0.41))
+    converter: ConverterModel = field(default_factory=ConverterModel)
     stamps: Stamps = field(default_factory=Stamps)
     faults: Faults = field(default_factory=Faults)
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, 0, inf, "tremor")
-        within(self, 0, 1e7, "duration_s")
+        require_within(0, inf, tremor=self.tremor)
+        require_within(0, 1e7, duration_s=self.duration_s)
 
     @property
     def contact_s(self) -> float:
@@ -92,41 +98,42 @@ class Scenario:
         return min((press.start_s for press in self.presses), default=inf)
 
 
-# Gauss-Legendre points in units of half a conversion time: exact to 1e-8 for the press and the tremor.
-_MANY, _FEW = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
+# Gauss-Legendre points in units of half a conversion time: exact to 1e-8 for press and tremor.
+_MANY = np.polynomial.legendre.leggauss(4)
+_FEW = np.polynomial.legendre.leggauss(2)
 _SHORT_S = 0.001
 
 
-class Truth:
+class TrueCapacitance:
     """True capacitances of the two bumps as functions of time, without converter and noise."""
 
     # presses: The presses, with the factor of oblique contact in their ratios.
 
     def __init__(self, scenario: Scenario, random: np.random.Generator, seed: int = 0) -> None:
+        duration_s = scenario.duration_s
         self.presses: tuple[Press, ...] = tuple(
             _oblique(press, 1 + scenario.tilt.oblique * random.standard_normal())
             for press in scenario.presses
         )
         self._scenario = scenario
-        peaks = Peaks().course(random)  # always: the numbers after them stay the same
-        own = scenario.spectrum != Peaks()
-        self._tremor = scenario.spectrum.course(stream(seed, "tremor")) if own else peaks
-        self._nod = scenario.spectrum.course(stream(seed, "angle"))
-        self._tilting = tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
-        self._baselines = [
-            baseline.course(
-                scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}")
-            )
-            for channel, baseline in enumerate(scenario.baselines)
-        ]
-        self._phase = stream(seed, "pickup").uniform(0, 2 * np.pi)
-        self._gauged = [
-            gauged(gauge, partial(self._force, hard=hard), scenario.duration_s)
-            for gauge, hard in zip(scenario.gauges, (True, False), strict=True)
-        ]
+        self._tremor = Peaks().course(random)  # always: the numbers after them stay the same
+        if scenario.spectrum != Peaks():
+            self._tremor = scenario.spectrum.course(random_of(seed, "tremor"))
+        self._nod = scenario.spectrum.course(random_of(seed, "angle"))
+        self._tilting = tilting(scenario.tilt, duration_s, random_of(seed, "walk"))
+        self._baselines = []
+        for channel, baseline in enumerate(scenario.baselines):
+            wander = random_of(seed, f"wander {channel}")
+            self._baselines.append(baseline.course(scenario.contact_s, duration_s, wander))
+        self._phase = random_of(seed, "pickup").uniform(0, 2 * np.pi)
+        hard, soft = scenario.gauges
+        self._gauged = (
+            gauged(hard, partial(self._force, hard=True), duration_s),
+            gauged(soft, partial(self._force, hard=False), duration_s),
+        )
 
     def ratio(self, press: Press, t: Array) -> Array:
-        """Return the true ratio of one press at times t, s: for level, linear bumps without cross-talk."""
+        """Return the true ratio at times t, s: of level, linear bumps without cross-talk."""
         return press.ratio(t) * self._tilting(press.start_s, t)
 
     def mean_pF(self, channel: int, middles: Array, span_s: float) -> Array:
@@ -146,28 +153,37 @@ class Truth:
 
     def _force(self, t: Array, *, hard: bool) -> Array:
         total = np.zeros_like(t)
-        shaken = 1 + self._scenario.tremor * self._tremor(t) if self._scenario.tremor else 1.0
-        first, last = t.min(initial=inf), t.max(initial=-inf)
+        shaken: Array | float = 1.0
+        if self._scenario.tremor:
+            shaken = 1 + self._scenario.tremor * self._tremor(t)
+        first = t.min(initial=inf)
+        last = t.max(initial=-inf)
         for press in self.presses:
             if last <= press.start_s or press.stop_s <= first:
                 continue
-            pressed = press.depth_pF * press.profile(t) * shaken
+            level = press.depth_pF * press.profile(t) * shaken
             ratio = self.ratio(press, t)
-            substrate, (along, across) = self._scenario.substrate, np.radians(press.tilt_deg)
-            if substrate.tremor_deg or along or across:
-                angle = substrate.angle_deg(press.tilt_deg[0], t - press.start_s)
-                if substrate.tremor_deg:
-                    angle = angle + substrate.tremor_deg * self._nod(t)
-                # The gauges see the part of the force normal to the substrate.
-                pressed = substrate.pressed(
-                    pressed * (np.cos(along) * np.cos(across)), ratio, angle, hard=hard
-                )
+            pressed = self._tilted(press, level, ratio, t, hard=hard)
             total += self._scenario.bumps.force(pressed, press.depth_pF, ratio, hard=hard)
         return total
 
+    def _tilted(self, press: Press, level: Array, ratio: Array, t: Array, *, hard: bool) -> Array:
+        """Return the force on one bump of the tilted substrate, as `Substrate.pressed`."""
+        substrate = self._scenario.substrate
+        along, across = np.radians(press.tilt_deg)
+        if not (substrate.tremor_deg or along or across):
+            return level
+        angle = substrate.angle_deg(press.tilt_deg[0], t - press.start_s)
+        if substrate.tremor_deg:
+            angle = angle + substrate.tremor_deg * self._nod(t)
+        # The gauges see the part of the force normal to the substrate.
+        normal = level * (np.cos(along) * np.cos(across))
+        return substrate.pressed(normal, ratio, angle, hard=hard)
+
 
 def _oblique(press: Press, factor: float) -> Press:
-    return replace(press, ratios=tuple((after, ratio * factor) for after, ratio in press.ratios))
+    ratios = tuple((after, ratio * factor) for after, ratio in press.ratios)
+    return replace(press, ratios=ratios)
 
 
 @dataclass(frozen=True)
@@ -185,9 +201,10 @@ class Simulation(ArrayRecording):
     status : numpy.ndarray of int, shape (n,)
         `palpate.Status` of each pair; LOST if one channel or both were lost.
     true_ratio : numpy.ndarray, shape (n,)
-        Ratio of the forces on level bumps at the real time of the hard conversion, with tilt and relaxation; nan
-        without contact. It is the result that an ideal probe gives: bumps that are not level or bottom out, gauges,
-        creep, lag, cross-talk, baselines and converter add errors to it.
+        Ratio of the forces on level bumps at the real time of the hard conversion, with tilt and
+        relaxation; nan without contact. It is the result that an ideal probe gives: bumps that are
+        not level or bottom out, gauges, creep, lag, cross-talk, baselines and converter add errors
+        to it.
     presses : tuple of Press
         The presses, with the factor of oblique contact in their ratios.
     host_stamps : bool
@@ -208,7 +225,7 @@ class Simulation(ArrayRecording):
     soft_raw: NDArray[np.int64]
     status: NDArray[np.int64]
     true_ratio: Array
-    presses: tuple[Press, ...] = field(default=())
+    presses: tuple[Press, ...] = ()
     host_stamps: bool = False
 
     @property
@@ -217,13 +234,18 @@ class Simulation(ArrayRecording):
         return SATURATED_PF
 
     def block(self) -> Block:
-        """Return the pairs as samples; if one channel was lost, the other keeps its value, with status LOST."""
+        """Return the pairs as samples.
+
+        If one channel was lost, the other keeps its value, with status LOST.
+        """
         block = blank(len(self.hard))
         block["status"] = self.status
-        for name, seconds in (("hard", self.t_hard_s), ("soft", self.t_soft_s)):
-            block[f"t_{name}_ns"] = np.rint(seconds * 1e9)
-            block[f"{name}_raw"] = getattr(self, f"{name}_raw")
-            block[name] = getattr(self, name)
+        block["t_hard_ns"] = np.rint(self.t_hard_s * 1e9)
+        block["t_soft_ns"] = np.rint(self.t_soft_s * 1e9)
+        block["hard_raw"] = self.hard_raw
+        block["soft_raw"] = self.soft_raw
+        block["hard"] = self.hard
+        block["soft"] = self.soft
         return block
 
 
@@ -235,8 +257,8 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     scenario : Scenario
         See `palpate.simulation.scenarios` for named ones.
     seed : int, 0 or more
-        The same seed gives the same recording. Noise and times stay the same when an effect is switched on, so that
-        two simulations differ by the effect alone.
+        The same seed gives the same recording. Noise and times stay the same when an effect is
+        switched on, so that two simulations differ by the effect alone.
 
     Returns
     -------
@@ -250,53 +272,54 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     2.5
     """
     random = np.random.default_rng(seed)
-    converter, faults = scenario.converter, scenario.faults
+    converter = scenario.converter
+    faults = scenario.faults
     times = converter.middles(scenario.duration_s, random)
     pairs = len(times[0])
-    truth = Truth(scenario, random, seed)
-    noise_factor = faults.burst_noise(scenario.duration_s, stream(seed, "bursts"))
-    values, alone = [], []
+    truth = TrueCapacitance(scenario, random, seed)
+    noise_factor = faults.burst_noise(scenario.duration_s, random_of(seed, "bursts"))
+    codes = []
+    lost = []
     for channel, middles in enumerate(times):
         noise = converter.rms_pF * random.standard_normal(pairs) * noise_factor(middles)
         hits = random.random(pairs) < faults.spikes_per_s * converter.step_s
         spikes = hits * faults.spike_pF * random.choice([-1.0, 1.0], pairs)
-        values.append(truth.mean_pF(channel, middles, converter.span_s) + noise + spikes)
-        alone.append(random.random(pairs) < faults.lost)
-    lost = tuple(alone)
+        readings = truth.mean_pF(channel, middles, converter.span_s) + noise + spikes
+        codes.append(converter.codes(readings))
+        lost.append(random.random(pairs) < faults.lost)
     if faults.lost_run:
-        both = faults.lost_in_runs(2 * pairs, stream(seed, "lost"))
-        lost = (both[0::2], both[1::2])
-    t_hard, t_soft = scenario.stamps.reported(*times, stream(seed, "stamps"))
-    raws = tuple(map(converter.codes, values))
+        both = faults.lost_in_runs(2 * pairs, random_of(seed, "lost"))
+        lost = [both[0::2], both[1::2]]
+    t_hard, t_soft = scenario.stamps.reported(*times, random_of(seed, "stamps"))
     return Simulation(
         t_hard,
         t_soft,
-        hard=_reading(raws[0], lost[0]),
-        soft=_reading(raws[1], lost[1]),
-        hard_raw=np.where(lost[0], -1, raws[0]),
-        soft_raw=np.where(lost[1], -1, raws[1]),
-        status=_status(raws, lost),
+        hard=_readings(codes[0], lost[0]),
+        soft=_readings(codes[1], lost[1]),
+        hard_raw=np.where(lost[0], -1, codes[0]),
+        soft_raw=np.where(lost[1], -1, codes[1]),
+        status=_status(codes, lost),
         true_ratio=_true_ratio(truth, times[0]),
         presses=truth.presses,
         host_stamps=scenario.stamps.host_s > 0,
     )
 
 
-def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
-    return np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF)
+def _readings(codes: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
+    return np.where(lost, np.nan, (codes - ZERO_CODE) / CODES_PER_PF)
 
 
-def _status(
-    raws: tuple[NDArray[np.int64], ...], lost: tuple[NDArray[np.bool_], ...]
-) -> NDArray[np.int64]:
-    status = np.zeros(len(raws[0]), int)
-    for raw, flag in zip(raws, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
-        status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] |= int(flag)
+def _status(codes: list[NDArray[np.int64]], lost: list[NDArray[np.bool_]]) -> NDArray[np.int64]:
+    status = np.zeros(len(codes[0]), int)
+    for channel, flag in enumerate(SATURATION):
+        low = codes[channel] < SATURATED_CODES
+        high = codes[channel] > LAST_CODE - SATURATED_CODES
+        status[low | high] |= int(flag)
     status[lost[0] | lost[1]] = int(Status.LOST)
     return status
 
 
-def _true_ratio(truth: Truth, times: Array) -> Array:
+def _true_ratio(truth: TrueCapacitance, times: Array) -> Array:
     ratio = np.full(len(times), np.nan)
     for press in truth.presses:
         inside = (times >= press.start_s) & (times <= press.stop_s)

@@ -7,14 +7,14 @@ from math import exp, inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.registers import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
-from palpate.simulation.press import Array, positive, recursion, within
+from palpate.ad7746.registers import CODES_PER_PF, CONVERSION_S, LAST_CODE, NOISE_PF, ZERO_CODE
+from palpate.simulation.signals import Array, recursion, require_positive, require_within
 
 _STEP_S = 0.01  # largest step of the grid of the wander
 
 
 @dataclass(frozen=True)
-class Baseline:
+class BaselineModel:
     """Baseline of one channel. The truth is the ratio of the changes from it.
 
     Attributes
@@ -24,8 +24,8 @@ class Baseline:
     drift_pF_per_s, drift_from_s : float
         Linear drift, from this time on.
     wander_pF, wander_s : float
-        Low-pass noise: its rms and its time constant. For times t much shorter than wander_s it is a random walk with
-        a standard deviation of wander_pF * sqrt(2 t / wander_s).
+        Low-pass noise: its rms and its time constant. For times t much shorter than wander_s it is
+        a random walk with a standard deviation of wander_pF * sqrt(2 t / wander_s).
     jump_pF, jump_s : float
         A jump, and its time.
     thermal_pF, thermal_s : float
@@ -38,8 +38,8 @@ class Baseline:
 
     Examples
     --------
-    >>> course = Baseline(0.5, drift_pF_per_s=0.01).course(2.0, 10.0, np.random.default_rng(0))
-    >>> course(np.array([1.0, 5.0]), 0.011)
+    >>> baseline = BaselineModel(0.5, drift_pF_per_s=0.01)
+    >>> baseline.course(2.0, 10.0, np.random.default_rng(0))(np.array([1.0, 5.0]), 0.011)
     array([0.51, 0.55])
     """
 
@@ -55,8 +55,10 @@ class Baseline:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, 0, inf, "drift_from_s", "wander_pF", "jump_s")
-        positive(self, "wander_s", "thermal_s")
+        require_within(
+            0, inf, drift_from_s=self.drift_from_s, wander_pF=self.wander_pF, jump_s=self.jump_s
+        )
+        require_positive(wander_s=self.wander_s, thermal_s=self.thermal_s)
 
     def course(
         self, contact_s: float, duration_s: float, random: np.random.Generator
@@ -75,7 +77,8 @@ class Baseline:
         Returns
         -------
         callable
-            (middles, span): mean during conversions with these middles, s, shape (n,), that last span, s.
+            (middles, span): mean during conversions with these middles, s, shape (n,), that last
+            span, s.
         """
         wander = self._wander(duration_s, random) if self.wander_pF else None
 
@@ -86,9 +89,8 @@ class Baseline:
             if self.jump_pF:
                 mean += self.jump_pF * np.clip((middles - self.jump_s) / span_s + 0.5, 0, 1)
             if self.thermal_pF:
-                mean -= self.thermal_pF * np.expm1(
-                    -np.maximum(middles - contact_s, 0) / self.thermal_s
-                )
+                since = np.maximum(middles - contact_s, 0)
+                mean -= self.thermal_pF * np.expm1(-since / self.thermal_s)
             return np.asarray(mean)
 
         return mean_pF
@@ -102,7 +104,7 @@ class Baseline:
 
 
 @dataclass(frozen=True)
-class Converter:
+class ConverterModel:
     """Speed, noise and resolution of the conversions.
 
     Attributes
@@ -125,8 +127,10 @@ class Converter:
 
     Examples
     --------
-    >>> Converter().period_s, Converter(together=True, conversion_s=0.0009, bus_s=0.0001).period_s
-    (0.026, 0.001)
+    >>> ConverterModel().period_s
+    0.026
+    >>> ConverterModel(together=True, conversion_s=0.0009, bus_s=0.0001).period_s
+    0.001
     """
 
     capf: int = 0
@@ -139,12 +143,12 @@ class Converter:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, 0, len(CONVERSION_S) - 1, "capf")
-        within(self, 0, inf, "bus_s", "jitter_s", "code_pF")
+        require_within(0, len(CONVERSION_S) - 1, capf=self.capf)
+        require_within(0, inf, bus_s=self.bus_s, jitter_s=self.jitter_s, code_pF=self.code_pF)
         if self.conversion_s is not None:
-            positive(self, "conversion_s")
+            require_positive(conversion_s=self.conversion_s)
         if self.noise_pF is not None:
-            within(self, 0, inf, "noise_pF")
+            require_within(0, inf, noise_pF=self.noise_pF)
 
     @property
     def span_s(self) -> float:
@@ -167,20 +171,21 @@ class Converter:
         return self.step_s if self.together else 2 * self.step_s
 
     def middles(self, duration_s: float, random: np.random.Generator) -> tuple[Array, Array]:
-        """Return the middles of the conversions of the hard and the soft channel, s, each of shape (n,)."""
+        """Return the middles of the conversions of the hard and the soft channel, s, shape (n,)."""
         pairs = int(duration_s / self.period_s)
         count = pairs if self.together else 2 * pairs
         steps = self.step_s + self.jitter_s * random.uniform(-1, 1, count)
         middles = np.cumsum(steps) - self.span_s / 2
-        return (middles, middles) if self.together else (middles[0::2], middles[1::2])
+        if self.together:
+            return middles, middles
+        return middles[0::2], middles[1::2]
 
     def codes(self, capacitance: Array) -> NDArray[np.int64]:
         """Return the 24-bit codes of capacitances, pF, with the ends of the range as limits."""
         if self.code_pF:
             capacitance = self.code_pF * np.rint(capacitance / self.code_pF)
-        return np.asarray(
-            np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1)
-        )
+        codes = np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE
+        return np.asarray(np.clip(codes, 0, LAST_CODE))
 
 
 @dataclass(frozen=True)
@@ -190,8 +195,8 @@ class Stamps:
     Attributes
     ----------
     host_s : float
-        The host dates each conversion (each pair, if the channels are converted together) when it gets it: error of up
-        to this, uniform, of either sign.
+        The host dates each conversion (each pair, if the channels are converted together) when it
+        gets it: error of up to this, uniform, of either sign.
     skew_s : float
         Constant error of the times of the soft channel.
 
@@ -212,17 +217,25 @@ class Stamps:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, 0, inf, "host_s")
+        require_within(0, inf, host_s=self.host_s)
 
     def reported(
         self, hard: Array, soft: Array, random: np.random.Generator
     ) -> tuple[Array, Array]:
-        """Return the reported times of both channels, s, from the real ones, shape (n,); equal arrays share a stamp."""
+        """Return the reported times of both channels, s, from the real ones, shape (n,).
+
+        The channels share a stamp if both arrays are the same object.
+        """
+        together = hard is soft
         if self.host_s:
-            together = hard is soft
             hard = hard + self.host_s * random.uniform(-1, 1, hard.size)
-            soft = hard if together else soft + self.host_s * random.uniform(-1, 1, soft.size)
-        return hard, (soft + self.skew_s if self.skew_s else soft)
+            if together:
+                soft = hard
+            else:
+                soft = soft + self.host_s * random.uniform(-1, 1, soft.size)
+        if self.skew_s:
+            soft = soft + self.skew_s
+        return hard, soft
 
 
 @dataclass(frozen=True)
@@ -234,7 +247,8 @@ class Faults:
     lost : float
         Share of lost conversions, 0 to 1 (below 1 in runs).
     lost_run : float
-        They are lost in runs with this mean number of conversions, 1 or more, both channels counted; 0: each at random.
+        They are lost in runs with this mean number of conversions, 1 or more, both channels
+        counted; 0: each at random.
     spikes_per_s, spike_pF : float
         Number of disturbed conversions per second, and the size of the disturbance, of either sign.
     bursts_per_s, burst_s, burst_factor : float
@@ -265,54 +279,54 @@ class Faults:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        within(self, 0, 1, "lost")
-        within(
-            self,
+        require_within(0, 1, lost=self.lost)
+        require_within(
             0,
             inf,
-            "spikes_per_s",
-            "spike_pF",
-            "bursts_per_s",
-            "burst_s",
-            "burst_factor",
-            "pickup_pF",
+            spikes_per_s=self.spikes_per_s,
+            spike_pF=self.spike_pF,
+            bursts_per_s=self.bursts_per_s,
+            burst_s=self.burst_s,
+            burst_factor=self.burst_factor,
+            pickup_pF=self.pickup_pF,
         )
-        positive(self, "pickup_Hz")
-        if not (self.lost_run == 0 or 1 <= self.lost_run < inf):
+        require_positive(pickup_Hz=self.pickup_Hz)
+        if self.lost_run == 0:
+            return
+        if not 1 <= self.lost_run < inf:
             raise ValueError(f"lost_run: got {self.lost_run}, allowed: 0, or 1 or more")
-        if self.lost_run and not self.lost <= self.lost_run / (1 + self.lost_run):
-            limit = self.lost_run / (1 + self.lost_run)
-            raise ValueError(
-                f"lost: got {self.lost}, allowed: at most {limit:.3g} with lost_run {self.lost_run}"
-            )
+        limit = self.lost_run / (1 + self.lost_run)
+        if not self.lost <= limit:
+            allowed = f"at most {limit:.3g} with lost_run {self.lost_run}"
+            raise ValueError(f"lost: got {self.lost}, allowed: {allowed}")
 
     @property
     def begin_run(self) -> float:
-        """Probability that a run of lost conversions begins after a good one: lost / ((1 - lost) lost_run)."""
+        """Probability that a run begins after a good conversion: lost / ((1 - lost) lost_run)."""
         return self.lost / ((1 - self.lost) * self.lost_run)
 
     def lost_in_runs(self, count: int, random: np.random.Generator) -> NDArray[np.bool_]:
-        """Return which of `count` conversions, in the order of time, are lost in runs; bool, shape (count,)."""
+        """Return which conversions, in order, are lost in runs; bool, shape (count,)."""
         if not self.lost:
             return np.zeros(count, bool)
         runs = count // 2 + 1  # every good and every lost run has one conversion or more
-        lengths = np.stack(
-            (random.geometric(self.begin_run, runs), random.geometric(1 / self.lost_run, runs)),
-            axis=1,
-        )
-        good, lost = np.array([False, True]), random.random() < self.lost
-        states, lengths = (good[::-1], lengths[:, ::-1]) if lost else (good, lengths)
-        return np.repeat(np.tile(states, runs), np.minimum(lengths.ravel(), count))[:count]
+        good = random.geometric(self.begin_run, runs)
+        lost = random.geometric(1 / self.lost_run, runs)
+        begins_lost = random.random() < self.lost
+        lengths = np.stack((lost, good) if begins_lost else (good, lost), axis=1)
+        states = np.tile([begins_lost, not begins_lost], runs)
+        return np.repeat(states, np.minimum(lengths.ravel(), count))[:count]
 
     def burst_noise(
         self, duration_s: float, random: np.random.Generator
     ) -> Callable[[Array], Array]:
-        """Return the factor on the noise as a function of time, s: `burst_factor` in a burst, otherwise 1."""
+        """Return the factor on the noise at times, s: `burst_factor` in a burst, otherwise 1."""
         starts = random.uniform(0, duration_s, random.poisson(self.bursts_per_s * duration_s))
 
         def factor(t: Array) -> Array:
-            inside = ((t[:, None] >= starts) & (t[:, None] < starts + self.burst_s)).any(axis=1)
-            return np.where(inside, self.burst_factor, 1.0)
+            begun = t[:, None] >= starts
+            running = t[:, None] < starts + self.burst_s
+            return np.where((begun & running).any(axis=1), self.burst_factor, 1.0)
 
         return factor
 

@@ -7,15 +7,17 @@ from typing import Any
 from palpate.ad7746.registers import NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation.mechanics import Bumps, Gauge
-from palpate.simulation.press import Lines, Press, Tilt
+from palpate.simulation.press import Press, Tilt
 from palpate.simulation.probe import Scenario, Simulation, simulate
-from palpate.simulation.readings import Baseline, Converter, Faults, Stamps
+from palpate.simulation.readings import BaselineModel, ConverterModel, Faults, Stamps
+from palpate.simulation.signals import Lines
 from palpate.uncertainty import TOUCH_SCATTER
 
 PROBE = Elasticity()  # of all scenarios: ratio 10 on a rigid object
 
 _SOFT, _MIDDLE, _STIFF = (PROBE.ratio(SORBOTHANE_MPA[name]) for name in ("30 OO", "70 OO", "70 A"))
-_START_S, _STEP_S = 2.0, 4.0  # start of the touch; from there to the step of the ratio
+_START_S = 2.0  # start of the touch
+_STEP_S = 4.0  # from there to the step of the ratio
 _NOISE = NOISE_PF[0]
 _GAUGES = (Gauge(quadratic_per_pF=0.005), Gauge(quadratic_per_pF=0.005))
 _DEPTH_PF = 0.25
@@ -27,11 +29,11 @@ def _with(press: Press = _TOUCH, duration_s: float = 12.0, **parts: Any) -> Scen
     return Scenario(presses=[press], duration_s=duration_s, **parts)
 
 
-def _soft(**baseline: float) -> tuple[Baseline, Baseline]:
+def _soft(**baseline: float) -> tuple[BaselineModel, BaselineModel]:
     return _HARD_BASELINE, replace(_SOFT_BASELINE, **baseline)
 
 
-def _both(**baseline: float) -> tuple[Baseline, Baseline]:
+def _both(**baseline: float) -> tuple[BaselineModel, BaselineModel]:
     return replace(_HARD_BASELINE, **baseline), replace(_SOFT_BASELINE, **baseline)
 
 
@@ -78,53 +80,57 @@ _CONVERTERS = {
     "pickup": _with(faults=Faults(pickup_pF=1e-3, pickup_Hz=50.0)),
     "lost-10": _with(faults=Faults(lost=0.1)),
     "lost-runs": _with(faults=Faults(lost=0.3, lost_run=8.0)),
-    "coarse-codes": _with(converter=Converter(code_pF=1e-3)),
-    "jitter": _with(tremor=0.03, converter=Converter(jitter_s=0.001)),
+    "coarse-codes": _with(converter=ConverterModel(code_pF=1e-3)),
+    "jitter": _with(tremor=0.03, converter=ConverterModel(jitter_s=0.001)),
     "host-stamps": _with(
-        tremor=0.08, converter=Converter(jitter_s=0.0), stamps=Stamps(host_s=0.003)
+        tremor=0.08, converter=ConverterModel(jitter_s=0.0), stamps=Stamps(host_s=0.003)
     ),
     "skew": _with(tremor=0.03, stamps=Stamps(skew_s=0.003)),
-    "slow-converter": _with(converter=Converter(capf=2, bus_s=1 / 36 - 0.02)),  # 18 pairs a second
+    "slow-converter": _with(
+        converter=ConverterModel(capf=2, bus_s=1 / 36 - 0.02)
+    ),  # 18 pairs a second
     # 1,000 pairs a second; white noise of a conversion grows with 1 / sqrt(its time).
     "fast-converter": _with(
-        converter=Converter(
+        converter=ConverterModel(
             together=True, conversion_s=9e-4, bus_s=1e-4, jitter_s=1e-5, noise_pF=140e-6
         )
     ),
-    "together": _with(tremor=0.03, converter=Converter(together=True, bus_s=0.015)),
+    "together": _with(tremor=0.03, converter=ConverterModel(together=True, bus_s=0.015)),
 }
 # Scenarios with an effect of the probe, the hand, a baseline, or the converter.
 EFFECTS: dict[str, Scenario] = _PROBES | _HANDS | _BASELINES | _CONVERTERS
 
 
-def _drifting(hard_pF_per_s: float, soft_pF_per_s: float) -> tuple[Baseline, Baseline]:
+def _drifting(hard_pF_per_s: float, soft_pF_per_s: float) -> tuple[BaselineModel, BaselineModel]:
     return (
-        Baseline(0.62, drift_pF_per_s=hard_pF_per_s),
-        Baseline(-0.41, drift_pF_per_s=soft_pF_per_s),
+        BaselineModel(0.62, drift_pF_per_s=hard_pF_per_s),
+        BaselineModel(-0.41, drift_pF_per_s=soft_pF_per_s),
     )
 
 
 def _one(*ratios: tuple[float, float], depth_pF: float = 0.25, creep: float = 0.0) -> Scenario:
-    return Scenario(
-        presses=[Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)], duration_s=10.5
-    )
+    press = Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)
+    return Scenario(presses=[press], duration_s=10.5)
 
 
 def _specimens(times: int, oblique: float) -> Scenario:
-    names = times * ("30 OO", "70 OO", "40 A", "70 A")
-    presses = [
-        Press(2.0 + 9.0 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[n]))]) for i, n in enumerate(names)
-    ]
+    presses = []
+    for number, name in enumerate(times * ("30 OO", "70 OO", "40 A", "70 A")):
+        ratio = PROBE.ratio(SORBOTHANE_MPA[name])
+        presses.append(Press(2.0 + 9.0 * number, [(0.0, ratio)]))
     return Scenario(
         presses=presses,
-        duration_s=1.5 + 9.0 * len(names),
+        duration_s=1.5 + 9.0 * len(presses),
         tilt=Tilt(oblique=oblique),
         gauges=_GAUGES,
     )
 
 
 DEMO = replace(_specimens(2, TOUCH_SCATTER), gauges=(Gauge(), Gauge()))
-"""What `palpate live` shows without a board: the hand scatters by `palpate.uncertainty.TOUCH_SCATTER`, and nothing has a flag."""
+"""Shown by `palpate live` without a board.
+
+The hand scatters by `palpate.uncertainty.TOUCH_SCATTER`, and no touch has a flag.
+"""
 
 
 def _sliding() -> Scenario:
@@ -143,10 +149,9 @@ def _all() -> Scenario:
         [(0.0, _MIDDLE)],
     ]
     depths = (0.25, 0.25, 0.2, 0.2, 0.05)
-    presses = [
-        Press(2.0 + 9.0 * i, r, depth_pF=d)
-        for i, (r, d) in enumerate(zip(ratios, depths, strict=True))
-    ]
+    presses = []
+    for number, depth_pF in enumerate(depths):
+        presses.append(Press(2.0 + 9.0 * number, ratios[number], depth_pF=depth_pF))
     return Scenario(
         presses=presses,
         duration_s=46.5,
