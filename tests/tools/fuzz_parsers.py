@@ -38,7 +38,7 @@ with imports:
     from palpate.acceptance import report
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.usb_bus import RAM_BYTES, read_hex
-    from palpate.ad7746.simulator.usb_backend import TwinBackend
+    from palpate.ad7746.simulator.usb_backend import SimulatedUsb
     from palpate.calibration.specimen_files import read_moduli, specimen_in
     from palpate.cli import config
     from palpate.cli.main import COMMANDS
@@ -143,7 +143,7 @@ def moduli(data: bytes) -> None:
 def kit_report(data: bytes) -> None:
     """Parse a report of `palpate kit accept`; an accepted one has nothing that acts on a terminal."""
     with suppress(PalpateError):
-        assert all(map(str.isprintable, report.load(_file("report.json", data)).lines()))
+        assert all(map(str.isprintable, report.read_report(_file("report.json", data)).lines()))
 
 
 def firmware(data: bytes) -> None:
@@ -184,7 +184,7 @@ def uri(data: bytes) -> None:
             with suppress(*refused):
                 palpate.open(prefix + text).close()
         with suppress(*refused):
-            palpate.open("usb:?" + text, backend=TwinBackend(VirtualClock())).close()
+            palpate.open("usb:?" + text, backend=SimulatedUsb(VirtualClock())).close()
 
 
 HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()

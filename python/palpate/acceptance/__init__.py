@@ -1,1 +1,1 @@
-"""Acceptance of a board: steps that measure it without the driver and with it, and the report of them."""
+"""Acceptance of a board: its steps, without the driver and with it, and their report."""

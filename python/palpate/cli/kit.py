@@ -11,10 +11,18 @@ from typing import Any, BinaryIO
 import click
 
 from palpate.acceptance import steps
-from palpate.acceptance.board_under_test import PINS, Bench, open_bench
-from palpate.acceptance.report import WRONG, AcceptanceReport, Step, load, made, now, summary
-from palpate.ad7746 import register_names
-from palpate.ad7746.registers import CONVERSION_S, NOISE_PF
+from palpate.acceptance.board_under_test import PINS, BoardUnderTest, open_board
+from palpate.acceptance.chip_steps import measure_noise
+from palpate.acceptance.report import (
+    AcceptanceReport,
+    Step,
+    Verdict,
+    count_verdicts,
+    new_report,
+    read_report,
+    utc_now,
+)
+from palpate.ad7746.registers import CONVERSION_S, NOISE_PF, describe_registers
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.main import CommandGroup
 from palpate.cli.output import (
@@ -27,7 +35,6 @@ from palpate.cli.output import (
 )
 from palpate.cli.paths import OUTPUT, InputFile, require_free
 from palpate.cli.shared_options import complete_source, firmware_option
-from palpate.messages import quoted
 
 
 def board_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -38,10 +45,10 @@ def board_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @contextmanager
-def opened(source: str, firmware: Path | None) -> Iterator[Bench]:
+def opened(source: str, firmware: Path | None) -> Iterator[BoardUnderTest]:
     """Open a board, and close it in the end."""
     with usage_errors():
-        bench = open_bench(source, {"firmware": str(firmware)} if firmware else {})
+        bench = open_board(source, {"firmware": str(firmware)} if firmware else {})
     with closing(bench.source):
         yield bench
 
@@ -52,10 +59,12 @@ BY_USER = "interrupted"
 def exit_code_of(report: AcceptanceReport) -> int:
     """Print the sum of a report, or the whole as JSON; return the exit code."""
     ended = f"; ended early: {report.stopped}" if report.stopped else ""
-    click.echo(report.text().rstrip() if is_json() else summary(report.steps) + ended)
+    click.echo(report.to_json().rstrip() if is_json() else count_verdicts(report.steps) + ended)
     if report.stopped:
         return ExitCode.INTERRUPTED if report.stopped == BY_USER else ExitCode.NO_DEVICE
-    return ExitCode.NOT_RELIABLE if any(step.verdict == WRONG for step in report.steps) else 0
+    return (
+        ExitCode.NOT_RELIABLE if any(step.verdict == Verdict.WRONG for step in report.steps) else 0
+    )
 
 
 @click.group(cls=CommandGroup)
@@ -117,10 +126,12 @@ def accept_command(
 
 
 def _measure(
-    bench: Bench, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]
+    bench: BoardUnderTest, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]
 ) -> AcceptanceReport:
     """Do the steps; write the report, also if an error or Ctrl-C ends them."""
-    started, done, stopped = now(), list[Step](), ""
+    started = utc_now()
+    done: list[Step] = []
+    stopped = ""
     begun = steps.Acceptance(bench, Terminal() if asks else None, skip=skip)
     try:
         for step in begun:
@@ -134,8 +145,8 @@ def _measure(
         stopped = f"unexpected: {type(error).__name__}"
         raise
     finally:
-        found = made(started, source, bench.source.describe(), bench.dump, done, stopped)
-        output.write(found.text().encode())
+        found = new_report(started, source, bench.source.describe(), bench.dump, done, stopped)
+        output.write(found.to_json().encode())
     return found
 
 
@@ -144,24 +155,9 @@ class Terminal:
 
     def ready(self, text: str) -> bool:
         """Wait for Enter; s leaves the step out."""
-        return bool(_asked(f"{text} Enter: go on, s: leave out", str.strip).lower() != "s")
-
-    def value(self, text: str) -> float | None:
-        """Ask for a number, again if it is none; Enter or s leaves the step out."""
-        return _asked(f"{text}; Enter or s: leave out", _number)  # type: ignore[no-any-return]
-
-
-def _asked(question: str, convert: Callable[[str], Any]) -> Any:
-    return click.prompt(question, default="", show_default=False, err=True, value_proc=convert)
-
-
-def _number(answer: str) -> float | None:
-    try:
-        return None if answer.lower() in ("", "s") else float(answer)
-    except ValueError:
-        raise click.UsageError(
-            f"got {quoted(answer)}, allowed: a number, as 2.2; Enter or s: leave out"
-        ) from None
+        question = f"{text} Enter: go on, s: leave out"
+        answer: str = click.prompt(question, default="", show_default=False, err=True)
+        return answer.strip().lower() != "s"
 
 
 _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
@@ -229,10 +225,10 @@ def noise_command(
     print_result({"readings": readings, "noise": rows}, "")
 
 
-def _both(bench: Bench, capf: int, readings: int) -> list[float | None]:
+def _both(bench: BoardUnderTest, capf: int, readings: int) -> list[float | None]:
     """Return the noise of both inputs, aF rms; None: nothing is connected."""
     levels = [(pin, bench.level(pin)) for pin in PINS]
-    return [None if level is None else round(1e6 * steps.noise_of(bench, pin, level, capf, readings)[0], 2)
+    return [None if level is None else round(1e6 * measure_noise(bench, pin, level, capf, readings)[0], 2)
             for pin, level in levels]  # fmt: skip
 
 
@@ -271,7 +267,7 @@ def dump_command(source: str, firmware: Path | None) -> None:
       palpate kit dump usb:
     """  # noqa: D301
     with opened(source, firmware) as bench:
-        found = register_names.named(bench.chip.registers())
+        found = describe_registers(bench.chip.registers())
     rows = [{**register._asdict(), "content": register.content.hex()} for register in found]
     shown = [(f"{each.address:02X}", each.name, each.content.hex(), each.words) for each in found]
     print_result({"registers": rows}, format_table(shown, "<"))
@@ -290,7 +286,7 @@ def kit_report_command(file: Path) -> None:
     Example:
       palpate kit report kit-report-20261122-110500.json
     """  # noqa: D301
-    found = load(file)
+    found = read_report(file)
     if not is_json():
         click.echo("\n".join(found.lines()))
     sys.exit(exit_code_of(found))
