@@ -1,4 +1,4 @@
-"""The evaluation kit over its twin: the driver, the board itself, and boards that come and go. On each carrier of `kit_bench`."""
+"""The simulated evaluation kit: the driver, the board itself, and boards that come and go. On each carrier of `kit_bench`."""
 
 import gc
 import math
@@ -21,9 +21,9 @@ from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import discovery
-from palpate.ad7746.evalkit.discovery import VENDOR, boards, devices
+from palpate.ad7746.evalkit.discovery import VENDOR, list_boards, usb_devices
 from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
-from palpate.ad7746.simulator.evalboard import Fault
+from palpate.ad7746.simulator.evalboard import Fault, FaultKind
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
@@ -41,43 +41,55 @@ _ONCE = {"errors": 1, "retries": 1}
 _OUT = Status.HARD_SATURATED | Status.SOFT_SATURATED
 # A fault while reading, and what it leads to: counters without zeros, and the flags of all samples.
 SURVIVED: dict[str, tuple[Fault, dict[str, int], Status]] = {
-    "a request is not answered, once": (Fault("no answer"), _ONCE, Status.OK),
-    "a request is refused (stall), once": (Fault("stall"), _ONCE, Status.OK),
-    "fewer bytes than asked for, once": (Fault("short", 2, skip=2, request=I2C), _ONCE | {"lost": 1}, Status.OK),
-    "an answer comes too late, once": (Fault("late", 0.25), _ONCE, Status.OK),
-    "the AD7746 does not acknowledge, once: all data are FF": (Fault("not acknowledged"), _ONCE, Status.OK),
+    "a request is not answered, once": (Fault(FaultKind.NO_ANSWER), _ONCE, Status.OK),
+    "a request is refused (stall), once": (Fault(FaultKind.STALL), _ONCE, Status.OK),
+    "fewer bytes than asked for, once": (Fault(FaultKind.SHORT, 2, skip=2, request=I2C), _ONCE | {"lost": 1}, Status.OK),
+    "an answer comes too late, once": (Fault(FaultKind.LATE, 0.25), _ONCE, Status.OK),
+    "the AD7746 does not acknowledge, once: all data are FF": (Fault(FaultKind.NOT_ACKNOWLEDGED), _ONCE, Status.OK),
     "one access fails three times": (
-        Fault("stall", request=I2C, times=3), {"errors": 3, "retries": 2, "lost": 1}, Status.OK),
-    "a conversion is lost": (Fault("lost conversion"), {"lost": 1}, Status.OK),
-    "the AD7746's supply fails for a moment": (Fault("brown-out", request=PORTS), {"lost": 1}, Status.OK),
-    "the excitation is shorted": (Fault("excitation shorted", 2), {}, Status.EXCITATION),
-    "the input leaves the range": (Fault("overload", 9.0), {}, _OUT),
-    "unplugged, and back a moment later": (Fault("unplug", 0.2), {"reconnects": 1, "lost": ANY}, Status.OK),
+        Fault(FaultKind.STALL, request=I2C, times=3), {"errors": 3, "retries": 2, "lost": 1}, Status.OK),
+    "a conversion is lost": (Fault(FaultKind.LOST_CONVERSION), {"lost": 1}, Status.OK),
+    "the AD7746's supply fails for a moment": (Fault(FaultKind.BROWN_OUT, request=PORTS), {"lost": 1}, Status.OK),
+    "the excitation is shorted": (Fault(FaultKind.EXCITATION_SHORTED, 2), {}, Status.EXCITATION),
+    "the input leaves the range": (Fault(FaultKind.OVERLOAD, 9.0), {}, _OUT),
+    "unplugged, and back a moment later": (Fault(FaultKind.UNPLUG, 0.2), {"reconnects": 1, "lost": ANY}, Status.OK),
 }  # fmt: skip
 # A fault while reading, and the error: its class and a part of its text.
 FATAL: dict[str, tuple[Fault, type[SourceError], str]] = {
     "RDY# is stuck high": (
-        Fault("RDY# stuck high"),
+        Fault(FaultKind.RDY_STUCK_HIGH),
         ProtocolError,
         "stuck high: STATUS shows another state",
     ),
     "RDY# is stuck low, on a slow chip": (
-        Fault("RDY# stuck low"),
+        Fault(FaultKind.RDY_STUCK_LOW),
         ProtocolError,
         "check the jumper RDY of link LK2",
     ),
-    "unplugged": (Fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again"),
-    "the firmware has locked": (Fault("lock"), DeviceRefused, "unplug the board for a moment"),
-    "every request is refused": (Fault("stall", times=FOREVER), DeviceRefused, "has no firmware"),
+    "unplugged": (
+        Fault(FaultKind.UNPLUG, FOREVER),
+        DeviceNotFound,
+        "was unplugged: plug it in again",
+    ),
+    "the firmware has locked": (
+        Fault(FaultKind.LOCK),
+        DeviceRefused,
+        "unplug the board for a moment",
+    ),
+    "every request is refused": (
+        Fault(FaultKind.STALL, times=FOREVER),
+        DeviceRefused,
+        "has no firmware",
+    ),
     "every transfer is damaged": (
-        Fault("line error", 1, 0, I2C, FOREVER),
+        Fault(FaultKind.LINE_ERROR, 1, 0, I2C, FOREVER),
         ProtocolError,
         "another cable or port",
     ),
-    "the AD7746 is gone": (Fault("chip absent"), ProtocolError, "not acknowledged"),
-    "no conversion ends": (Fault("lost conversion", 1e9), SourceTimeout, "not clocked"),
+    "the AD7746 is gone": (Fault(FaultKind.CHIP_ABSENT), ProtocolError, "not acknowledged"),
+    "no conversion ends": (Fault(FaultKind.LOST_CONVERSION, 1e9), SourceTimeout, "not clocked"),
     "another program switches the input": (
-        Fault("other input", 1e9),
+        Fault(FaultKind.OTHER_INPUT, 1e9),
         ProtocolError,
         "another program uses the board",
     ),
@@ -87,7 +99,7 @@ FATAL: dict[str, tuple[Fault, type[SourceError], str]] = {
 def _dead_image(bench: Bench) -> None:
     assert bench.firmware
     bench.firmware.write_text(IMAGE)
-    bench.fail("stall", request=ERROR_COUNT, times=FOREVER)
+    bench.fail(FaultKind.STALL, request=ERROR_COUNT, times=FOREVER)
 
 
 BARE = {"loaded": False}
@@ -188,18 +200,21 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
 
 def test_auto_capdac_says_why_there_is_no_setting(bench: Bench) -> None:
     driver = bench.open(Configuration())
-    bench.fail("excitation shorted", 100)
+    bench.fail(FaultKind.EXCITATION_SHORTED, 100)
     with pytest.raises(ProtocolError, match="EXCERR: the excitation pin is shorted or overloaded"):
         driver.auto_capdac()
 
 
 def test_a_chip_that_does_not_acknowledge_its_reset_byte(bench: Bench) -> None:
     """Tolerated for this byte alone: what follows is acknowledged, and shows the reset."""
-    bench.fail("not acknowledged in mid-write", 1, request=I2C_PLAIN)  # the byte arrives
+    bench.fail(FaultKind.PARTLY_ACKNOWLEDGED, 1, request=I2C_PLAIN)  # the byte arrives
     driver = bench.open()
     assert bench.read(driver, 1)[-1].status == Status.OK
     assert counted(driver) == {}
-    for kind, tries, request in (("not acknowledged", 9, I2C_PLAIN), ("not acknowledged", 3, I2C)):
+    for kind, tries, request in (
+        (FaultKind.NOT_ACKNOWLEDGED, 9, I2C_PLAIN),
+        (FaultKind.NOT_ACKNOWLEDGED, 3, I2C),
+    ):
         bench.fail(
             kind, request=request, times=tries
         )  # the byte does not arrive; the next access fails, too
@@ -208,8 +223,8 @@ def test_a_chip_that_does_not_acknowledge_its_reset_byte(bench: Bench) -> None:
         bench.kit.faults.clear()
 
 
-@pytest.mark.parametrize("fault", ["unplug", "lock"])
-def test_the_firmware_is_loaded_at_the_begin_and_again(fault: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("fault", [FaultKind.UNPLUG, FaultKind.LOCK])
+def test_the_firmware_is_loaded_at_the_begin_and_again(fault: FaultKind, tmp_path: Path) -> None:
     with Bench(loaded=False) as bench:
         bench.firmware = tmp_path / "image.hex"
         bench.firmware.write_text(IMAGE)
@@ -220,14 +235,14 @@ def test_the_firmware_is_loaded_at_the_begin_and_again(fault: str, tmp_path: Pat
         bench.read(driver, 3)
         bench.check_samples(driver)
         assert (driver.counters.reconnects, driver.counters.reopened) == (
-            (1, 0) if fault == "unplug" else (0, 1)
+            (1, 0) if fault == FaultKind.UNPLUG else (0, 1)
         )
 
 
 def test_one_of_two_boards(bench: Bench) -> None:
     other = bench.another()
     bench.replug_s = 0.2
-    first, second = sorted(boards(bench.carrier.backend()), key=lambda board: board.ports)
+    first, second = sorted(list_boards(bench.carrier.backend()), key=lambda board: board.ports)
     assert first.ports == (1,)
     driver = bench.open(bus=second.bus, address=second.address)
     driver.read_channel(HARD)
@@ -255,7 +270,7 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
 
 
 def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
-    """No pair is lost; the period is the twin's; the driver leaves the processor to other threads."""
+    """No pair is lost; the period is that of the simulated board; the driver leaves the processor to other threads."""
     driver, pairs = bench.open(), 250
     for _ in range(
         3 if bench.carrier.real else 1
@@ -278,7 +293,7 @@ def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
 
 def test_a_device_may_outlive_its_context(bench: Bench) -> None:
     """Or else libusb ends the process."""
-    [device] = devices(bench.carrier.backend())
+    [device] = usb_devices(bench.carrier.backend())
     gc.collect()
     assert device.idVendor == VENDOR
 
@@ -287,7 +302,7 @@ def test_a_device_may_outlive_its_context(bench: Bench) -> None:
 def watched(bench: Bench, replug_s: float) -> Iterator[tuple[EvalKit, WatchedKit, list[str]]]:
     """Begin to measure and to watch; a real carrier has a system to look at."""
     kit, notes = bench.open_kit(), list[str]()
-    look = None if bench.carrier.real else lambda: set(boards(bench.carrier.backend()))
+    look = None if bench.carrier.real else lambda: set(list_boards(bench.carrier.backend()))
     source = WatchedKit(kit, {"replug": replug_s}, bench.carrier.clock, look)
     source.notify = notes.append
     with source:
@@ -300,7 +315,7 @@ def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
         next(samples)
         other = bench.another()
         soon(lambda: notes)
-        [second] = [b for b in boards(bench.carrier.backend()) if b != measuring]
+        [second] = [b for b in list_boards(bench.carrier.backend()) if b != measuring]
         next(samples)
         bench.carrier.unplug(other)
         soon(lambda: len(notes) == 2)

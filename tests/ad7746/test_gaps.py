@@ -1,6 +1,7 @@
 """Where the earlier baseline is no longer valid: the driver says so, whatever happens while it opens the board again."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -10,23 +11,30 @@ from effort import Tally, draws, random_of
 from kit_bench import CENTRED, Bench, pins
 from palpate.ad7746.driver import REPLUG_S
 from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, OUT, RAM
-from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.evalboard import KitTwin, Reply
+from palpate.ad7746.simulator.chip import SimulatedChip
+from palpate.ad7746.simulator.evalboard import FaultKind, Reply, SimulatedBoard
 from palpate.samples import Status
 from palpate.source_events import TroubleEnded, TroubleKind
 
-FAULTS = ("stall", "line error", "no answer", "short", "not acknowledged", "unplug")
+FAULTS = (
+    FaultKind.STALL,
+    FaultKind.LINE_ERROR,
+    FaultKind.NO_ANSWER,
+    FaultKind.SHORT,
+    FaultKind.NOT_ACKNOWLEDGED,
+    FaultKind.UNPLUG,
+)
 OTHER = bytes([0x61, 0x12, 0x5C, 0x34])
 
 
-class LoadedByAnother(KitTwin):
+class LoadedByAnother(SimulatedBoard):
     """A board whose firmware another program loads some time after it is plugged in."""
 
     after_s = 1.5
     _due_ns = 0
 
-    def plugged(self) -> None:
-        super().plugged()
+    def plugged(self, unplug: Callable[[float], None]) -> None:
+        super().plugged(unplug)
         self.loaded, self._due_ns = False, self._clock.now_ns() + round(self.after_s * 1e9)
 
     def control(self, *request: Any) -> Reply:
@@ -34,7 +42,7 @@ class LoadedByAnother(KitTwin):
         return super().control(*request)
 
 
-def replace(bench: Bench, kit: KitTwin) -> None:
+def replace(bench: Bench, kit: SimulatedBoard) -> None:
     bench.carrier.unplug(bench.kit)
     bench.kit = kit
     bench.carrier.plug(kit)
@@ -45,7 +53,7 @@ def test_another_board_is_told_by_the_gains_of_its_chip() -> None:
         driver = bench.open()
         bench.read(driver, 2)
         assert driver.describe()["fingerprint"] == "66 cc 5c 90"
-        other = KitTwin(ChipTwin(pins), bench.carrier.clock)
+        other = SimulatedBoard(SimulatedChip(pins), bench.carrier.clock)
         other.chip.factory = OTHER
         replace(bench, other)
         bench.read(driver, 2)
@@ -107,15 +115,17 @@ def with_image(bench: Bench, tmp_path: Path) -> Bench:
     return bench
 
 
-@pytest.mark.parametrize("kind", ["stall", "line error", "no answer", "unplug"])
+@pytest.mark.parametrize(
+    "kind", [FaultKind.STALL, FaultKind.LINE_ERROR, FaultKind.NO_ANSWER, FaultKind.UNPLUG]
+)
 @pytest.mark.parametrize("request_number", [1, 3, 40])
 def test_a_fault_while_the_firmware_is_loaded_after_a_replug(
-    kind: str, request_number: int, tmp_path: Path
+    kind: FaultKind, request_number: int, tmp_path: Path
 ) -> None:
     with with_image(Bench(), tmp_path) as bench:
         driver = bench.open()
         bench.read(driver, 2)
-        bench.fail("unplug", 1.0)
+        bench.fail(FaultKind.UNPLUG, 1.0)
         bench.fail(kind, 1.0, request=RAM, skip=request_number - 1)
         bench.read(driver, 5)
         assert not bench.kit.faults
@@ -131,8 +141,8 @@ def test_a_firmware_that_does_not_start_is_loaded_again(tmp_path: Path) -> None:
     with with_image(Bench(), tmp_path) as bench:
         driver = bench.open()
         bench.read(driver, 2)
-        bench.fail("unplug", 1.0)
-        bench.fail("stall", request=ERROR_COUNT, times=12)
+        bench.fail(FaultKind.UNPLUG, 1.0)
+        bench.fail(FaultKind.STALL, request=ERROR_COUNT, times=12)
         assert bench.read(driver, 2)[-1].status == Status.OK
         assert not bench.kit.faults
 
@@ -142,7 +152,7 @@ def test_a_board_is_waited_for_two_minutes_counted_down() -> None:
         bench.replug_s = REPLUG_S
         driver = bench.open()
         bench.read(driver, 2)
-        bench.fail("unplug", 119.0)
+        bench.fail(FaultKind.UNPLUG, 119.0)
         bench.read(driver, 2)
         left = [re.findall(r"Waiting for it: (\d+) s left", note) for note in bench.notes]
         assert [int(number) for [number] in filter(None, left)] == [90, 60, 30, 10]
@@ -159,7 +169,7 @@ def test_schedules_of_faults_and_replugs(tmp_path: Path, tally: Tally) -> None:
             driver = bench.open()
             for _ in range(random.randint(1, 3)):
                 bench.read(driver, random.randint(1, 3))
-                bench.fail("unplug", random.uniform(0.0, 60.0), skip=random.randint(0, 20))
+                bench.fail(FaultKind.UNPLUG, random.uniform(0.0, 60.0), skip=random.randint(0, 20))
                 for _ in range(random.randint(0, 4)):
                     request, skip = random.choice([RAM, None]), random.randint(0, 60)
                     bench.fail(
@@ -173,14 +183,14 @@ def test_schedules_of_faults_and_replugs(tmp_path: Path, tally: Tally) -> None:
         tally.count("schedules of faults with replugs")
 
 
-@pytest.mark.parametrize("kind", ["no answer", "stall", "line error"])
-@pytest.mark.parametrize("why", ["lost conversion", "unplug"])
-def test_a_fault_while_it_is_opened_again_does_not_end_it(why: str, kind: str) -> None:
+@pytest.mark.parametrize("kind", [FaultKind.NO_ANSWER, FaultKind.STALL, FaultKind.LINE_ERROR])
+@pytest.mark.parametrize("why", [FaultKind.LOST_CONVERSION, FaultKind.UNPLUG])
+def test_a_fault_while_it_is_opened_again_does_not_end_it(why: FaultKind, kind: FaultKind) -> None:
     """The reset of the chip fails in all three tries of an access, once."""
     with Bench() as bench:
         driver = bench.open()
         bench.read(driver, 1)
-        bench.fail(why, 4 if why == "lost conversion" else 1.0)
+        bench.fail(why, 4 if why == FaultKind.LOST_CONVERSION else 1.0)
         bench.fail(kind, request=I2C_PLAIN, times=3)
         bench.read(driver, 8)
         assert bench.samples[-1].status == Status.OK
@@ -191,12 +201,12 @@ def test_a_fault_while_it_is_opened_again_does_not_end_it(why: str, kind: str) -
 
 def test_firmware_that_another_program_loads_is_waited_for() -> None:
     with Bench(plugged=False) as bench:
-        bench.kit = LoadedByAnother(ChipTwin(pins), bench.carrier.clock)
+        bench.kit = LoadedByAnother(SimulatedChip(pins), bench.carrier.clock)
         bench.carrier.plug(bench.kit)
         driver = bench.open()
         bench.read(driver, 2)
         bench.kit.after_s = 5.0
-        bench.fail("unplug", 1.0)
+        bench.fail(FaultKind.UNPLUG, 1.0)
         bench.read(driver, 2)
         assert [note for note in bench.notes if "no firmware" in note] == [bench.notes[1]]
         assert bench.notes[1].endswith("unplug the board for a moment. Waiting for it: 7 s left.")

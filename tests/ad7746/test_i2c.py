@@ -1,4 +1,4 @@
-"""The chip's twin on an I2C bus: smbus2's messages, no bus."""
+"""The simulated chip on an I2C bus: smbus2's messages, no bus."""
 
 import errno
 import itertools
@@ -9,7 +9,7 @@ from kit_bench import CENTRED, Bus, pair_of, pins
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.i2c import I2cBus
-from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.chip import SimulatedChip
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 
 
@@ -25,7 +25,7 @@ from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceE
 )
 def test_a_bus_that_fails(number: int, before: bool, error: type[SourceError], text: str) -> None:
     """When it is opened, or for ever; a single failure is repeated. `test_board_sources.py` reads pairs."""
-    bus = Bus(ChipTwin(pins), VirtualClock())
+    bus = Bus(SimulatedChip(pins), VirtualClock())
     bus.clock.sleep(0.001)
     if before:
         bus.failures = [number]

@@ -24,13 +24,13 @@ def test_vectors(code: int, capacitance_pF: float) -> None:
 
 @given(st.integers(0, registers.LAST_CODE))
 def test_every_code_comes_back(code: int) -> None:
-    assert registers.code_of(registers.capacitance_pF(code)) == code
-    assert registers.saturated(code) == (code < 500 or code > registers.LAST_CODE - 500)
+    assert registers.capacitance_code(registers.capacitance_pF(code)) == code
+    assert registers.is_saturated(code) == (code < 500 or code > registers.LAST_CODE - 500)
 
 
 @pytest.mark.parametrize("code", [-1, 2**24])
 def test_a_code_has_24_bits(code: int) -> None:
-    for function in (registers.capacitance_pF, registers.saturated, registers.temperature_C):
+    for function in (registers.capacitance_pF, registers.is_saturated, registers.temperature_C):
         with pytest.raises(ValueError, match=rf"code: got {code}, allowed: 0 to 16777215"):
             function(code)
 

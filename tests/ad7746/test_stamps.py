@@ -7,7 +7,6 @@ import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from random import Random
-from types import SimpleNamespace
 from typing import Any
 
 import palpate
@@ -19,8 +18,8 @@ from kit_bench import CENTRED, Bench, ProcessCarrier
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.converter import Pace, Seen
 from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, PORTS
-from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.errors import ProtocolError, SourceError
 from palpate.samples import Sample, Status
 from recording_bench import SampleReader
@@ -70,14 +69,19 @@ class StalledClock(VirtualClock):
             self.advance(self._random.uniform(0.0, LONGEST_S))
 
 
-class StalledBackend(TwinBackend):
+class SteadyClock:
+    """The same clock for the board, which nothing stops."""
+
+    def __init__(self, clock: StalledClock) -> None:
+        self.now_ns = clock.now_ns
+        self.sleep = clock.advance
+
+
+class StalledBackend(SimulatedUsb):
     """USB of a computer that stalls: the board goes on by itself."""
 
     def __init__(self, clock: StalledClock, share: float) -> None:
-        steady: Any = SimpleNamespace(
-            now_ns=clock.now_ns, sleep=clock.advance
-        )  # nothing stops the board
-        super().__init__(steady)
+        super().__init__(SteadyClock(clock))
         self._stalled, self._share = clock, share
 
     def ctrl_transfer(self, *request: Any) -> int:
@@ -157,7 +161,7 @@ def test_a_quiet_computer(world: World, tally: Tally) -> None:
 @pytest.mark.parametrize("capf", range(8))
 def test_a_computer_that_stalls(capf: int, tally: Tally) -> None:
     """5 % of the calls stop for up to 0.1 s: a time is right, or its pair is lost."""
-    pairs = 1000 if NIGHTLY else 100  # the twin keeps 4096 conversions
+    pairs = 1000 if NIGHTLY else 100  # the simulated chip keeps 4096 conversions
     with World(stalls=0.05, capf=capf).bench(capf) as bench:
         driver = bench.open()
         start_ns = bench.carrier.clock.now_ns()
@@ -210,17 +214,17 @@ LIMIT_S = 60.0
 
 # What a number from 0 to 1 means for a kind of fault; 1 to 3 times otherwise.
 _AMOUNTS: dict[str, Callable[[float], float]] = {
-    "late": lambda share: 0.4 * share,
-    "short": lambda share: round(14 * share),
-    "unplug": lambda share: share,
-    "overload": lambda share: 9.0 if share > 0.5 else -9.0,
-    "not acknowledged in mid-write": lambda share: round(6 * share),
+    FaultKind.LATE: lambda share: 0.4 * share,
+    FaultKind.SHORT: lambda share: round(14 * share),
+    FaultKind.UNPLUG: lambda share: share,
+    FaultKind.OVERLOAD: lambda share: 9.0 if share > 0.5 else -9.0,
+    FaultKind.PARTLY_ACKNOWLEDGED: lambda share: round(6 * share),
 }
 _PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, draws(300))
 
 
 def fault_of(random: Random) -> Fault:
-    kind, share = random.choice(FAULTS), random.random()
+    kind, share = random.choice(list(FaultKind)), random.random()
     amount = _AMOUNTS[kind](share) if kind in _AMOUNTS else 1 + round(2 * share)
     request = random.choice([None, None, I2C, ERROR_COUNT, PORTS])
     return Fault(kind, amount, random.randint(0, 30), request, random.randint(1, 4))

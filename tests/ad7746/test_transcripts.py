@@ -8,9 +8,9 @@ from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit.usb_bus import EvalKit
-from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.evalboard import KitTwin, Reply
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.chip import SimulatedChip
+from palpate.ad7746.simulator.evalboard import Reply, SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 
 # Kind, request, value, index; to the board (40) the data, from it (C0) the count and the answer. The start, the hard, the soft.
 COUNT = "C0 DF 0000 0000 1: 00"  # after each access to the bus
@@ -31,11 +31,11 @@ C0 DD 0090 0000 15: 02 80 00 00 00 00 00 C0 00 23 00 00 81 80 00
 """
 
 
-class Script(KitTwin):
+class Script(SimulatedBoard):
     """Says what is written, to who asks as is written; anything else is an error, and so is silence."""
 
     def __init__(self, clock: VirtualClock) -> None:
-        super().__init__(ChipTwin(lambda pin, begin_s, end_s: math.nan), clock)
+        super().__init__(SimulatedChip(lambda pin, begin_s, end_s: math.nan), clock)
         self.left = deque([COUNT])  # is the firmware there?
         for access in ACCESSES.splitlines():
             self.left += [access] if " DB " in access else [access, COUNT]
@@ -54,7 +54,7 @@ class Script(KitTwin):
 
 def test_a_pair() -> None:
     clock = VirtualClock()
-    script, backend = Script(clock), TwinBackend(clock)
+    script, backend = Script(clock), SimulatedUsb(clock)
     backend.plug(script)
     driver = Ad7746(
         EvalKit(backend=backend, clock=clock),

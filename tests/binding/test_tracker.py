@@ -7,7 +7,7 @@ import palpate
 import pytest
 from numeric import process
 from palpate.simulation import Press, Scenario, scenarios, simulate
-from palpate.simulation.readings import Converter
+from palpate.simulation.readings import ConverterModel
 
 
 def test_states_and_rows_tell_the_same() -> None:
@@ -88,7 +88,7 @@ def test_the_scene_fixed_goes_on_after_a_tare_and_an_end() -> None:
 SLOW = Scenario(
     presses=[Press(3.0, [(0.0, 2.8)], hold_s=8.0)],
     duration_s=14.0,
-    converter=Converter(capf=2, bus_s=1 / 36 - 0.02),
+    converter=ConverterModel(capf=2, bus_s=1 / 36 - 0.02),
 )
 
 

@@ -13,9 +13,9 @@ from command_lines import document, run
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit import discovery, udev, usb_bus
 from palpate.ad7746.evalkit.udev import UDEV_RULE
-from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.evalboard import KitTwin
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.chip import SimulatedChip
+from palpate.ad7746.simulator.evalboard import SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.cli import doctor
 from palpate.errors import DeviceNotFound
 from palpate.sources import devices
@@ -35,11 +35,11 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def plug(
     monkeypatch: pytest.MonkeyPatch, *, loaded: bool = True, allowed: bool | None = None
-) -> KitTwin:
+) -> SimulatedBoard:
     """Have a simulated board, usb:1/2."""
     clock = VirtualClock()
-    backend = TwinBackend(clock)
-    kit = KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded)
+    backend = SimulatedUsb(clock)
+    kit = SimulatedBoard(SimulatedChip(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded)
     backend.plug(kit, 2)
     monkeypatch.setattr(discovery, "system_backend", lambda: backend)
     monkeypatch.setattr(discovery, "may_open", lambda board: allowed)

@@ -8,9 +8,9 @@ import palpate
 import pytest
 from numpy.typing import NDArray
 from palpate.ad7746.bus import RealClock
-from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.evalboard import KitTwin
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.chip import SimulatedChip
+from palpate.ad7746.simulator.evalboard import SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.recording import sidecar
 from palpate.samples import epoch_at
 from project import FOUR
@@ -21,12 +21,12 @@ BEGIN_PF, DAC_STEP_PF = 5.0, 0.17
 
 def board(zero_s: float) -> palpate.Source:
     """Return a board; at both inputs the capacitance rises with the time of the computer."""
-    clock, backend = RealClock(), TwinBackend(RealClock())
-    chip = ChipTwin(
+    clock, backend = RealClock(), SimulatedUsb(RealClock())
+    chip = SimulatedChip(
         lambda _, begin_s, end_s: BEGIN_PF + SLOPE_PF_PER_S * ((begin_s + end_s) / 2 - zero_s),
         dac_step_pF=(DAC_STEP_PF, 0.16),
     )
-    backend.plug(KitTwin(chip, clock))
+    backend.plug(SimulatedBoard(chip, clock))
     return palpate.open("usb:", backend=backend, clock=clock)
 
 

@@ -1,4 +1,4 @@
-"""`usb:` and `i2c:` over the twins: what the driver reads is what a stream gives; temperature and supply beside it."""
+"""`usb:` and `i2c:` over simulated devices: what the driver reads is what a stream gives; temperature and supply beside it."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 from kit_bench import CENTRED, Bench
 from palpate import Status, Stream
 from palpate.ad7746 import registers
-from palpate.ad7746.simulator.evalboard import Fault
+from palpate.ad7746.simulator.evalboard import Fault, FaultKind
 from palpate.errors import SourceTimeout
 from palpate.recording.reading import recorded
 from palpate.recording.sidecar import load
@@ -59,7 +59,7 @@ def test_a_lost_soft_conversion_leaves_the_hard_reading() -> None:
 def test_a_board_that_cannot_be_begun_is_given_back() -> None:
     with Bench() as bench:
         source = palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock)
-        bench.kit.faults.append(Fault("no answer", times=1000))
+        bench.kit.faults.append(Fault(FaultKind.NO_ANSWER, times=1000))
         with pytest.raises(SourceTimeout), source:
             pytest.fail("it has begun")
         bench.kit.faults.clear()

@@ -14,7 +14,7 @@ from kit_bench import CENTRED, Bus
 from kit_bench import pins as ramps
 from palpate import Sample, Source, Status, open
 from palpate.ad7746.bus import VirtualClock
-from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.chip import SimulatedChip
 from palpate.sources import Codes, Gap, GapCause, SampleSource
 from palpate.sources.conformance import check_source
 from project import FOUR
@@ -158,7 +158,7 @@ def test_our_own(name: str, options: dict[str, Any]) -> None:
 
 def test_i2c() -> None:
     clock = VirtualClock()
-    bus = Bus(ChipTwin(ramps), clock)
+    bus = Bus(SimulatedChip(ramps), clock)
     source = open("i2c:/dev/i2c-1?hard_input=2", open_bus=bus, clock=clock)
     source.live = False  # it has another clock than the test
     assert len(check_source(source, patience=PATIENCE)) == 100

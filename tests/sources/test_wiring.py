@@ -10,11 +10,11 @@ from command_lines import run
 from effort import NIGHTLY
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.simulator.chip import WIRINGS
-from palpate.ad7746.wiring import Look, Wiring
+from palpate.ad7746.wiring import InputCapacitance, Wiring
 from palpate.errors import DeviceRefused
 from palpate.flags import Suspicion
 from palpate.samples import Sample, Status
-from palpate.simulation.board_input import known
+from palpate.simulation.board_input import board_scenarios
 from palpate.source_events import GapCause
 from palpate.sources.board import configuration_of
 from recording_bench import SampleReader
@@ -130,7 +130,7 @@ def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
     refusal = begun(f"{SHORT}?wiring=hard-minus", differential="yes")[2]
     assert "its wire is at CIN1- (socket P3): exchange its wires at CIN1+ and CIN1-" in refusal
     exchanged = {("1+", "B"): 2.0, ("1-", "B"): 6.9, ("2+", "B"): 4.7, ("2-", "B"): 1.5}
-    look = lambda name, pin: Look(exchanged.get((name, pin), 0.003))
+    look = lambda name, pin: InputCapacitance(exchanged.get((name, pin), 0.003))
     [found] = Wiring(look, Configuration(differential=True), kit=True).mistakes()
     expected = "hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an"
     assert (str(found)[: len(expected)], found.fatal) == (expected, False)
@@ -210,8 +210,8 @@ def test_a_wire_that_is_put_on_again_is_told() -> None:
 def test_a_converter_that_repeats_itself_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     source: Any = palpate.open("sim:soft-steady")
     with source:
-        source.kit.chip._noisy = False
-        monkeypatch.setattr(source.kit.chip, "_pins", lambda bump, begin_s, end_s: 5.0)
+        source.kit.chip.noisy = False
+        monkeypatch.setattr(source.kit.chip, "_bumps", lambda bump, begin_s, end_s: 5.0)
         samples = SampleReader(source)
         list(zip(samples, range(60), strict=False))
     [(_, text)] = samples.gaps
@@ -227,7 +227,9 @@ def test_a_signal_that_leaves_the_range_is_not_a_wire(overload: str) -> None:
     assert samples.gaps == []
 
 
-@pytest.mark.parametrize("name", known() if NIGHTLY else ["bursts", "saturating", "lost-10"])
+@pytest.mark.parametrize(
+    "name", list(board_scenarios()) if NIGHTLY else ["bursts", "saturating", "lost-10"]
+)
 def test_no_false_alarm(name: str) -> None:
     """Right wiring: no message at the begin, while measuring, or beside a touch."""
     for seed in range(5 if NIGHTLY else 1):

@@ -12,7 +12,7 @@ import pytest
 from command_lines import document, run
 from palpate import Tracker, check
 from palpate.ad7746.registers import CODES_PER_PF, capacitance_pF
-from palpate.ad7746.simulator.evalboard import Fault
+from palpate.ad7746.simulator.evalboard import Fault, FaultKind
 from palpate.recording.reading import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
@@ -38,14 +38,9 @@ def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
 def replug(shift_pF: float, at_s: float, seed: int = 1) -> Any:
     """Return a simulated board that is unplugged for a second, and has another idle level then."""
     source: Any = palpate.open(f"sim:four-specimens?seed={seed}")
-    plugged = source.kit.plugged
-
-    def moved() -> None:
-        plugged()
-        source.kit.chip.overload_pF = shift_pF
-
-    source.kit.plugged = moved
-    source._incidents = [Incident(at_s, Fault("unplug", 1.0))]
+    replugged = Fault(FaultKind.UNPLUG, 1.0)
+    moved = Fault(FaultKind.OVERLOAD, shift_pF)  # by the first request after it
+    source._incidents = [Incident(at_s, replugged), Incident(at_s, moved)]
     return source
 
 

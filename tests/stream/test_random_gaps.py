@@ -16,9 +16,9 @@ from effort import SEED, Tally, draws
 from palpate import Sample, Touch
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit.usb_bus import EvalKit
-from palpate.ad7746.simulator.chip import FACTORY, ChipTwin
-from palpate.ad7746.simulator.evalboard import Fault, KitTwin
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.chip import FACTORY, SimulatedChip
+from palpate.ad7746.simulator.evalboard import Fault, FaultKind, SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.recording.reading import recorded
 from palpate.source_events import SourceEvent
 from palpate.sources.board import BoardSource
@@ -27,6 +27,16 @@ from recording_bench import measured
 IDLE_PF = (6.92, 4.69)
 RISE_S, HOLD_S, TOUCH_S = 0.3, 2.2, 1.5  # times of a press, and the length of a touch in it
 _SHIFTS_PF = (0.0, 0.002, -0.002, 0.02, -0.02, 0.3, -0.3, 3.0, -3.0)
+
+
+_EVENTS: list[str] = [
+    *[FaultKind.UNPLUG] * 5,
+    "gains",
+    "centre",
+    FaultKind.LOST_CONVERSION,
+    FaultKind.NO_ANSWER,
+    FaultKind.BROWN_OUT,
+]
 
 
 class Press(NamedTuple):
@@ -48,6 +58,16 @@ class Press(NamedTuple):
         return self.start_s + 2 * RISE_S + HOLD_S
 
 
+class ChangingBoard(SimulatedBoard):
+    """A board that may be another one each time it is plugged in again."""
+
+    change: Callable[[], None] = staticmethod(lambda: None)
+
+    def plugged(self, unplug: Callable[[float], None]) -> None:
+        self.change()
+        super().plugged(unplug)
+
+
 class Play(BoardSource):
     """One schedule, as a source."""
 
@@ -66,15 +86,14 @@ class Play(BoardSource):
         self.end_s = self.presses[-1].stop_s + dice.uniform(0.0, 3.0)
         self.shift_pF = [0.0, 0.0]
         self.clock = VirtualClock()
-        self.twin = KitTwin(ChipTwin(self._pins, seed=seed), self.clock)
-        self.twin.plugged = self._plugged(self.twin.plugged)  # type: ignore[method-assign]
-        backend = TwinBackend(self.clock)
-        backend.plug(self.twin)
+        self.board = ChangingBoard(SimulatedChip(self._pins, seed=seed), self.clock)
+        backend = SimulatedUsb(self.clock)
+        backend.plug(self.board)
+        self.board.change = self._change
         super().__init__(EvalKit(backend=backend, clock=self.clock), {}, self.clock)
         self._events = sorted(
             (dice.uniform(0.0, self.end_s), self._event()) for _ in range(dice.randint(1, 3))
         )
-        self._began = True
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
         """Yield the pairs; between them what the schedule says happens."""
@@ -110,37 +129,32 @@ class Play(BoardSource):
         )
         return IDLE_PF[pin - 1] + self.shift_pF[pin - 1] + sum(changes)
 
-    def _plugged(self, before: Callable[[], None]) -> Callable[[], None]:
-        def plugged() -> None:
-            dice = self.dice
-            if hasattr(self, "_began"):  # not the first time
-                self.shift_pF = [shift + dice.choice(_SHIFTS_PF) for shift in self.shift_pF]
-                if dice.random() < 0.3:
-                    self.twin.chip.factory = bytes(dice.randrange(256) for _ in FACTORY)
-                    self.twin.chip._dac_step_pF = (dice.uniform(0.14, 0.19), 0.158)
-                if dice.random() < 0.2:
-                    self.twin.faults.append(
-                        Fault("no answer", skip=dice.randrange(20), times=dice.randint(1, 4))
-                    )
-            before()
-
-        return plugged
+    def _change(self) -> None:
+        """Move the idle levels; the board may be another one, or not answer for a while."""
+        dice = self.dice
+        self.shift_pF = [shift + dice.choice(_SHIFTS_PF) for shift in self.shift_pF]
+        if dice.random() < 0.3:
+            self.board.chip.factory = bytes(dice.randrange(256) for _ in FACTORY)
+            self.board.chip.dac_step_pF = (dice.uniform(0.14, 0.19), 0.158)
+        if dice.random() < 0.2:
+            skip = dice.randrange(20)
+            times = dice.randint(1, 4)
+            self.board.faults.append(Fault(FaultKind.NO_ANSWER, skip=skip, times=times))
 
     def _event(self) -> str:
-        return self.dice.choice(
-            ["unplug"] * 5 + ["gains", "centre", "lost conversion", "no answer", "brown-out"]
-        )
+        return self.dice.choice(_EVENTS)
 
     def _do(self, event: str) -> None:
         if event == "gains":
-            self.twin.chip.registers[0x0F + self.dice.randrange(4)] ^= 1 << self.dice.randrange(8)
+            self.board.chip.registers[0x0F + self.dice.randrange(4)] ^= 1 << self.dice.randrange(8)
         elif event == "centre":
             self.centre()
         else:
-            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 2.0}.get(
-                event, 1.0
-            )
-            self.twin.faults.append(Fault(event, amount, times=3 if event == "no answer" else 1))
+            gone_s = self.dice.uniform(0.05, 3.0)
+            kind = FaultKind(event)
+            amount = {FaultKind.UNPLUG: gone_s, FaultKind.LOST_CONVERSION: 2.0}.get(kind, 1.0)
+            times = 3 if event == FaultKind.NO_ANSWER else 1
+            self.board.faults.append(Fault(kind, amount, times=times))
 
 
 COUNT = int(os.environ.get("PALPATE_GAPS", draws(120, 10_000)))

@@ -82,7 +82,7 @@ class Kernel:
         value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(
             self.pins
         )
-        code = registers.code_of(value)
+        code = registers.capacitance_code(value)
         self.conversions.append((channel, self.now_ns + lasts // 2, code))
         ticks = -(-SLEEPS_MS[self.capf] * 1_000_000 // self.tick_ns) + 1
         self.now_ns = (self.now_ns // self.tick_ns + ticks) * self.tick_ns + I2C_NS // 2

@@ -18,9 +18,9 @@ from palpate.ad7746.bus import Clock, VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.usb_bus import EvalKit
-from palpate.ad7746.simulator.chip import ChipTwin
-from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, KitTwin
-from palpate.ad7746.simulator.usb_backend import Port, TwinBackend
+from palpate.ad7746.simulator.chip import SimulatedChip
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind, SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import Port, SimulatedUsb
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, SourceEvent
 
@@ -50,22 +50,22 @@ class ProcessCarrier:
 
     def __init__(self) -> None:
         self.clock: Clock = VirtualClock()
-        self._backend = TwinBackend(self.clock)
-        self._ports: dict[KitTwin, Port] = {}
+        self._backend = SimulatedUsb(self.clock)
+        self._ports: dict[SimulatedBoard, Port] = {}
 
-    def plug(self, kit: KitTwin, number: int = 1) -> None:
+    def plug(self, kit: SimulatedBoard, number: int = 1) -> None:
         """Plug a board into a port."""
         self._ports[kit] = self._backend.plug(kit, number)
 
-    def unplug(self, kit: KitTwin) -> None:
+    def unplug(self, kit: SimulatedBoard) -> None:
         self._backend.unplug(self._ports[kit])
 
-    def backend(self) -> TwinBackend:
+    def backend(self) -> SimulatedUsb:
         """Return a pyusb backend that finds the boards that are plugged in now."""
         return self._backend
 
     @contextmanager
-    def denied(self, kit: KitTwin) -> Iterator[None]:
+    def denied(self, kit: SimulatedBoard) -> Iterator[None]:
         """Return a context without permission to open a board."""
         self._ports[kit].allowed = False
         yield
@@ -91,8 +91,8 @@ class Bench(ExitStack):
         real = os.environ.get("PALPATE_CARRIER") == "usbfs"
         self.carrier: Any = carrier or (_usbfs() if real else ProcessCarrier())
         self.callback(self.carrier.close)
-        self.kit = KitTwin(
-            ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz
+        self.kit = SimulatedBoard(
+            SimulatedChip(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz
         )
         self.configuration = CENTRED
         self.firmware: Path | None = None
@@ -104,9 +104,9 @@ class Bench(ExitStack):
         if plugged:
             self.carrier.plug(self.kit)
 
-    def another(self) -> KitTwin:
+    def another(self) -> SimulatedBoard:
         """Plug in a second board."""
-        kit = KitTwin(ChipTwin(pins), self.carrier.clock)
+        kit = SimulatedBoard(SimulatedChip(pins), self.carrier.clock)
         self.carrier.plug(kit, 2)
         return kit
 
@@ -152,7 +152,7 @@ class Bench(ExitStack):
             assert len(self.samples) == before + 1
         return self.samples
 
-    def fail(self, kind: str, amount: float = 1.0, **when: Any) -> None:
+    def fail(self, kind: FaultKind, amount: float = 1.0, **when: Any) -> None:
         """Add a fault."""
         self.kit.faults.append(Fault(kind, amount, **when))
 
@@ -188,7 +188,7 @@ class Bench(ExitStack):
 class Bus:
     """A replacement of smbus2.SMBus for `I2cBus`."""
 
-    def __init__(self, chip: ChipTwin, clock: VirtualClock) -> None:
+    def __init__(self, chip: SimulatedChip, clock: VirtualClock) -> None:
         self.chip, self.clock = chip, clock
         self.opened = 0
         self.failures: list[int] = []

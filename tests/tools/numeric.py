@@ -13,7 +13,7 @@ import palpate
 import pytest
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
-from palpate.simulation import Converter, Press, Scenario, Simulation, simulate
+from palpate.simulation import ConverterModel, Press, Scenario, Simulation, simulate
 from project import ROOT, need, run
 
 NAMES = ("Rls", "AdaptiveRls", "HandoverRls")
@@ -142,7 +142,7 @@ def around(limit: float) -> tuple[float, float]:
 HARD_PF, SOFT_PF = (baseline.level_pF for baseline in Scenario().baselines)
 STEP_PF = 8.192 / 2**24
 """Step of the codes."""
-EXACT = Converter(jitter_s=0.0, noise_pF=0.0, together=True)
+EXACT = ConverterModel(jitter_s=0.0, noise_pF=0.0, together=True)
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0, converter=EXACT)
 
 

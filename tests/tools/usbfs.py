@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.ad7746.bus import Clock, RealClock
-from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR, fresh, system_backend
-from palpate.ad7746.simulator.evalboard import KitTwin, Reply
+from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR, new_context, system_backend
+from palpate.ad7746.simulator.evalboard import Reply, SimulatedBoard
 
 _IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
 _URB = struct.Struct("<BBxxiIxxxxQiiiiiIQ")  # struct usbdevfs_urb
@@ -50,7 +50,7 @@ class Node(socketserver.ThreadingUnixStreamServer):
 
     daemon_threads = True
 
-    def __init__(self, root: Path, address: int, kit: KitTwin) -> None:
+    def __init__(self, root: Path, address: int, kit: SimulatedBoard) -> None:
         self.address, self.kit = address, kit
         self.path = root / f"dev/bus/usb/001/{address:03d}"
         self.attached = True
@@ -215,7 +215,7 @@ class UsbfsCarrier:
     def __init__(self) -> None:
         self.clock: Clock = RealClock()
         self._root = root = Path(os.environ["UMOCKDEV_DIR"])
-        self._plugged: dict[KitTwin, tuple[Node, int]] = {}
+        self._plugged: dict[SimulatedBoard, tuple[Node, int]] = {}
         self._address = 1
         for folder in (
             "sys/bus/usb/devices",
@@ -231,17 +231,16 @@ class UsbfsCarrier:
 
     def backend(self) -> Any:
         """Return a pyusb backend that finds the boards that are plugged in now."""
-        return fresh(system_backend())
+        return new_context(system_backend())
 
-    def plug(self, kit: KitTwin, number: int = 1) -> None:
+    def plug(self, kit: SimulatedBoard, number: int = 1) -> None:
         """Plug a board into a port of the hub."""
         self._address += 1
         self._plugged[kit] = Node(self._root, self._address, kit), number
-        kit.on_unplug = lambda back_after_s: self.unplug(kit, back_after_s)
-        kit.plugged()
+        kit.plugged(lambda back_after_s: self.unplug(kit, back_after_s))
         self._add_device(f"1-{number}", f"usb1/1-{number}", self._address, _BOARD)
 
-    def unplug(self, kit: KitTwin, back_after_s: float = math.inf) -> None:
+    def unplug(self, kit: SimulatedBoard, back_after_s: float = math.inf) -> None:
         """Unplug a board, and plug it in again later."""
         if kit not in self._plugged:
             return
@@ -254,7 +253,7 @@ class UsbfsCarrier:
             threading.Timer(back_after_s, self.plug, (kit, number)).start()
 
     @contextmanager
-    def denied(self, kit: KitTwin) -> Iterator[None]:
+    def denied(self, kit: SimulatedBoard) -> Iterator[None]:
         """Return a context without permission to open a board."""
         node, privileged = self._plugged[kit][0].path, os.geteuid() == 0
         node.chmod(0)

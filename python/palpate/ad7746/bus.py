@@ -1,4 +1,4 @@
-"""Access to the registers of the AD7746: buses and their clocks, repetitions, counters of errors."""
+"""Access to the registers of the AD7746: buses, clocks, repetitions, error counters."""
 
 import errno
 import time
@@ -35,8 +35,9 @@ class RealClock:
 
     def now_ns(self) -> int:
         """Return the time, ns."""
-        now = fine_ns()
-        return now if self.speed == 1 else round(now * self.speed)
+        if self.speed == 1:
+            return fine_ns()
+        return round(fine_ns() * self.speed)
 
     def sleep(self, seconds: float) -> None:
         """Wait for this time."""
@@ -59,7 +60,7 @@ class VirtualClock:
 
 
 class NotReady(DeviceRefused):
-    """The device is there, but cannot be used yet: its permissions may be set, or its firmware loaded, in a moment."""
+    """The device cannot be used yet: permissions or firmware are missing, maybe for a moment."""
 
 
 class NotAcknowledged(ProtocolError):
@@ -71,20 +72,22 @@ def translated(what: object, meanings: Meanings) -> Iterator[None]:
     """Translate errors of the system to palpate's."""
     try:
         yield
-    except (OSError, NotImplementedError) as error:  # pyusb raises the second one: it is ENOSYS
-        number = error.errno if isinstance(error, OSError) else errno.ENOSYS
-        kind, text = meanings.get(number or 0, (ProtocolError, getattr(error, "strerror", "")))
+    except OSError as error:
+        kind, text = meanings.get(error.errno or 0, (ProtocolError, error.strerror))
+        raise kind(f"{what}: {text}") from error
+    except NotImplementedError as error:  # of pyusb
+        kind, text = meanings.get(errno.ENOSYS, (ProtocolError, ""))
         raise kind(f"{what}: {text}") from error
 
 
 class RegisterBus(Protocol):
-    """Access to the registers of the chip: over USB (`EvalKit`) or over a Linux I2C bus (`I2cBus`)."""
+    """Access to the registers of the chip: over USB (`EvalKit`) or Linux I2C (`I2cBus`)."""
 
     def read(self, register: int, count: int) -> bytes:
         """Return `count` registers from `register` on."""
 
     def write(self, register: int, data: bytes) -> int:
-        """Write registers from `register` on; return the time when the last byte was written, ns of the clock."""
+        """Write registers from `register` on; return when the last byte was written, ns."""
 
     def ready(self) -> bool:
         """Return whether a conversion has ended, without reading data."""
@@ -93,7 +96,7 @@ class RegisterBus(Protocol):
         """Reset the chip; it does not answer during the next `registers.RESET_S`."""
 
     def reopen(self) -> None:
-        """Open the device again: the same one, or its replacement; NotReady is raised while it has to be waited for."""
+        """Open the device again, or its replacement; NotReady: try again later."""
 
     def close(self) -> None:
         """Close the device; may be called twice."""
@@ -114,7 +117,11 @@ class Counters:
     reconnects: int = 0
 
 
-def repeated(act: Callable[[], T], failed: Callable[[], object] = lambda: None) -> T:
+def _do_nothing() -> None:
+    pass
+
+
+def repeated(act: Callable[[], T], failed: Callable[[], object] = _do_nothing) -> T:
     """Act, up to `TRIES` times; call `failed` before each repetition."""
     for _ in range(TRIES - 1):
         try:
@@ -125,12 +132,14 @@ def repeated(act: Callable[[], T], failed: Callable[[], object] = lambda: None) 
 
 
 class Access:
-    """Access to a bus: each up to `TRIES` times, with `check` before each try; errors and repetitions are counted."""
+    """Access to a bus, up to `TRIES` times, after `check`; counts errors and repetitions."""
 
     def __init__(
-        self, bus: RegisterBus, clock: Clock, check: Callable[[], None] = lambda: None
+        self, bus: RegisterBus, clock: Clock, check: Callable[[], None] = _do_nothing
     ) -> None:
-        self.bus, self.clock, self.counters = bus, clock, Counters()
+        self.bus = bus
+        self.clock = clock
+        self.counters = Counters()
         self._check = check
 
     def read(self, register: int, count: int) -> bytes:
@@ -143,14 +152,18 @@ class Access:
 
     def repeated(self, act: Callable[[], T]) -> T:
         """Do an access, up to `TRIES` times."""
-        for left in reversed(range(TRIES)):
-            self._check()
+        for _ in range(TRIES - 1):
             try:
-                return act()
+                return self._once(act)
             except (SourceTimeout, ProtocolError):
-                self.counters.errors += 1
-                if not left:
-                    raise
                 self.counters.retries += 1
                 self.clock.sleep(_PAUSE_S)
-        raise AssertionError("unreachable")
+        return self._once(act)
+
+    def _once(self, act: Callable[[], T]) -> T:
+        self._check()
+        try:
+            return act()
+        except (SourceTimeout, ProtocolError):
+            self.counters.errors += 1
+            raise

@@ -18,15 +18,16 @@ _MASK = bytes([0xFF, 0xFF, 0xFF, 0xF8, 0xFF, 0xFF, 0xFF, 0xFF])
 class Channel:
     """Settings of one channel.
 
-    The chip has one set of these registers; the driver rewrites them for each channel if the settings differ.
+    The chip has one set of these registers; the driver writes them again for each channel.
 
     Attributes
     ----------
     capdac : int
-        -127 to 127 steps of about 0.164 pF. They move the range of +-4.096 pF to the idle signal; see
-        `Ad7746.auto_capdac`.
+        -127 to 127 steps of about 0.164 pF. They move the range of +-4.096 pF to the idle signal;
+        see `Ad7746.auto_capdac`.
     excitation : str
-        Driven excitation pins: "A", "B" or "AB". The guide of the evaluation kit puts a sensor on EXCB.
+        Driven excitation pins: "A", "B" or "AB". The guide of the evaluation kit puts a sensor on
+        EXCB.
 
     Raises
     ------
@@ -46,13 +47,12 @@ class Channel:
         """Check the ranges."""
         registers.dac_registers(self.capdac)
         if self.excitation not in registers.EXCITATION:
-            raise ValueError(
-                f"excitation: got {self.excitation!r}, allowed: {', '.join(registers.EXCITATION)}"
-            )
+            allowed = ", ".join(registers.EXCITATION)
+            raise ValueError(f"excitation: got {self.excitation!r}, allowed: {allowed}")
 
     @property
     def range_registers(self) -> bytes:
-        """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET, whose range the CAPDACs exceed: it is at its zero."""
+        """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET; the offset is always 0."""
         return registers.dac_registers(self.capdac) + registers.OFFSET_ZERO.to_bytes(2, "big")
 
 
@@ -97,11 +97,9 @@ class Configuration:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4))):
-            if getattr(self, name) not in allowed:
-                raise ValueError(
-                    f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}"
-                )
+        _require_in("capf", self.capf, range(8))
+        _require_in("hard_input", self.hard_input, range(1, 3))
+        _require_in("level", self.level, range(4))
 
     def channel(self, number: int) -> Channel:
         """Return the hard (0) or the soft (1) channel."""
@@ -114,20 +112,25 @@ class Configuration:
     def with_capdac(self, number: int, steps: int) -> "Configuration":
         """Return a copy with other CAPDAC steps of one channel."""
         channel = replace(self.channel(number), capdac=steps)
-        return replace(self, hard=channel) if number == HARD else replace(self, soft=channel)
+        if number == HARD:
+            return replace(self, hard=channel)
+        return replace(self, soft=channel)
 
     def registers(self, number: int) -> tuple[bytes, bytes]:
-        """Return the bytes of registers 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
+        """Return the bytes of registers 07 to 0A and 0B to 0E for one conversion of a channel."""
         channel = self.channel(number)
-        setup = registers.CAPEN | (registers.CIN2 if self.input(number) == 2 else 0)
-        setup |= (registers.CAPDIFF if self.differential else 0) | (
-            registers.CAPCHOP if self.chop else 0
-        )
+        setup = registers.CAPEN
+        if self.input(number) == 2:
+            setup |= registers.CIN2
+        if self.differential:
+            setup |= registers.CAPDIFF
+        if self.chop:
+            setup |= registers.CAPCHOP
         excitation = registers.EXCITATION[channel.excitation] | self.level
         return bytes([setup, 0, excitation, self._config]), channel.range_registers
 
     def voltage_registers(self, mode: int) -> bytes:
-        """Return the bytes of registers 0x07 to 0x0A for one reading of the voltage channel: VT_TEMPERATURE, VT_SUPPLY."""
+        """Return the bytes of registers 07 to 0A to read VT_TEMPERATURE or VT_SUPPLY once."""
         return bytes([0, registers.VTEN | mode | registers.VTCHOP, self.level, self._config])
 
     @property
@@ -141,10 +144,18 @@ class Configuration:
 
 
 def require_same(wanted: bytes, image: bytes) -> None:
-    """Raise ProtocolError if registers from 0x07 on are not as they were written; the mode bits are not compared."""
-    for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), registers.CAP_SETUP):
-        if (wrote ^ image[register]) & mask:
-            why = "another program uses the board, or the chip had no supply"
+    """Raise ProtocolError if registers from 0x07 on, except the mode, are not as written."""
+    for index, wrote in enumerate(wanted):
+        register = registers.CAP_SETUP + index
+        got = image[register]
+        if (wrote ^ got) & _MASK[index]:
             raise ProtocolError(
-                f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: {why}"
+                f"register 0x{register:02X}: got 0x{got:02X}, wrote 0x{wrote:02X}: "
+                "another program uses the board, or the chip had no supply"
             )
+
+
+def _require_in(name: str, value: int, allowed: range) -> None:
+    if value not in allowed:
+        limits = f"{allowed[0]} to {allowed[-1]}"
+        raise ValueError(f"{name}: got {value!r}, allowed: {limits}")

@@ -33,8 +33,8 @@ from typing import Any
 from palpate.ad7746 import registers
 from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
-from palpate.ad7746.converter import Converter, Middle, Overdue, Reading, difference_ns
-from palpate.ad7746.wiring import Look, level_of, look
+from palpate.ad7746.converter import ChannelReading, Converter, Middle, Overdue, difference_ns
+from palpate.ad7746.wiring import InputCapacitance, measure_input, measure_pin
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status, on_monotonic
 from palpate.source_events import (
@@ -228,19 +228,19 @@ class Ad7746:
         """Whether `read_conditions` between two pairs leaves the second one in time."""
         return 0.4 * self.period_s > _CONDITIONS_S
 
-    def read_channel(self, channel: int) -> Reading:
+    def read_channel(self, channel: int) -> ChannelReading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
         return reading._replace(
             middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns)
         )
 
-    def look(self, name: str, excitation: str) -> Look:
+    def measure_input(self, name: str, excitation: str) -> InputCapacitance:
         """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
         try:
-            return look(partial(level_of, self._converter), name, excitation)
+            return measure_input(partial(measure_pin, self._converter), name, excitation)
         except _Interrupted:
-            return Look(math.nan)
+            return InputCapacitance(math.nan)
 
     def read(self, seq: int) -> Iterator[Sample | SourceEvent]:
         """Read both channels, the hard one first; yield the sample, and the events before and after it.
@@ -429,6 +429,6 @@ def _marks_passed(left_s: float) -> int:
     return sum(left_s <= mark_s for mark_s in _LEFT_S)
 
 
-def _empty(middle: Middle) -> Reading:
+def _empty(middle: Middle) -> ChannelReading:
     """Return a reading that has only a time."""
-    return Reading(middle, -1, math.nan, Status.LOST)
+    return ChannelReading(middle, -1, math.nan, Status.LOST)

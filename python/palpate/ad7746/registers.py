@@ -4,7 +4,8 @@ Nothing here accesses a chip; see `palpate.ad7746.driver`. Not tried on hardware
 """
 
 import math
-from typing import Final
+from collections.abc import Callable
+from typing import Final, NamedTuple
 
 I2C_ADDRESS: Final = 0x48
 
@@ -22,7 +23,8 @@ CAP_OFFSET: Final = 0x0D
 CAP_GAIN: Final = 0x0F
 VOLT_GAIN: Final = 0x11
 REGISTERS: Final = 0x13  # Number of registers.
-# This byte in place of a register address resets the chip; then it does not answer for up to `RESET_S`.
+# This byte in place of a register address resets the chip; then it does not answer for up to
+# `RESET_S`.
 RESET_POINTER: Final = 0xBF
 RESET_S: Final = 200e-6
 # STATUS to CAP_OFFSET after a reset; the registers after them are set in the factory.
@@ -76,9 +78,10 @@ LINEARITY_PF: Final = 1e-4 * FULL_SCALE_PF
 
 
 def linearity_pF(full_scale_pF: float) -> float:
-    """Return the standard deviation of a reading by the linearity of the chip, pF; 0 for another converter.
+    """Return the standard deviation of a reading by the linearity of the chip, pF.
 
     The limit of the data sheet is taken as that of a uniform distribution (JCGM 100:2008, 4.3.7).
+    For another converter it is not known: 0.
 
     Parameters
     ----------
@@ -95,7 +98,9 @@ def linearity_pF(full_scale_pF: float) -> float:
     >>> round(1e3 * linearity_pF(SATURATED_PF), 2), linearity_pF(math.inf)
     (0.24, 0.0)
     """
-    return LINEARITY_PF / math.sqrt(3) if full_scale_pF == SATURATED_PF else 0.0
+    if full_scale_pF != SATURATED_PF:
+        return 0.0
+    return LINEARITY_PF / math.sqrt(3)
 
 
 def capacitance_pF(code: int) -> float:
@@ -124,8 +129,8 @@ def capacitance_pF(code: int) -> float:
     return (_code(code) - ZERO_CODE) / CODES_PER_PF
 
 
-def code_of(capacitance_pF: float) -> int:
-    """Convert pF to the nearest code; outside the range, to the first or last code, as the chip does.
+def capacitance_code(capacitance_pF: float) -> int:
+    """Convert pF to the nearest code; outside the range, to the first or last one.
 
     Parameters
     ----------
@@ -139,13 +144,13 @@ def code_of(capacitance_pF: float) -> int:
 
     Examples
     --------
-    >>> hex(code_of(0.030890625)), hex(code_of(9.0))
+    >>> hex(capacitance_code(0.030890625)), hex(capacitance_code(9.0))
     ('0x80f720', '0xffffff')
     """
     return min(max(round(capacitance_pF * CODES_PER_PF) + ZERO_CODE, 0), LAST_CODE)
 
 
-def saturated(code: int) -> bool:
+def is_saturated(code: int) -> bool:
     """Return whether a code is saturated: too near to an end of the range.
 
     Parameters
@@ -164,7 +169,7 @@ def saturated(code: int) -> bool:
 
     Examples
     --------
-    >>> saturated(LAST_CODE), saturated(ZERO_CODE)
+    >>> is_saturated(LAST_CODE), is_saturated(ZERO_CODE)
     (True, False)
     """
     return not SATURATED_CODES <= _code(code) <= LAST_CODE - SATURATED_CODES
@@ -213,8 +218,8 @@ def dac_registers(steps: int) -> bytes:
     Parameters
     ----------
     steps : int
-        Steps of `DAC_STEP_PF`, -127 to 127. Above zero CAPDAC_A subtracts them from the input, below zero
-        CAPDAC_B adds them; at zero both are off.
+        Steps of `DAC_STEP_PF`, -127 to 127. Above zero CAPDAC_A subtracts them from the input,
+        below zero CAPDAC_B adds them; at zero both are off.
 
     Returns
     -------
@@ -233,8 +238,10 @@ def dac_registers(steps: int) -> bytes:
     """
     if not -DAC_STEPS <= steps <= DAC_STEPS:
         raise ValueError(f"capdac: got {steps}, allowed: {-DAC_STEPS} to {DAC_STEPS}")
-    code = abs(steps) | DAC_ENABLE if steps else 0
-    return bytes([code, 0] if steps > 0 else [0, code])
+    if steps == 0:
+        return bytes([0, 0])
+    code = abs(steps) | DAC_ENABLE
+    return bytes([code, 0]) if steps > 0 else bytes([0, code])
 
 
 def check_write(register: int, data: bytes) -> None:
@@ -250,8 +257,8 @@ def check_write(register: int, data: bytes) -> None:
     Raises
     ------
     ValueError
-        A register is read-only or set in the factory; CONFIG and a CAPDAC are in one burst: the conversion would start
-        before the CAPDACs are loaded.
+        A register is read-only or set in the factory; CONFIG and a CAPDAC are in one burst: the
+        conversion would start before the CAPDACs are loaded.
 
     Examples
     --------
@@ -266,6 +273,126 @@ def check_write(register: int, data: bytes) -> None:
             f"register: got 0x{register:02X} to 0x{end - 1:02X}, allowed: 0x07 to 0x0E"
         )
     if register <= CONFIG < end - 1:
-        raise ValueError(
-            f"data: got 0x{register:02X} to 0x{end - 1:02X} in one burst, allowed: up to CONFIG, 0x0A"
-        )
+        burst = f"0x{register:02X} to 0x{end - 1:02X} in one burst"
+        raise ValueError(f"data: got {burst}, allowed: up to CONFIG, 0x0A")
+
+
+class Register(NamedTuple):
+    """A register, or two of one value: first address, name, content, and its bits in words."""
+
+    address: int
+    name: str
+    content: bytes
+    words: str
+
+
+def describe_registers(dump: bytes) -> list[Register]:
+    """Return the registers of a dump by name, with their bits in words."""
+    if len(dump) != REGISTERS:
+        raise ValueError(f"dump: got {len(dump)} bytes, allowed: {REGISTERS}")
+    found = []
+    ends = [address for address, _, _ in _REGISTER_MAP[1:]]
+    for (address, name, describe), end in zip(_REGISTER_MAP, [*ends, REGISTERS], strict=True):
+        content = dump[address:end]
+        found.append(Register(address, name, content, describe(int.from_bytes(content, "big"))))
+    return found
+
+
+def _status(value: int) -> str:
+    new = []
+    if not value & RDYCAP:
+        new.append("capacitance")
+    if not value & RDYVT:
+        new.append("voltage or temperature")
+    fault = "shorted or overloaded" if value & EXCERR else "not faulty"
+    return f"new data: {', '.join(new) or 'none'}; excitation {fault}"
+
+
+def _cap_data(value: int) -> str:
+    return f"{capacitance_pF(value):.6f} pF after the CAPDACs"
+
+
+def _vt_data(value: int) -> str:
+    temperature = f"{temperature_C(value):.2f} C"
+    return f"{temperature}, or {supply_V(value):.3f} V, by VTMD of that conversion"
+
+
+def _cap_setup(value: int) -> str:
+    if not value & CAPEN:
+        return "off"
+    words = ["capacitive channel on", "CIN2" if value & CIN2 else "CIN1"]
+    if value & CAPDIFF:
+        words.append("differential")
+    if value & CAPCHOP:
+        words.append("chopped")
+    return ", ".join(words)
+
+
+_VT_MODES = ("internal temperature", "external temperature", "supply", "external voltage")
+
+
+def _vt_setup(value: int) -> str:
+    if not value & VTEN:
+        return "off"
+    words = f"measures {_VT_MODES[value >> 5 & 3]}"
+    return f"{words}, chopped" if value & VTCHOP else words
+
+
+_LEVELS = ("VDD/8", "VDD/4", "VDD*3/8", "VDD/2")
+
+
+def _exc_setup(value: int) -> str:
+    driven = [name for name, bit in (("EXCA", EXCA), ("EXCB", EXCB)) if value & bit]
+    return f"{' and '.join(driven) or 'none'} driven, +-{_LEVELS[value & 3]}"
+
+
+_MODES = (
+    "idle",
+    "continuous",
+    "single",
+    "power-down",
+    "reserved",
+    "offset calibration",
+    "gain calibration",
+    "reserved",
+)
+
+
+def _config(value: int) -> str:
+    capf = value >> 3 & 7
+    vtf = value >> 6
+    capacitance = f"CAPF {capf}: {1e3 * CONVERSION_S[capf]:.1f} ms"
+    voltage = f"VTF {vtf}: {1e3 * VT_CONVERSION_S[vtf]:.1f} ms"
+    return f"{_MODES[value & 7]}; {capacitance}, {voltage}"
+
+
+def _capdac(value: int) -> str:
+    if not value & DAC_ENABLE:
+        return "off"
+    steps = value & DAC_STEPS
+    return f"{steps} steps, about {steps * DAC_STEP_PF:.2f} pF"
+
+
+def _cap_offset(value: int) -> str:
+    return f"{(value - OFFSET_ZERO) * OFFSET_STEP_PF:+.5f} pF"
+
+
+def _gain(_: int) -> str:
+    return "set in the factory"
+
+
+# First address, name, and a function that returns the bits in words.
+_REGISTER_MAP: tuple[tuple[int, str, Callable[[int], str]], ...] = (
+    (STATUS, "STATUS", _status),
+    (CAP_DATA, "CAP_DATA", _cap_data),
+    (VT_DATA, "VT_DATA", _vt_data),
+    (CAP_SETUP, "CAP_SETUP", _cap_setup),
+    (VT_SETUP, "VT_SETUP", _vt_setup),
+    (EXC_SETUP, "EXC_SETUP", _exc_setup),
+    (CONFIG, "CONFIG", _config),
+    (CAPDAC_A, "CAPDAC_A", _capdac),
+    (CAPDAC_B, "CAPDAC_B", _capdac),
+    (CAP_OFFSET, "CAP_OFFSET", _cap_offset),
+    (CAP_GAIN, "CAP_GAIN", _gain),
+    (VOLT_GAIN, "VOLT_GAIN", _gain),
+)

@@ -1,4 +1,4 @@
-"""What is connected to each input, and mistakes of the wiring in words: which pin to look at, what to do.
+"""The sensor at each input, and mistakes of the wiring in words: which pin to look at, what to do.
 
 Swapped inputs are not among them: both are connected. Only a press shows them (`palpate.flags`).
 """
@@ -10,337 +10,288 @@ from functools import cache
 from typing import NamedTuple
 
 from palpate.ad7746 import registers
-from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Channel, Configuration
+from palpate.ad7746.configuration import HARD, NAMES, SOFT, Channel, Configuration
 from palpate.ad7746.converter import Converter
-from palpate.samples import Sample, Status
+from palpate.samples import Status
 
-# An input with less than this has no sensor. Open inputs of a real board are expected to have some fF [?].
+# An input with less than this has no sensor. Open inputs of a real board should have some fF [?].
 EMPTY_PF = 0.05
 MOST_PF = 17.0  # Range that every chip has; most have more.
-# CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13 to 0.2 pF.
+# CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13
+# to 0.2 pF.
 _STEPS = (0, 37, 74, 111, registers.DAC_STEPS)
 
 
-class Look(NamedTuple):
-    """What one input has on one excitation pin."""
+class InputCapacitance(NamedTuple):
+    """Capacitance of one input with one excitation pin, pF: inf, out of range; nan, not known."""
 
-    capacitance: float
+    pF: float
     shorted: bool = False
 
     @property
     def is_empty(self) -> bool:
         """Whether there is no sensor."""
-        return abs(self.capacitance) < EMPTY_PF
+        return abs(self.pF) < EMPTY_PF
 
     @property
     def is_sensor(self) -> bool:
-        """Whether there is one, within the range."""
-        return EMPTY_PF <= abs(self.capacitance) < math.inf
+        """Whether there is a sensor, within the range."""
+        return EMPTY_PF <= abs(self.pF) < math.inf
 
     def __str__(self) -> str:
-        """Return the capacitance with the digits that are known."""
+        """Return the capacitance with its known digits."""
         if self.shorted:
             return "a short (EXCERR)"
-        if math.isinf(self.capacitance):
+        if math.isinf(self.pF):
             return f"more than {MOST_PF:g} pF"
-        size = abs(self.capacitance)
-        return (
-            f"about {self.capacitance:.1f} pF"
-            if size >= registers.FULL_SCALE_PF
-            else f"{self.capacitance:.3f} pF"
-        )
+        if abs(self.pF) >= registers.FULL_SCALE_PF:  # known to 20 %
+            return f"about {self.pF:.1f} pF"
+        return f"{self.pF:.3f} pF"
 
 
-Looking = Callable[
-    [str, str], Look
-]  # (input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`.
+# (pin 1 or 2, excitation, differential) -> capacitance of CIN+, or of CIN+ minus CIN-.
+MeasurePin = Callable[[int, str, bool], InputCapacitance]
+# (input "1+" to "2-", excitation) -> its capacitance, as
+# `palpate.ad7746.driver.Ad7746.measure_input`.
+MeasureInput = Callable[[str, str], InputCapacitance]
 
 
-def look(measure: Callable[[int, str, bool], Look], name: str, excitation: str) -> Look:
-    """Return what an input, "1+" to "2-", has; `measure(pin, excitation, differential)`: CIN+, or CIN+ minus CIN-."""
-    plus = measure(int(name[0]), excitation, False)
+def measure_input(measure_pin: MeasurePin, name: str, excitation: str) -> InputCapacitance:
+    """Return the capacitance of an input, "1+" to "2-", with an excitation pin."""
+    pin = int(name[0])
+    plus = measure_pin(pin, excitation, False)
     if name[1] == "+" or plus.shorted:
         return plus
-    both = measure(int(name[0]), excitation, True)
-    return Look(plus.capacitance - both.capacitance, both.shorted)
+    difference = measure_pin(pin, excitation, True)
+    return InputCapacitance(plus.pF - difference.pF, difference.shorted)
 
 
-def level_of(converter: Converter, pin: int, excitation: str, differential: bool) -> Look:
-    """Measure what CIN+, or CIN+ minus CIN-, has on an excitation pin, whatever the range in use."""
+def measure_pin(
+    converter: Converter, pin: int, excitation: str, differential: bool
+) -> InputCapacitance:
+    """Measure CIN+, or CIN+ minus CIN-, with an excitation pin, whatever the range in use."""
     own = converter.configuration
     sign = 1
     try:
         for steps in _STEPS:
-            there = Channel(capdac=sign * steps, excitation=excitation)
+            channel = Channel(capdac=sign * steps, excitation=excitation)
             converter.configuration = replace(
-                own, capf=0, hard_input=pin, differential=differential, hard=there
+                own, capf=0, hard_input=pin, differential=differential, hard=channel
             )
             reading = converter.patiently(HARD)
             if reading.status & Status.EXCITATION:
-                return Look(math.nan, shorted=True)
+                return InputCapacitance(math.nan, shorted=True)
             if not reading.status:
-                return Look(reading.capacitance + sign * steps * registers.DAC_STEP_PF)
+                capdac_pF = sign * steps * registers.DAC_STEP_PF
+                return InputCapacitance(reading.capacitance + capdac_pF)
             sign = 1 if reading.capacitance > 0 else -1
     finally:
         converter.configuration = own
-    return Look(sign * math.inf)
+    return InputCapacitance(sign * math.inf)
 
 
 _SOCKETS = {"1+": " (socket P4)", "1-": " (socket P3)", "A": " (socket P1)", "B": " (socket P2)"}
 _DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
 _DEMO_PF = (0.9, 1.9)  # 1.4 pF by the schematic
+_CONNECT = "remove them, and connect the bump to CIN2+ and EXCB"
 
 
 class Mistake(NamedTuple):
     """One mistake."""
 
-    what: str
+    found: str
     remedy: str
     fatal: bool = True
 
     def __str__(self) -> str:
         """Return both as one sentence."""
-        return f"{self.what}: {self.remedy}"
+        return f"{self.found}: {self.remedy}"
 
 
-def _at(name: str, kit: bool) -> str:
+def _place(name: str, kit: bool) -> str:
     """Return a pin, "1+" to "2-", "A" or "B", with its socket on the kit."""
     pin = f"EXC{name}" if name in "AB" else f"CIN{name}"
-    return pin + (_SOCKETS.get(name, "") if kit else "")
+    if kit:
+        pin += _SOCKETS.get(name, "")
+    return pin
 
 
 class _Bump:
-    """One bump: its inputs, its own excitation, and what CIN+ has on each excitation."""
+    """One bump: its inputs, its own excitation, and what CIN+ measures with each excitation."""
 
     def __init__(
-        self, number: int, look: Looking, configuration: Configuration, *, kit: bool
+        self, number: int, measure: MeasureInput, configuration: Configuration, *, kit: bool
     ) -> None:
         pin = configuration.input(number)
         self.name = f"{NAMES[number]} bump"
-        self.plus, self.minus = f"{pin}+", f"{pin}-"
-        self.at = f"{self.name}: {_at(self.plus, kit)}"
+        self.plus = f"{pin}+"
+        self.minus = f"{pin}-"
+        self.place = f"{self.name}: {_place(self.plus, kit)}"
         self.exchange = f"exchange its wires at CIN{self.plus} and CIN{self.minus}"
         self.own = configuration.channel(number).excitation
         self.driven = " and ".join(f"EXC{name}" for name in self.own)
-        self.on = {name: look(self.plus, name) for name in "AB"}
-        self.levels = " and ".join(f"{found} on EXC{name}" for name, found in self.on.items())
+        self.on = {name: measure(self.plus, name) for name in "AB"}
+        self.levels = " and ".join(f"{level} on EXC{name}" for name, level in self.on.items())
         self.answers = any(self.on[name].is_sensor for name in self.own)
-        self.beside_demo = kit and pin == 2
-        self.is_demo = self.beside_demo and _DEMO_PF[0] < self.on["A"].capacitance < _DEMO_PF[1]
-        self.no_socket = "; the board has no socket for CIN2+ (P6)" if self.beside_demo else ""
+        self.at_demo = kit and pin == 2
+        self.is_demo = self.at_demo and _DEMO_PF[0] < self.on["A"].pF < _DEMO_PF[1]
+        self.no_socket = "; the board has no socket for CIN2+ (P6)" if self.at_demo else ""
 
     @property
-    def place(self) -> str:
-        """The excitation to use: the own one, if the bump answers to it; else the other one; "": it answers to none."""
-        found = [
-            name for name in "AB" if self.on[name].is_sensor and not (name == "A" and self.is_demo)
-        ]
-        return self.own if set(found) & set(self.own) else "".join(found[:1])
+    def best_excitation(self) -> str:
+        """The own excitation, if the bump answers to it; else the other one; empty: to none."""
+        answering = [name for name in "AB" if self.on[name].is_sensor]
+        if self.is_demo:
+            answering.remove("A")
+        if set(answering) & set(self.own):
+            return self.own
+        return answering[0] if answering else ""
 
 
 class Wiring:
-    """The wiring that looks at the inputs show."""
+    """The wiring, from the capacitances of the inputs."""
 
-    def __init__(self, look: Looking, configuration: Configuration, *, kit: bool) -> None:
-        self._look = cache(look)
+    def __init__(self, measure: MeasureInput, configuration: Configuration, *, kit: bool) -> None:
+        self._measure = cache(measure)
         self._differential = configuration.differential
         self._kit = kit
-        self._bumps = [_Bump(number, self._look, configuration, kit=kit) for number in (HARD, SOFT)]
+        self._bumps = [
+            _Bump(number, self._measure, configuration, kit=kit) for number in (HARD, SOFT)
+        ]
 
     def mistakes(self) -> list[Mistake]:
         """Return all mistakes, those that prevent a measurement first."""
-        found = [found for bump in self._bumps for found in bump.on.values()]
-        if any(
-            math.isnan(each.capacitance) and not each.shorted for each in found
-        ):  # the driver was interrupted
-            return []
-        if shorts := list(self._shorts()):
+        levels = [level for bump in self._bumps for level in bump.on.values()]
+        if any(math.isnan(level.pF) and not level.shorted for level in levels):
+            return []  # the driver was interrupted
+        shorts = list(self._shorts())
+        if shorts:
             return shorts
-        if not any(
-            not each.is_empty or self._at_minus(bump)
-            for bump in self._bumps
-            for each in bump.on.values()
-        ):
-            return [self._nothing()]
-        mistakes = [mistake for bump in self._bumps for mistake in self._of(bump)]
+        if not self._any_sensor():
+            return [self._no_probe()]
+        mistakes = [mistake for bump in self._bumps for mistake in self._mistakes_of(bump)]
         return sorted(mistakes, key=lambda mistake: not mistake.fatal)
 
+    def _any_sensor(self) -> bool:
+        for bump in self._bumps:
+            for level in bump.on.values():
+                if not level.is_empty or self._is_at_minus(bump):
+                    return True
+        return False
+
     def _shorts(self) -> Iterator[Mistake]:
-        used = (
-            "".join(bump.own for bump in self._bumps)
-            if all(bump.answers for bump in self._bumps)
-            else "AB"
-        )
+        used = "AB"
+        if all(bump.answers for bump in self._bumps):
+            used = "".join(bump.own for bump in self._bumps)
         for name in sorted(set(used)):
             if any(bump.on[name].shorted for bump in self._bumps):
-                what = f"{_at(name, self._kit)} is shorted or overloaded (the chip reports EXCERR)"
-                where = f"EXC{name} to ground or to a shield, in the cable, the plug and the probe"
-                yield Mistake(what, f"look for a short from {where}")
-
-    def _of(self, bump: _Bump) -> Iterator[Mistake]:
-        for name in bump.own if bump.answers else "AB":
-            if math.isinf(bump.on[name].capacitance):
-                wires = f"CIN{bump.plus} and EXC{name}, or a cable that is long or has no shield"
+                pin = _place(name, self._kit)
+                wire = f"EXC{name} to ground or to a shield, in the cable, the plug and the probe"
                 yield Mistake(
-                    f"{bump.at} has {bump.on[name]} on EXC{name}",
-                    f"look for a short between {wires}",
+                    f"{pin} is shorted or overloaded (the chip reports EXCERR)",
+                    f"look for a short from {wire}",
+                )
+
+    def _mistakes_of(self, bump: _Bump) -> Iterator[Mistake]:
+        for name in bump.own if bump.answers else "AB":
+            if math.isinf(bump.on[name].pF):
+                wires = f"CIN{bump.plus} and EXC{name}"
+                yield Mistake(
+                    f"{bump.place} has {bump.on[name]} on EXC{name}",
+                    f"look for a short between {wires}, or a cable that is long or has no shield",
                 )
                 return
         if not bump.answers:
-            yield self._flat(bump)
+            yield self._no_answer(bump)
             return
-        yield from self._besides(bump)
+        if all(level.is_sensor for level in bump.on.values()):
+            yield self._both_excitations(bump)
+        elif bump.at_demo and bump.on["A"].is_sensor:
+            yield self._demo(bump)
         if self._differential:
             yield from self._exchanged(bump)
 
     def _exchanged(self, bump: _Bump) -> Iterator[Mistake]:
-        """Return that CIN+ minus CIN- is negative: of the wires, or of a reference that is larger than the bump."""
-        plus, minus = (
-            sum(self._look(pin, name).capacitance for name in bump.own)
-            for pin in (bump.plus, bump.minus)
-        )
-        if plus - minus < -EMPTY_PF:
-            what = f"{bump.name}: CIN{bump.plus} minus CIN{bump.minus} is {plus - minus:.2f} pF"
+        """Yield a negative CIN+ minus CIN-: exchanged wires, or a large reference."""
+        plus_pF = sum(self._measure(bump.plus, name).pF for name in bump.own)
+        minus_pF = sum(self._measure(bump.minus, name).pF for name in bump.own)
+        difference_pF = plus_pF - minus_pF
+        if difference_pF < -EMPTY_PF:
             unless = f"unless the reference at CIN{bump.minus} is the larger one"
-            yield Mistake(what, f"{bump.exchange}, {unless}", fatal=False)
+            yield Mistake(
+                f"{bump.name}: CIN{bump.plus} minus CIN{bump.minus} is {difference_pF:.2f} pF",
+                f"{bump.exchange}, {unless}",
+                fatal=False,
+            )
 
-    def _besides(self, bump: _Bump) -> Iterator[Mistake]:
-        """Return what is connected beside the bump: it does not prevent a measurement."""
-        if all(found.is_sensor for found in bump.on.values()):
-            what, only_demo = f"{bump.at} has {bump.levels}", bump.own == "A" and bump.is_demo
+    def _both_excitations(self, bump: _Bump) -> Mistake:
+        """Return the mistake of a bump that answers to both excitation pins."""
+        found = f"{bump.place} has {bump.levels}"
+        if not bump.at_demo:
+            remedy = f"pull off what is not the bump; measured is {bump.driven}"
+            return Mistake(found, remedy, fatal=False)
+        found += f", {_DEMO}"
+        if bump.own == "B":
             remedy = "remove them; the measurement on EXCB goes on"
-            if not bump.beside_demo:
-                yield Mistake(
-                    what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False
-                )
-                return
-            if bump.own != "B":
-                remedy = f"remove them{self._option('B', bump, ', and use {}' if only_demo else ', or use {}')}"
-            yield Mistake(f"{what}, {_DEMO}", remedy, fatal=only_demo)
-        elif bump.beside_demo and bump.on["A"].is_sensor:
-            remedy = "remove them; the readings cannot show whether they are there"
-            if bump.is_demo:  # a small bump may be as large: it is measured
-                remedy += (
-                    f". {bump.on['A']} is as much as they alone give: the bump may not be connected"
-                )
-            yield Mistake(f"{bump.name}: EXCA also drives {_DEMO}", remedy, fatal=False)
+            return Mistake(found, remedy, fatal=False)
+        only_demo = bump.own == "A" and bump.is_demo
+        option = self._option("B", bump)
+        remedy = "remove them"
+        if option:
+            remedy += f", and use {option}" if only_demo else f", or use {option}"
+        return Mistake(found, remedy, fatal=only_demo)
 
-    def _flat(self, bump: _Bump) -> Mistake:
+    def _demo(self, bump: _Bump) -> Mistake:
+        """Return the doubt about a bump on EXCA, which also drives the board's own sensor."""
+        remedy = "remove them; the readings cannot show whether they are there"
+        if bump.is_demo:  # a small bump may be as large: it is measured
+            level = bump.on["A"]
+            remedy += f". {level} is as much as they alone give: the bump may not be connected"
+        return Mistake(f"{bump.name}: EXCA also drives {_DEMO}", remedy, fatal=False)
+
+    def _no_answer(self, bump: _Bump) -> Mistake:
         """Return why a bump does not answer to its excitation."""
-        here = f"{bump.at} has {bump.on[bump.own[0]]} on {bump.driven}"
+        found = f"{bump.place} has {bump.on[bump.own[0]]} on {bump.driven}"
         for name in "AB".replace(bump.own, ""):
             if bump.on[name].is_sensor:
-                return Mistake(f"{here}, {bump.on[name]} on EXC{name}", self._to(name, bump))
-        if self._at_minus(bump):
+                remedy = self._use_other(name, bump)
+                return Mistake(f"{found}, {bump.on[name]} on EXC{name}", remedy)
+        if self._is_at_minus(bump):
             remedy = bump.exchange if self._differential else f"move it to CIN{bump.plus}"
-            return Mistake(f"{here}, its wire is at {_at(bump.minus, self._kit)}", remedy)
+            return Mistake(f"{found}, its wire is at {_place(bump.minus, self._kit)}", remedy)
         wires = f"one to CIN{bump.plus}, the other to EXC{bump.own[0]}{bump.no_socket}"
         return Mistake(
-            f"{bump.at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}"
+            f"{bump.place} has {bump.levels}, nothing is connected", f"look at its wires, {wires}"
         )
 
-    def _to(self, name: str, bump: _Bump) -> str:
-        """Return what to do about a bump that answers to another pin."""
+    def _use_other(self, name: str, bump: _Bump) -> str:
+        """Return what to do about a bump that answers to another excitation pin."""
         if bump.is_demo and name == "A":
-            return f"it is as large as {_DEMO}: remove them, and connect the bump to CIN2+ and EXCB"
-        remedy = (
-            self._option(name, bump, "use {}, or ")
-            + f"move its wire from EXC{name} to {bump.driven}"
-        )
-        if bump.beside_demo and name == "A":
-            remedy += (
-                f". It may be {_DEMO}: then remove them, and connect the bump to CIN2+ and EXCB"
-            )
+            return f"it is as large as {_DEMO}: {_CONNECT}"
+        remedy = f"move its wire from EXC{name} to {bump.driven}"
+        option = self._option(name, bump)
+        if option:
+            remedy = f"use {option}, or {remedy}"
+        if bump.at_demo and name == "A":
+            remedy += f". It may be {_DEMO}: then {_CONNECT}"
         return remedy
 
-    def _nothing(self) -> Mistake:
+    def _no_probe(self) -> Mistake:
         by_input = sorted(self._bumps, key=lambda bump: bump.plus)
-        levels = ", ".join(f"{_at(bump.plus, self._kit)} has {bump.levels}" for bump in by_input)
-        wires = ", ".join(
-            f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps
+        levels = [f"{_place(bump.plus, self._kit)} has {bump.levels}" for bump in by_input]
+        wires = [f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps]
+        return Mistake(
+            f"no probe is connected: {', '.join(levels)}",
+            f"wire {', '.join(wires)}{by_input[1].no_socket}",
         )
-        return Mistake(f"no probe is connected: {levels}", f"wire {wires}{by_input[1].no_socket}")
 
-    def _at_minus(self, bump: _Bump) -> bool:
-        return any(self._look(bump.minus, name).is_sensor for name in "AB")
+    def _is_at_minus(self, bump: _Bump) -> bool:
+        return any(self._measure(bump.minus, name).is_sensor for name in "AB")
 
-    def _option(self, name: str, bump: _Bump, words: str) -> str:
-        """Return, in words, the option that puts this bump on another pin; "": the other bump answers to none."""
-        pins = [name if each is bump else each.place for each in self._bumps]
+    def _option(self, name: str, bump: _Bump) -> str:
+        """Return the option that puts this bump on another pin; empty: the other has no pin."""
+        pins = [name if each is bump else each.best_excitation for each in self._bumps]
+        if not all(pins):
+            return ""
         value = pins[0] if pins[0] == pins[1] else ",".join(pins)
-        return (
-            words.format(f"excitation={value} (as in usb:?excitation={value})") if all(pins) else ""
-        )
-
-
-CONFIRM_S = 1.0  # Suspicious readings for this long are looked into.
-_AGAIN_S = 5.0  # to the next look after one that found nothing
-_BACK_S = 0.5
-_FALLEN = 0.7  # share of the idle capacitance that is missing; it is known to 20 %
-_SAME_CODES = 8  # the noise is above 8 codes rms at every speed: two are rarely the same
-
-
-class WiringWatch:
-    """Follows a channel: its wire comes off, its excitation is shorted, or the converter stops measuring; `text`: what is now."""
-
-    # A reading only raises the suspicion: with a CAPDAC in use, an open input is saturated, or far below its idle value.
-    # A look at the input itself decides, so that a deep press or a range that moved is never taken for it.
-
-    def __init__(self, number: int, look: Looking) -> None:
-        self.text = ""
-        self._number, self._look = number, look
-        self._suspicion = self._confirmed = ""
-        self._since_ns = 0  # begin of the present suspicion
-        self._code, self._same = -1, 0
-
-    def take(self, sample: Sample, configuration: Configuration) -> str:
-        """Return what has changed with this sample, which is not lost; empty: nothing."""
-        before, self._suspicion = self._suspicion, self._suspect(sample, configuration)
-        if self._suspicion != before:
-            self._since_ns = sample.t_hard_ns
-        lasting_s = (sample.t_hard_ns - self._since_ns) / 1e9
-        if self._suspicion == self._confirmed or lasting_s < (
-            CONFIRM_S if self._suspicion else _BACK_S
-        ):
-            return ""
-        if not self._suspicion:
-            self._confirmed = self.text = ""
-            return f"{NAMES[self._number]} bump: it is measured again"
-        self._since_ns = sample.t_hard_ns + round((_AGAIN_S - CONFIRM_S) * 1e9)
-        if text := self._confirm(configuration):
-            self._confirmed, self.text = self._suspicion, f"{NAMES[self._number]} bump: {text}"
-        return self.text if text else ""
-
-    def _suspect(self, sample: Sample, configuration: Configuration) -> str:
-        value, code = ((sample.hard, sample.hard_raw), (sample.soft, sample.soft_raw))[self._number]
-        self._same = self._same + 1 if code == self._code else 0
-        self._code = code
-        steps = configuration.channel(self._number).capdac
-        below = -value if steps < 0 else value
-        saturated = bool(sample.status & SATURATION[self._number])
-        if sample.status & Status.EXCITATION:
-            return "short"
-        if below < EMPTY_PF - _FALLEN * abs(steps) * registers.DAC_STEP_PF or (
-            saturated and below < 0
-        ):
-            return "flat"
-        return "same" if self._same >= _SAME_CODES and not saturated else ""
-
-    def _confirm(self, configuration: Configuration) -> str:
-        if self._suspicion == "same":
-            return "every reading is the same: the converter does not measure; replug the board"
-        plus, pins = (
-            f"{configuration.input(self._number)}+",
-            configuration.channel(self._number).excitation,
-        )
-        looks = {f"EXC{name}": self._look(plus, name) for name in pins}
-        if self._suspicion == "short":
-            shorted = " and ".join(name for name, found in looks.items() if found.shorted)
-            return (
-                shorted
-                and f"{shorted} is shorted or overloaded (EXCERR): look at its wire, its plug and the probe"
-            )
-        if not all(found.is_empty for found in looks.values()):
-            return ""
-        levels = " and ".join(f"{found} on {name}" for name, found in looks.items())
-        return f"CIN{plus} has {levels}: its wire is off: look at CIN{plus} and EXC{pins[0]}"
+        return f"excitation={value} (as in usb:?excitation={value})"

@@ -211,7 +211,7 @@ def check_usb() -> Iterator[Finding]:
         else:
             yield Finding("libusb", text, remedy, is_optional=True)
         return
-    boards = discovery.boards(backend)
+    boards = discovery.list_boards(backend)
     library = getattr(backend, "lib", None)
     yield Finding("libusb", str(getattr(library, "_name", "found")))
     if not boards:

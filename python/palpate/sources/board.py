@@ -10,7 +10,8 @@ from palpate.ad7746.bus import Clock, RealClock, RegisterBus
 from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
 from palpate.ad7746.registers import SATURATED_PF
-from palpate.ad7746.wiring import Wiring, WiringWatch
+from palpate.ad7746.wiring import Wiring
+from palpate.ad7746.wiring_watch import WiringWatch
 from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
@@ -26,7 +27,7 @@ from palpate.sources.base import SampleSource
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 if TYPE_CHECKING:
-    from palpate.ad7746.evalkit.discovery import Board, Look
+    from palpate.ad7746.evalkit.discovery import Board, BoardSearch
     from palpate.ad7746.evalkit.usb_bus import EvalKit
 
 _PINS = ("A", "B", "AB")
@@ -87,7 +88,7 @@ class BoardSource(SampleSource):
         }
         notify = lambda message: self.notify(message)  # which may be set later
         self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
-        self._watches = [WiringWatch(number, self.driver.look) for number in (HARD, SOFT)]
+        self._watches = [WiringWatch(number, self.driver.measure_input) for number in (HARD, SOFT)]
         self._kit = kit
         self._trouble = ""  # of the wiring
         self._first: list[SourceEvent] = []  # events from before the first pair
@@ -141,7 +142,9 @@ class BoardSource(SampleSource):
             yield measured
 
     def _check_wiring(self) -> None:
-        mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
+        mistakes = Wiring(
+            self.driver.measure_input, self.driver.configuration, kit=self._kit
+        ).mistakes()
         if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
             raise DeviceRefused("; ".join(fatal))
         if mistakes:
@@ -204,7 +207,11 @@ class WatchedKit(BoardSource):
     """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged."""
 
     def __init__(
-        self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None
+        self,
+        kit: "EvalKit",
+        options: Mapping[str, Any],
+        clock: Clock,
+        look: "BoardSearch | None" = None,
     ) -> None:
         super().__init__(kit, options, clock)
         self._evalkit, self._look, self._hotplug = kit, look, ExitStack()

@@ -55,9 +55,9 @@ def look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[st
 
 def boards() -> list[Found]:
     """Return the evaluation kits."""
-    from palpate.ad7746.evalkit.discovery import boards
+    from palpate.ad7746.evalkit.discovery import list_boards
 
-    return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in boards()]
+    return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in list_boards()]
 
 
 def chips() -> list[Found]:

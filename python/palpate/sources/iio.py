@@ -93,7 +93,7 @@ class KernelDevice:
         """Set the CAPDAC by halving until the reading is in range, then to its middle; a signal beyond it stays out."""
         low, high, steps = 0, LAST_STEP, self.steps()[channel]
         self.move(channel, steps)
-        while registers.saturated(code := self.code(channel)):
+        while registers.is_saturated(code := self.code(channel)):
             low, high = (steps + 1, high) if code > registers.ZERO_CODE else (low, steps - 1)
             if low > high:
                 return
@@ -205,9 +205,9 @@ class IioSource(Stoppable, SampleSource):
         self._judge("hard", hard)
         self._judge("soft", soft)
         self._is_unjudged = False
-        status = Status.HARD_SATURATED * registers.saturated(
+        status = Status.HARD_SATURATED * registers.is_saturated(
             hard
-        ) | Status.SOFT_SATURATED * registers.saturated(soft)
+        ) | Status.SOFT_SATURATED * registers.is_saturated(soft)
         values = registers.capacitance_pF(hard), registers.capacitance_pF(soft)
         times = t_hard_ns - start_ns, t_soft_ns - start_ns
         return Sample(seq, *times, hard, soft, *values, int(status), max(hard_us, soft_us))
@@ -243,7 +243,7 @@ class IioSource(Stoppable, SampleSource):
         count = count + 1 if code == before else 1
         self._same[name] = code, count
         pin, value = f"{name}: CIN{self._channels[name] + 1}", registers.capacitance_pF(code)
-        if registers.saturated(code):
+        if registers.is_saturated(code):
             if self._is_unjudged:
                 out = f"{'above' if value > 0 else 'below'} the range of {2 * registers.FULL_SCALE_PF:g} pF"
                 now = f"its CAPDAC is at {self._steps[self._channels[name]]} steps"

@@ -9,7 +9,7 @@ from functools import reduce
 from operator import xor
 from typing import Any, NamedTuple
 
-from palpate.ad7746.registers import LAST_CODE, capacitance_pF, saturated
+from palpate.ad7746.registers import LAST_CODE, capacitance_pF, is_saturated
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
@@ -307,7 +307,9 @@ def sample_of(values: Values) -> Sample:
     if not lost:
         flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
         status |= sum(
-            flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code)
+            flag
+            for code, flag in zip(codes, flags, strict=True)
+            if code >= 0 and is_saturated(code)
         )
     return Sample(
         0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1)

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import WIRINGS
-from palpate.ad7746.simulator.evalboard import BUS_KHZ, FAULTS, Fault, KitTwin
-from palpate.ad7746.simulator.usb_backend import TwinBackend
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind, SimulatedBoard
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.messages import quoted, unlike
 from palpate.samples import Sample
-from palpate.simulation.board_input import kit_of, known, limit_ns
-from palpate.simulation.hand import SESSIONS
-from palpate.simulation.scenarios import PROBE, SCENARIOS
+from palpate.simulation.board_input import board_scenarios, limit_ns, simulated_board
+from palpate.simulation.scenarios import PROBE
 from palpate.source_events import SourceEvent
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import Check, checked, choice, number, yes_no
@@ -46,7 +45,7 @@ class SimSource(BoardSource):
     """The pairs of a simulated scenario, until its end; `paced`: in real time on a virtual clock, which no computer disturbs."""
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
-        scenario = (SCENARIOS | SESSIONS)[name]
+        scenario = board_scenarios()[name]
         speed, seed, wiring = (
             options.get("speed"),
             options.get("seed", 0),
@@ -63,7 +62,7 @@ class SimSource(BoardSource):
             if len({ratio for _, ratio in press.ratios}) == 1
         ]
         bus_kHz = options.get("bus_kHz", BUS_KHZ)
-        self.kit: KitTwin = kit_of(
+        self.kit: SimulatedBoard = simulated_board(
             scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s
         )
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
@@ -71,7 +70,7 @@ class SimSource(BoardSource):
         self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
         self._simulated = {"scenario": name, "seed": seed, "speed": speed or _SPEEDS[self._paced]}
         self._simulated |= {"wiring": wiring, **({"idle_s": idle_s} if idle_s else {})}
-        backend = TwinBackend(self.clock)
+        backend = SimulatedUsb(self.clock)
         backend.plug(self.kit)
         given = {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options}
         super().__init__(EvalKit(backend=backend, clock=self.clock), given, self.clock)
@@ -100,7 +99,7 @@ class SimSource(BoardSource):
 
 def faults(name: str, value: Any) -> list[Incident]:
     """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash."""
-    kinds, found = {_plain(kind): kind for kind in FAULTS}, list[Incident]()
+    kinds, found = {_plain(kind): kind for kind in FaultKind}, list[Incident]()
     for text in _plain(str(value)).split(","):
         match = _FAULT.fullmatch(text)
         if not match or match["kind"] not in kinds:
@@ -136,6 +135,6 @@ def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     """Return the source of `sim:SCENARIO`."""
     given = checked("sim", options, {**CONVERTER, **_SIMULATED})
     name = address or DEFAULT
-    if name not in known():
-        raise ValueError(f"sim: {unlike(name, known(), 'scenario')}")
+    if name not in board_scenarios():
+        raise ValueError(f"sim: {unlike(name, list(board_scenarios()), 'scenario')}")
     return SimSource(name, given)

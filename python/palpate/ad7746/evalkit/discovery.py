@@ -1,4 +1,4 @@
-"""Evaluation kits on USB: their search, also for those that come and go, the USB library, and its errors in words."""
+"""Search for evaluation kits on USB; the USB library and its error messages."""
 
 import errno
 import os
@@ -21,15 +21,15 @@ from palpate.errors import (
     need,
 )
 
-core, util = (need(f"usb.{part}", "usb") for part in ("core", "util"))
+core = need("usb.core", "usb")
+util = need("usb.util", "usb")
 
 REPLUG = "unplug the board for a moment"
 VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
-POLL_S = 1.0  # from one look for boards that come and go to the next
+POLL_S = 1.0  # from one search for boards that come and go to the next
 _END_S = 1.0
-_LISTED = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}.get(
-    sys.platform, "`lsusb`"
-)
+_DEVICE_LISTS = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}
+_DEVICE_LIST = _DEVICE_LISTS.get(sys.platform, "`lsusb`")
 _DRIVER = "On Windows the board needs the driver WinUSB: install it for 0456:b481 with Zadig (https://zadig.akeo.ie)"
 _PERMISSION = {
     "win32": f"Close other programs that use the board. {_DRIVER}",
@@ -75,13 +75,17 @@ class Board(NamedTuple):
         """Return "bus/address", as in `usb:bus/address`."""
         return f"{self.bus}/{self.address}"
 
+    def is_at(self, other: "Board") -> bool:
+        """Return whether two boards are at the same ports; each replug gives another address."""
+        return (self.bus, self.ports) == (other.bus, other.ports)
 
-def boards(backend: Any = None) -> list[Board]:
+
+def list_boards(backend: Any = None) -> list[Board]:
     """Return the connected boards, without opening one."""
-    return [board_of(device) for device in devices(backend or system_backend())]
+    return [board_of(device) for device in usb_devices(backend or system_backend())]
 
 
-def devices(backend: Any) -> list[Any]:
+def usb_devices(backend: Any) -> list[Any]:
     """Return the devices of pyusb that are evaluation kits."""
     with translated("looking for boards"):
         found = [_device(raw, backend) for raw in backend.enumerate_devices()]
@@ -89,7 +93,8 @@ def devices(backend: Any) -> list[Any]:
 
 
 def _device(raw: Any, backend: Any) -> Any:
-    # libusb crashes if a device is freed after its context, and pyusb does not keep the context: keep it here.
+    # libusb crashes if a device is freed after its context, and pyusb does not keep the context:
+    # keep it here.
     raw.backend = backend
     return core.Device(raw, backend)
 
@@ -99,42 +104,53 @@ def board_of(device: Any) -> Board:
     return Board(device.bus, device.address, tuple(device.port_numbers or ()))
 
 
-def choose(backend: Any, bus: int | None, address: int | None) -> Any:
+def choose_device(backend: Any, bus: int | None, address: int | None) -> Any:
     """Return the device with this bus and address, or the only one."""
-    found = devices(backend)
+    found = usb_devices(backend)
     named = [d for d in found if bus in (None, d.bus) and address in (None, d.address)]
     if len(named) == 1:
         return named[0]
     places = ", ".join(f"usb:{board_of(device)}" for device in found)
-    text = f"found {len(named)} boards: choose one of {places}; unplug the other ones if you do not know which is which"
     if not found:
-        text = f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and {_LISTED}"
-    elif not named:
-        text = f"no board at {bus}/{address}, found: {places}"
-    raise DeviceNotFound(text)
+        kit = f"AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x})"
+        raise DeviceNotFound(f"no {kit} found: check the cable, and {_DEVICE_LIST}")
+    if not named:
+        raise DeviceNotFound(f"no board at {bus}/{address}, found: {places}")
+    raise DeviceNotFound(
+        f"found {len(named)} boards: choose one of {places}; "
+        "unplug the other ones if you do not know which is which"
+    )
 
 
 def system_backend() -> Any:
-    """Return libusb-1.0 for pyusb: the system's first, since pyusb keeps the first one that is loaded."""
+    """Return libusb-1.0 for pyusb, which keeps the first one that is loaded: the system's."""
     from ctypes.util import find_library
 
     from usb.backend import libusb1
 
-    if any(map(find_library, ("usb-1.0", "libusb-1.0"))) and (found := libusb1.get_backend()):
-        return found
+    if find_library("usb-1.0") or find_library("libusb-1.0"):
+        backend = libusb1.get_backend()
+        if backend:
+            return backend
     with suppress(ImportError):
         import libusb_package
 
-        if found := libusb_package.get_libusb1_backend():
-            return found
+        backend = libusb_package.get_libusb1_backend()
+        if backend:
+            return backend
     raise MissingExtra(
         "libusb-1.0 is not installed: pip install 'palpate[usb]', or apt install libusb-1.0-0"
     )
 
 
-def fresh(backend: Any) -> Any:
-    """Return a backend with a new context: without udev a libusb context never notices plugging and unplugging."""
-    return type(backend)(backend.lib) if hasattr(backend, "lib") else backend
+def new_context(backend: Any) -> Any:
+    """Return a backend of libusb with a new context, and any other backend itself.
+
+    Without udev a libusb context never notices that a device is plugged in or unplugged.
+    """
+    if hasattr(backend, "lib"):
+        return type(backend)(backend.lib)
+    return backend
 
 
 def may_open(board: Board, usbfs: Path = Path("/dev/bus/usb")) -> bool | None:
@@ -143,23 +159,26 @@ def may_open(board: Board, usbfs: Path = Path("/dev/bus/usb")) -> bool | None:
     return os.access(node, os.R_OK | os.W_OK) if node.exists() else None
 
 
-Look = Callable[[], set[Board]]
+BoardSearch = Callable[[], set[Board]]
 
 
-def look() -> set[Board]:
+def find_boards() -> set[Board]:
     """Return the connected boards, through a context of libusb of its own."""
-    return set(boards(fresh(system_backend())))
+    return set(list_boards(new_context(system_backend())))
 
 
 class Hotplug:
-    """Reports which boards come and go, from its begin to `close`."""
+    """Reports which boards come and go, until `close`: calls `changed(before, now)`."""
 
     def __init__(
-        self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None
+        self,
+        changed: Callable[[set[Board], set[Board]], object],
+        search: BoardSearch | None = None,
     ) -> None:
-        self._changed, self._look = changed, search or look
+        self._changed = changed
+        self._search = search or find_boards
         self._closing = Event()
-        self._known = self._look()
+        self._boards = self._search()
         self._thread = Thread(target=self._run, name="palpate-hotplug", daemon=True)
         self._thread.start()
 
@@ -170,7 +189,8 @@ class Hotplug:
 
     def _run(self) -> None:
         while not self._closing.wait(POLL_S):
-            with suppress(OSError, PalpateError):  # the next look may succeed
-                before, self._known = self._known, self._look()
-                if self._known != before:
-                    self._changed(before, self._known)
+            with suppress(OSError, PalpateError):  # the next search may succeed
+                before = self._boards
+                self._boards = self._search()
+                if self._boards != before:
+                    self._changed(before, self._boards)

@@ -21,6 +21,7 @@ _LARGEST = 1_000_000  # bytes of a file of rules
 _BOARD = re.compile(r'(?=.*idVendor}=="0456").*idProduct}=="b481"', re.IGNORECASE)
 _OF_BOARD = ("--subsystem-match=usb", "--attr-match=idVendor=0456", "--attr-match=idProduct=b481")
 _UDEVADM = (("control", "--reload"), ("trigger", "--action=change", *_OF_BOARD))
+_SYSTEM_PATH = "/sbin:/usr/sbin:/bin:/usr/bin"
 _WAIT_S = 10.0
 
 
@@ -43,34 +44,32 @@ def install() -> str:
         raise FileNotFoundError(
             errno.ENOENT, "this system has no udev; of a container: type it on the host", str(file)
         )
-    if before := _rules(file) if file.exists() else []:
-        if before == [UDEV_RULE]:
-            return f"{file} is there already"
+    before = _rules(file) if file.exists() else []
+    if before == [UDEV_RULE]:
+        return f"{file} is there already"
+    if before:
         text = f"has other rules, stays as it is; move it away, or put in: {UDEV_RULE}"
         raise FileExistsError(errno.EEXIST, text, str(file))
     file.parent.mkdir(exist_ok=True)
-    write_file(
-        file,
-        f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode(),
-    )
+    comment = "# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`"
+    write_file(file, f"{comment}\n{UDEV_RULE}\n".encode())
     file.chmod(0o644)
     return f"wrote {file}"
 
 
 def reload() -> str:
-    """Let udev read its rules again, and apply them to a board that is connected; return an error, or nothing."""
-    udevadm = shutil.which("udevadm") or shutil.which(
-        "udevadm", path="/sbin:/usr/sbin:/bin:/usr/bin"
-    )
+    """Let udev apply its rules to a connected board again; return an error, or nothing."""
+    udevadm = shutil.which("udevadm") or shutil.which("udevadm", path=_SYSTEM_PATH)
     if not udevadm:
         return "udevadm is not installed"
     for arguments in _UDEVADM:
+        command = [udevadm, *arguments]
         try:
-            subprocess.run(
-                [udevadm, *arguments], check=True, capture_output=True, text=True, timeout=_WAIT_S
-            )
+            subprocess.run(command, check=True, capture_output=True, text=True, timeout=_WAIT_S)
+        except subprocess.CalledProcessError as error:
+            return f"udevadm {arguments[0]}: {(error.stderr or str(error)).strip():.200}"
         except (OSError, subprocess.SubprocessError) as error:
-            return f"udevadm {arguments[0]}: {(getattr(error, 'stderr', '') or str(error)).strip():.200}"
+            return f"udevadm {arguments[0]}: {str(error).strip():.200}"
     return ""
 
 

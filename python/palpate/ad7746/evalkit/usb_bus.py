@@ -1,8 +1,9 @@
-"""The AD7746 evaluation kit on USB: a register bus over its firmware's vendor requests. Not tried on hardware.
+"""The AD7746 evaluation kit on USB: a register bus over its firmware's vendor requests.
 
-The licence of the firmware (`Icv_usb.hex`) does not allow to distribute it: it comes with the software of Analog Devices
-for the kit, and the user gives its path. The file is checked completely before it is written to the board.
-Claiming the interface locks the board against other programs; the requests themselves do not need it.
+Not tried on hardware. The licence of the firmware (`Icv_usb.hex`) does not allow to distribute it:
+it is a part of the software of Analog Devices for the kit, and the user gives its path. The file is
+checked completely before it is written to the board. Claiming the interface locks the board against
+other programs; the requests themselves do not need it.
 """
 
 import os
@@ -18,7 +19,8 @@ from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceE
 from palpate.files import read_bytes
 
 RAM_BYTES = 0x4000  # Size of the program and data RAM of the FX2LP, from address 0.
-LARGEST = 1_000_000  # Bytes of a firmware file, at most: the whole RAM in records of one byte is a quarter of this.
+# Bytes of a firmware file, at most: the whole RAM in records of one byte is a quarter of this.
+LARGEST = 1_000_000
 CPUCS = 0xE600  # 1 at this address keeps the processor of the board in reset, 0 starts it.
 _CHUNK = 64  # bytes of a transfer
 _END = ":00000001FF"
@@ -38,49 +40,53 @@ def read_hex(path: Path) -> dict[int, bytes]:
 
 def parse_hex(text: str) -> dict[int, bytes]:
     """Parse Intel HEX, as address -> data: records of type 0 (data), then one of type 1 (end)."""
-    *lines, last = text.split() or [""]
-    if last.upper() != _END:
+    lines = text.split()
+    if not lines or lines[-1].upper() != _END:
         raise ValueError(f"no end record: the last line is not {_END}, the file is incomplete")
-    image = dict(_data(line, number) for number, line in enumerate(lines, 1))
+    image = {}
+    for number, line in enumerate(lines[:-1], 1):
+        address, data = _data_record(line, number)
+        image[address] = data
     if 0 not in image:
         raise ValueError("no data at address 0, where the processor starts")
     return image
 
 
-def _data(line: str, number: int) -> tuple[int, bytes]:
+def _data_record(line: str, number: int) -> tuple[int, bytes]:
+    """Return address and data of a record: length, address (2 bytes), type, data, checksum."""
     try:
         raw = bytes.fromhex(line.removeprefix(":"))
     except ValueError:
         raw = b""
     if not line.startswith(":") or len(raw) < 5 or len(raw) != raw[0] + 5 or raw[3] != 0:
-        raise ValueError(
-            f"line {number}: got {line[:20]!r}, allowed: a data record, as long as it says"
-        )
+        allowed = "a data record, as long as it says"
+        raise ValueError(f"line {number}: got {line[:20]!r}, allowed: {allowed}")
     if sum(raw) & 0xFF:
-        raise ValueError(
-            f"line {number}: checksum: got 0x{raw[-1]:02X}, allowed: 0x{-sum(raw[:-1]) & 0xFF:02X}"
-        )
+        right = -sum(raw[:-1]) & 0xFF
+        raise ValueError(f"line {number}: checksum: got 0x{raw[-1]:02X}, allowed: 0x{right:02X}")
     address = int.from_bytes(raw[1:3], "big")
     if address + raw[0] > RAM_BYTES:
-        raise ValueError(
-            f"line {number}: address: got 0x{address:X}, allowed: all data below 0x{RAM_BYTES:X}"
-        )
+        allowed = f"all data below 0x{RAM_BYTES:X}"
+        raise ValueError(f"line {number}: address: got 0x{address:X}, allowed: {allowed}")
     return address, raw[4:-1]
 
 
 def transfer(
     image: dict[int, bytes], write: Callable[[int, bytes], None], read: Callable[[int, int], bytes]
 ) -> None:
-    """Write an image into the RAM of the board (`write(address, data)`), verify it (`read(address, count)`), start it."""
+    """Write an image into the RAM of the board, verify it, and start it.
+
+    `write(address, data)` and `read(address, count)` access the RAM.
+    """
     write(CPUCS, b"\1")
     for begin, data in image.items():
-        for address in range(begin, begin + len(data), _CHUNK):
-            chunk = data[address - begin :][:_CHUNK]
+        for offset in range(0, len(data), _CHUNK):
+            address = begin + offset
+            chunk = data[offset : offset + _CHUNK]
             write(address, chunk)
             if read(address, len(chunk)) != chunk:
-                raise ProtocolError(
-                    f"firmware: verification failed at 0x{address:04X}: the value read back differs"
-                )
+                why = "the value read back differs"
+                raise ProtocolError(f"firmware: verification failed at 0x{address:04X}: {why}")
     write(CPUCS, b"\0")
 
 
@@ -91,8 +97,11 @@ IN, OUT = 0xC0, 0x40
 # wValue of a transfer. 0x50 to 0x57 is the memory with the board's identity: never use it.
 _ON_BUS = registers.I2C_ADDRESS << 1
 RDY_PIN = 0x08  # Bit of port A; low: ready.
-_STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
-_READY_S = 3.0  # when opening: longest time for other programs (udev, fxload) to set permissions and load the firmware
+_STARTING_S = 1.0  # longest start of the firmware after loading
+_POLL_S = 0.1
+# When the board is opened: longest time for other programs (udev, fxload) to set permissions and
+# load the firmware.
+_READY_S = 3.0
 
 
 class EvalKit:
@@ -103,8 +112,8 @@ class EvalKit:
     bus, address : int, optional
         Which board, if there are several.
     firmware : path-like, optional
-        Intel HEX file, loaded if the board has no firmware. Default: the file that PALPATE_FIRMWARE names. Without
-        one, another program has 3 s to load it.
+        Intel HEX file, loaded if the board has no firmware. Default: the file that PALPATE_FIRMWARE
+        names. Without one, another program has 3 s to load it.
     backend : usb.backend.IBackend, optional
         Backend of a simulated board. Default: libusb of the system.
     clock : Clock, optional
@@ -124,12 +133,12 @@ class EvalKit:
     Examples
     --------
     >>> from palpate.ad7746.bus import VirtualClock
-    >>> from palpate.ad7746.simulator.usb_backend import TwinBackend
-    >>> from palpate.simulation.board_input import kit_of
+    >>> from palpate.ad7746.simulator.usb_backend import SimulatedUsb
+    >>> from palpate.simulation.board_input import simulated_board
     >>> from palpate.simulation.scenarios import SCENARIOS
     >>> clock = VirtualClock()
-    >>> backend = TwinBackend(clock)  # a simulated board; leave it out for a real one
-    >>> port = backend.plug(kit_of(SCENARIOS["tremor"], clock))
+    >>> backend = SimulatedUsb(clock)  # leave the backend out for a real board
+    >>> port = backend.plug(simulated_board(SCENARIOS["tremor"], clock))
     >>> kit = EvalKit(backend=backend, clock=clock)
     >>> kit.read(0, 1).hex()
     '07'
@@ -157,14 +166,14 @@ class EvalKit:
         deadline = self._clock.now_ns() + _READY_S * 1e9
         while self._device is None:
             try:
-                self._take(discovery.choose(self._backend, bus, address))
+                self._take(discovery.choose_device(self._backend, bus, address))
             except NotReady:
                 if self._clock.now_ns() > deadline:
                     raise
-                self._clock.sleep(_AGAIN_S)
+                self._clock.sleep(_POLL_S)
 
     def read(self, register: int, count: int) -> bytes:
-        """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
+        """Return registers. All FF can mean "no answer": the board's error counter is read, too."""
         data = self._in(I2C, _ON_BUS, register, count)
         self._check_acknowledged(f"reading register 0x{register:02X}")
         return data
@@ -187,12 +196,12 @@ class EvalKit:
         self._check_acknowledged("resetting the AD7746")
 
     def reopen(self) -> None:
-        """Open the board again: the one at the same ports if it was named, otherwise the only one."""
+        """Open the board again: at the same ports if it was named, otherwise the only one."""
         self.close()
-        self._backend = discovery.fresh(self._backend)
-        found = discovery.devices(self._backend)
+        self._backend = discovery.new_context(self._backend)
+        found = discovery.usb_devices(self._backend)
         if self._named:
-            found = [device for device in found if board_of(device)[::2] == self.board[::2]]
+            found = [device for device in found if board_of(device).is_at(self.board)]
         if len(found) != 1:
             raise DeviceNotFound(f"the board at {self.board} was unplugged: plug it in again.")
         self._take(found[0])
@@ -205,20 +214,22 @@ class EvalKit:
 
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
-        usb_id = f"{discovery.VENDOR:04x}:{discovery.PRODUCT:04x}"
         return {
             "name": "AD7746 evaluation kit",
-            "usb": usb_id,
-            **self.board._asdict(),
-            "ports": [*self.board.ports],
+            "usb": f"{discovery.VENDOR:04x}:{discovery.PRODUCT:04x}",
+            "bus": self.board.bus,
+            "address": self.board.address,
+            "ports": list(self.board.ports),
         }
 
     def _take(self, device: Any) -> None:
         """Claim a device, and load its firmware."""
-        self._device, self.board = device, board_of(device)
+        self._device = device
+        self.board = board_of(device)
         try:
             if self._unloaded and not self._firmware and not self._runs():
-                self._load()  # raises NotReady; not claimed: the program that loads the firmware may want to claim it
+                # Not claimed: the program that loads the firmware may want to claim it.
+                raise self._no_firmware()
             with translated(f"the board at {self.board}"):
                 discovery.util.claim_interface(device, 0)
             self._unloaded = not self._runs()
@@ -230,7 +241,7 @@ class EvalKit:
             raise
 
     def _runs(self) -> bool:
-        """Return whether the firmware runs: only it answers to the error counter. Reading also clears the counter."""
+        """Return whether the firmware runs. Only it answers this request, which clears the count."""
         try:
             self._in(ERROR_COUNT, 0, 0, 1)
         except (SourceTimeout, ProtocolError):
@@ -239,32 +250,35 @@ class EvalKit:
 
     def _load(self) -> None:
         if self._firmware is None:
-            raise NotReady(
-                f"the board at {self.board} has no firmware (unplugging the board erases it), and no other program has "
-                f"loaded it: give the path of Icv_usb.hex, which Analog Devices' software for the kit installs: "
-                "--firmware PATH, or PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
-            )
+            raise self._no_firmware()
         transfer(
             self._firmware,
             lambda address, data: self._out(RAM, address, 0, data),
             lambda address, count: self._in(RAM, address, 0, count),
         )
-        for _ in range(round(_STARTING_S / _AGAIN_S)):
+        for _ in range(round(_STARTING_S / _POLL_S)):
             if self._runs():
                 return
-            self._clock.sleep(_AGAIN_S)
+            self._clock.sleep(_POLL_S)
         place = f"the board at {self.board}"
         raise DeviceRefused(
             f"the firmware was loaded into {place} but does not answer: check the file"
+        )
+
+    def _no_firmware(self) -> NotReady:
+        return NotReady(
+            f"the board at {self.board} has no firmware (unplugging the board erases it), and no "
+            "other program has loaded it: give the path of Icv_usb.hex, which Analog Devices' "
+            "software for the kit installs: --firmware PATH, or PALPATE_FIRMWARE. If it was already "
+            "loaded, unplug the board for a moment"
         )
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
         with translated(f"usb:{self.board}, request 0x{request:02X}"):
             data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
         if len(data) != count:
-            raise ProtocolError(
-                f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer"
-            )
+            got = f"got {len(data)} bytes, allowed: {count}"
+            raise ProtocolError(f"request 0x{request:02X}: {got}: damaged transfer")
         return data
 
     def _out(self, request: int, value: int, index: int, data: bytes) -> None:
@@ -279,9 +293,16 @@ class EvalKit:
         if not errors:
             self._acknowledged = True
             return
-        why = "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1, its supply (5.0 V)"
         if self._acknowledged:
-            why = f"errors counted by the board: {errors}; if it happens repeatedly, its firmware hangs: {REPLUG}"
+            why = (
+                f"errors counted by the board: {errors}; if it happens repeatedly, "
+                f"its firmware hangs: {REPLUG}"
+            )
+        else:
+            why = (
+                "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, "
+                "and link LK1, its supply (5.0 V)"
+            )
         raise NotAcknowledged(f"{what}: not acknowledged: {why}")
 
     @property

@@ -1,1 +1,1 @@
-"""Twins (simulated devices with the same interface) of the chip, the board and USB, with faults on demand."""
+"""Simulated chip, board and USB with the interface of the real ones, and faults on demand."""

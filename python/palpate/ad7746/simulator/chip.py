@@ -1,6 +1,6 @@
-"""Twin of the AD7746: a simulated chip with the registers and the timing of the data sheet, and its wiring.
+"""Simulated AD7746: the registers and the timing of the data sheet, and the wiring of its inputs.
 
-`WIRINGS` has the wiring of the evaluation kit's guide and the mistakes that are made with it. What is marked [?] is an
+`WIRINGS` has the wiring of the evaluation kit's guide and common mistakes. What is marked [?] is an
 assumption. All times of the chip are ns of the caller's clock; nothing here waits.
 """
 
@@ -12,19 +12,41 @@ from typing import NamedTuple
 
 from palpate.ad7746 import registers
 
-# (bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two times, s.
-Pins = Callable[[int, float, float], float]
+# (bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two
+# times, s.
+BumpCapacitance = Callable[[int, float, float], float]
 
 HARD, SOFT = 1, 2  # Numbers of the bumps, and of their inputs.
 STRAY_PF = 0.003  # Capacitance of an input without a wire to a driven excitation pin [?].
-# The board's length sensor between CIN2+ and EXCA, which R1 and R2 connect; the value is from its schematic.
+# The board's length sensor between CIN2+ and EXCA, which R1 and R2 connect; the value is from its
+# schematic.
 DEMO_PF = 1.4
 SHORT_PF = 1000.0  # An input that is shorted to an excitation pin: far outside every range.
 
 
+def _driven_pins(excitation: int) -> str:
+    """Return the driven pins, "", "A", "B" or "AB", for the register EXC_SETUP."""
+    driven = ""
+    if excitation & registers.EXCA:
+        driven += "A"
+    if excitation & registers.EXCB:
+        driven += "B"
+    return driven
+
+
 @dataclass(frozen=True)
-class Wiring:
-    """Where the two bumps hang, at an input and an excitation pin as "1+B", "" nowhere; what else is there; a shorted pin."""
+class SimulatedWiring:
+    """Where the bumps, constant capacitors and a short are.
+
+    Attributes
+    ----------
+    hard, soft : str
+        Place of each bump: an input and an excitation pin, as "1+B"; empty: it is not connected.
+    constant_pF : mapping of str to float, pF
+        Constant capacitors, by their places.
+    shorted : str
+        Excitation pin that is shorted to ground, "A" or "B".
+    """
 
     hard: str = "1+B"
     soft: str = "2+B"
@@ -32,75 +54,86 @@ class Wiring:
     shorted: str = ""
 
     def mean_pF(
-        self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0
+        self,
+        bumps: BumpCapacitance,
+        setup: int,
+        excitation: int,
+        begin_s: float,
+        end_s: float,
+        loose: int = 0,
     ) -> float:
-        """Return the mean capacitance that the chip measures between two times."""
-        pin, driven = 2 if setup & registers.CIN2 else 1, self._driven(excitation)
-        signs = {"+": 1.0, "-": -1.0} if setup & registers.CAPDIFF else {"+": 1.0}
-        seen = {
-            f"{pin}{end}{name}": sign
-            for end, sign in signs.items()
-            for name in driven
-            if pin != loose
-        }
-        wired = ((self.hard, HARD), (self.soft, SOFT))
-        found = [
-            seen[place] * bumps(bump, begin_s, end_s) for place, bump in wired if place in seen
-        ]
-        found += [
-            seen[place] * constant_pF
-            for place, constant_pF in self.constant_pF.items()
-            if place in seen
-        ]
-        return sum(found) if found else STRAY_PF * bool(driven)
+        """Return the mean capacitance that the chip measures between two times.
+
+        `setup` and `excitation` are the registers CAP_SETUP and EXC_SETUP; the wires of the input
+        `loose` are off.
+        """
+        signs = self._signs(setup, excitation, loose)
+        found = []
+        for bump, place in ((HARD, self.hard), (SOFT, self.soft)):
+            if place in signs:
+                found.append(signs[place] * bumps(bump, begin_s, end_s))
+        for place, constant_pF in self.constant_pF.items():
+            if place in signs:
+                found.append(signs[place] * constant_pF)
+        if found:
+            return sum(found)
+        return STRAY_PF if _driven_pins(excitation) else 0.0
+
+    def _signs(self, setup: int, excitation: int, loose: int) -> dict[str, float]:
+        """Return the signs of the places that are measured; others are not."""
+        pin = 2 if setup & registers.CIN2 else 1
+        if pin == loose:
+            return {}
+        signs = {}
+        for excitation_pin in _driven_pins(excitation):
+            signs[f"{pin}+{excitation_pin}"] = 1.0
+            if setup & registers.CAPDIFF:
+                signs[f"{pin}-{excitation_pin}"] = -1.0
+        return signs
 
     def fails(self, excitation: int) -> bool:
         """Return whether a driven pin is shorted, for the register EXC_SETUP."""
-        return any(pin in self.shorted for pin in self._driven(excitation))
-
-    @staticmethod
-    def _driven(excitation: int) -> str:
-        return ("A" if excitation & registers.EXCA else "") + (
-            "B" if excitation & registers.EXCB else ""
-        )
+        return any(pin in self.shorted for pin in _driven_pins(excitation))
 
 
 _DEMO = {"2+A": DEMO_PF}
 
-# By name: both bumps on EXCB, as in the guide; then other wirings. exca, hard-exca, soft-exca: both bumps, or one, on EXCA.
-# swapped: the hard bump on CIN2. demo, demo-exca, demo-alone: R1 and R2 are left in, with both bumps on EXCB, both on
-# EXCA, no soft bump. hard-minus: the hard bump on CIN1-. hard-open, soft-open, open: not connected. hard-shorted, soft-
-# shorted: the input to EXCB. exca-shorted, excb-shorted: the pin to ground. differential: a constant capacitor between
-# each CIN- and EXCB.
-WIRINGS: dict[str, Wiring] = {
-    "guide": Wiring(),
-    "exca": Wiring("1+A", "2+A"),
-    "hard-exca": Wiring("1+A", "2+B"),
-    "soft-exca": Wiring("1+B", "2+A"),
-    "swapped": Wiring("2+B", "1+B"),
-    "demo": Wiring(constant_pF=_DEMO),
-    "demo-exca": Wiring("1+A", "2+A", _DEMO),
-    "demo-alone": Wiring("1+B", "", _DEMO),
-    "hard-minus": Wiring("1-B", "2+B"),
-    "hard-open": Wiring("", "2+B"),
-    "soft-open": Wiring("1+B", ""),
-    "open": Wiring("", ""),
-    "hard-shorted": Wiring(constant_pF={"1+B": SHORT_PF}),
-    "soft-shorted": Wiring(constant_pF={"2+B": SHORT_PF}),
-    "exca-shorted": Wiring(shorted="A"),
-    "excb-shorted": Wiring(shorted="B"),
-    "differential": Wiring(constant_pF={"1-B": 2.0, "2-B": 1.5}),
+# By name: both bumps on EXCB, as in the guide; then other wirings.
+# exca, hard-exca, soft-exca: both bumps, or one, on EXCA. swapped: the hard bump on CIN2.
+# demo, demo-exca, demo-alone: R1 and R2 are left in, with both bumps on EXCB, both on EXCA, no soft
+# bump. hard-minus: the hard bump on CIN1-. hard-open, soft-open, open: not connected.
+# hard-shorted, soft-shorted: the input to EXCB. exca-shorted, excb-shorted: the pin to ground.
+# differential: a constant capacitor between each CIN- and EXCB.
+WIRINGS: dict[str, SimulatedWiring] = {
+    "guide": SimulatedWiring(),
+    "exca": SimulatedWiring("1+A", "2+A"),
+    "hard-exca": SimulatedWiring("1+A", "2+B"),
+    "soft-exca": SimulatedWiring("1+B", "2+A"),
+    "swapped": SimulatedWiring("2+B", "1+B"),
+    "demo": SimulatedWiring(constant_pF=_DEMO),
+    "demo-exca": SimulatedWiring("1+A", "2+A", _DEMO),
+    "demo-alone": SimulatedWiring("1+B", "", _DEMO),
+    "hard-minus": SimulatedWiring("1-B", "2+B"),
+    "hard-open": SimulatedWiring("", "2+B"),
+    "soft-open": SimulatedWiring("1+B", ""),
+    "open": SimulatedWiring("", ""),
+    "hard-shorted": SimulatedWiring(constant_pF={"1+B": SHORT_PF}),
+    "soft-shorted": SimulatedWiring(constant_pF={"2+B": SHORT_PF}),
+    "exca-shorted": SimulatedWiring(shorted="A"),
+    "excb-shorted": SimulatedWiring(shorted="B"),
+    "differential": SimulatedWiring(constant_pF={"1-B": 2.0, "2-B": 1.5}),
 }
 
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])  # CAP_GAIN and VOLT_GAIN of a chip.
-_DAC_STEP_PF = (0.171, 0.158)  # of CAPDAC_A and CAPDAC_B
+DAC_STEP_PF = (0.171, 0.158)  # Steps of CAPDAC_A and CAPDAC_B of a chip, pF.
 _ALL_READY = registers.RDY | registers.RDYVT | registers.RDYCAP
-_CAP_BYTES, _VT_BYTES = {1, 2, 3}, {4, 5, 6}
+_CAP_BYTES = {1, 2, 3}
+_VT_BYTES = {4, 5, 6}
 
 
 class Conversion(NamedTuple):
-    """A finished conversion: pin (CIN) 1 or 2, begin and end in ns, code, and whether it was lost."""
+    """A finished conversion: pin (CIN) 1 or 2, begin and end in ns, code, whether it was lost."""
 
     pin: int
     begin: int
@@ -109,42 +142,72 @@ class Conversion(NamedTuple):
     lost: bool
 
 
-class Running(NamedTuple):
+class _Running(NamedTuple):
     """A running conversion, with the registers at its begin."""
 
     begin: int
     end: int
-    registers: bytes
+    image: bytes
 
 
-class ChipTwin:
-    """A simulated AD7746."""
+class SimulatedChip:
+    """A simulated AD7746. Faults and properties of this chip are attributes that may be set.
+
+    Attributes
+    ----------
+    factory : bytes
+        CAP_GAIN and VOLT_GAIN after a reset.
+    dac_step_pF : (float, float), pF
+        Steps of CAPDAC_A and CAPDAC_B.
+    temperature_C, supply_V : float
+        Readings of the voltage channel.
+    pace : float
+        Duration of a conversion, relative to the data sheet's.
+    noisy : bool
+        Whether readings have the noise of the data sheet.
+    present : bool
+        Whether the chip acknowledges its address.
+    lose, garble, short : int
+        How many of the next conversions are lost, are of the other input, have EXCERR.
+    loose : int
+        Input whose wires are off, 1 or 2; 0: none.
+    overload_pF : float, pF
+        Added to all readings.
+    disturbance : callable
+        Returns what is added to a reading, pF; called for each conversion.
+    conversions : deque of Conversion
+        The last conversions.
+    """
 
     def __init__(
         self,
-        pins: Pins,
+        bumps: BumpCapacitance,
         *,
         seed: int = 0,
-        dac_step_pF: tuple[float, float] = _DAC_STEP_PF,
-        wiring: Wiring = WIRINGS["guide"],
+        dac_step_pF: tuple[float, float] = DAC_STEP_PF,
+        wiring: SimulatedWiring = WIRINGS["guide"],
     ) -> None:
-        self.conversions: deque[Conversion] = deque(maxlen=4096)
         self.factory = FACTORY
-        self.temperature_C, self.supply_V = 25.0, 3.3
+        self.dac_step_pF = dac_step_pF
+        self.temperature_C = 25.0
+        self.supply_V = 3.3
+        self.pace = 1.0
+        self.noisy = True
         self.present = True
-        self.lose = self.garble = self.short = (
-            0  # next conversions that are lost, are of the other input, have EXCERR
-        )
-        self.loose = 0  # input whose wires are off, 1 or 2
+        self.lose = 0
+        self.garble = 0
+        self.short = 0
+        self.loose = 0
         self.overload_pF = 0.0
-        self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
-        self.pace = 1.0  # a conversion's time, relative to the data sheet's
-        self._pins, self._wiring, self._dac_step_pF = pins, wiring, dac_step_pF
-        self._random, self._noisy = random.Random(seed), True
+        self.disturbance: Callable[[], float] = lambda: 0.0
+        self.conversions: deque[Conversion] = deque(maxlen=4096)
+        self.registers = bytearray(registers.RESET_VALUES + FACTORY)
+        self._bumps = bumps
+        self._wiring = wiring
+        self._random = random.Random(seed)
         self._silent_until = 0
         self._pointer = 0
-        self._running: Running | None = None
-        self.registers = bytearray(registers.RESET_VALUES + FACTORY)
+        self._running: _Running | None = None
 
     def acknowledges(self, now: int) -> bool:
         """Return whether the chip acknowledges its address."""
@@ -171,25 +234,24 @@ class ChipTwin:
             self._pointer += 1
 
     def read(self, count: int, now: int, lasting: int = 0) -> bytes:
-        """Return registers from the pointer on; the transfer starts at `now` and takes `lasting`."""
+        """Return registers from the pointer on; the transfer starts at `now`, takes `lasting`."""
         self._advance(now)
         span = range(self._pointer, self._pointer + count)
         self._pointer = span.stop
         data = bytes(self.registers[number % registers.REGISTERS] for number in span)
-        if (
-            self._running
-            and self._running.end <= now + lasting
-            and (_CAP_BYTES | _VT_BYTES) & set(span)
-        ):
-            self._end(self._running, lost=True)
-        if set(span) >= _CAP_BYTES:
+        if self._running and self._running.end <= now + lasting:
+            # A conversion that ends during a read of data is lost.
+            if not (_CAP_BYTES | _VT_BYTES).isdisjoint(span):
+                self._end(self._running, lost=True)
+        if _CAP_BYTES.issubset(span):
             self.registers[registers.STATUS] |= registers.RDY | registers.RDYCAP
-        if set(span) >= _VT_BYTES:
+        if _VT_BYTES.issubset(span):
             self.registers[registers.STATUS] |= registers.RDYVT
         return data
 
     def rdy_pin(self, now: int) -> bool:
-        """Return the level of RDY#: low (False) when a conversion has ended. Its value, which may take long, waits."""
+        """Return the level of the pin RDY#: low (False) when a conversion has ended."""
+        # The value of a conversion may take long to compute: it waits for the next access.
         if self._running and self._running.end <= now:
             return self.lose > 0
         return bool(self.registers[registers.STATUS] & registers.RDY)
@@ -198,76 +260,84 @@ class ChipTwin:
         self._running = None
         self.registers[registers.STATUS] |= _ALL_READY
         config = self.registers[registers.CONFIG]
-        if config & 7 != registers.SINGLE:  # no other one is used
+        if config & 7 != registers.SINGLE:  # the driver uses no other mode
             return
         if self.garble:
             self.garble -= 1
             self.registers[registers.CAP_SETUP] ^= registers.CIN2
-        seconds = registers.CONVERSION_S[config >> 3 & 7] * bool(
-            self.registers[registers.CAP_SETUP] & registers.CAPEN
-        )
-        seconds += registers.VT_CONVERSION_S[config >> 6] * bool(
-            self.registers[registers.VT_SETUP] & registers.VTEN
-        )
+        seconds = 0.0
+        if self.registers[registers.CAP_SETUP] & registers.CAPEN:
+            seconds += registers.CONVERSION_S[config >> 3 & 7]
+        if self.registers[registers.VT_SETUP] & registers.VTEN:
+            seconds += registers.VT_CONVERSION_S[config >> 6]
         if seconds:
-            self._running = Running(
-                now, now + round(self.pace * seconds * 1e9), bytes(self.registers)
-            )
+            end = now + round(self.pace * seconds * 1e9)
+            self._running = _Running(now, end, bytes(self.registers))
 
     def _advance(self, now: int) -> None:
         if self._running and self._running.end <= now:
             self._end(self._running, lost=False)
 
-    def _end(self, running: Running, *, lost: bool) -> None:
+    def _end(self, running: _Running, *, lost: bool) -> None:
         if self.lose:
-            self.lose, lost = self.lose - 1, True
-        if running.registers[registers.CAP_SETUP] & registers.CAPEN:
-            pin = 2 if running.registers[registers.CAP_SETUP] & registers.CIN2 else 1
-            code = registers.code_of(self._measured_pF(running))
-            self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
-            if not lost:
-                shorted = self.short > 0 or self._wiring.fails(
-                    running.registers[registers.EXC_SETUP]
-                )
-                self.short = max(self.short - 1, 0)
-                self.registers[registers.STATUS] &= ~registers.EXCERR
-                self.registers[registers.STATUS] |= registers.EXCERR * shorted
-                self._give(registers.CAP_DATA, code, registers.RDYCAP)
-        if running.registers[registers.VT_SETUP] & registers.VTEN and not lost:
-            code = round((self.temperature_C + 4096) * 2048)
-            if running.registers[registers.VT_SETUP] & registers.VT_SUPPLY:
-                code = (
-                    round(self.supply_V / (6 * registers.REFERENCE_V) * 2**23) + registers.ZERO_CODE
-                )
-            self._give(registers.VT_DATA, code, registers.RDYVT)
+            self.lose -= 1
+            lost = True
+        if running.image[registers.CAP_SETUP] & registers.CAPEN:
+            self._end_capacitance(running, lost)
+        if running.image[registers.VT_SETUP] & registers.VTEN and not lost:
+            code = self._voltage_code(running.image[registers.VT_SETUP])
+            self._store(registers.VT_DATA, code, registers.RDYVT)
         self._running = None
         self.registers[registers.CONFIG] &= ~7
 
-    def _give(self, register: int, code: int, ready: int) -> None:
+    def _end_capacitance(self, running: _Running, lost: bool) -> None:
+        pin = 2 if running.image[registers.CAP_SETUP] & registers.CIN2 else 1
+        code = registers.capacitance_code(self._measured_pF(running))
+        self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
+        if lost:
+            return
+        shorted = self.short > 0 or self._wiring.fails(running.image[registers.EXC_SETUP])
+        self.short = max(self.short - 1, 0)
+        self.registers[registers.STATUS] &= ~registers.EXCERR
+        if shorted:
+            self.registers[registers.STATUS] |= registers.EXCERR
+        self._store(registers.CAP_DATA, code, registers.RDYCAP)
+
+    def _voltage_code(self, setup: int) -> int:
+        if setup & registers.VT_SUPPLY:
+            share = self.supply_V / (6 * registers.REFERENCE_V)
+            return round(share * 2**23) + registers.ZERO_CODE
+        return round((self.temperature_C + 4096) * 2048)
+
+    def _store(self, register: int, code: int, ready: int) -> None:
         self.registers[register : register + 3] = code.to_bytes(3, "big")
         self.registers[registers.STATUS] &= ~(registers.RDY | ready)
 
-    def _measured_pF(self, running: Running) -> float:
-        image = running.registers
-        setup, excitation = image[registers.CAP_SETUP], image[registers.EXC_SETUP]
+    def _measured_pF(self, running: _Running) -> float:
+        image = running.image
         total = self._wiring.mean_pF(
-            self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose
+            self._bumps,
+            image[registers.CAP_SETUP],
+            image[registers.EXC_SETUP],
+            running.begin / 1e9,
+            running.end / 1e9,
+            self.loose,
         )
-        total += self.disturb() + self.overload_pF
-        minus, plus = self._dac_step_pF
-        for register, step in ((registers.CAPDAC_A, -minus), (registers.CAPDAC_B, plus)):
-            if image[register] & registers.DAC_ENABLE:
-                total += (image[register] & registers.DAC_STEPS) * step
+        total += self.disturbance() + self.overload_pF
+        minus_pF, plus_pF = self.dac_step_pF
+        if image[registers.CAPDAC_A] & registers.DAC_ENABLE:
+            total -= (image[registers.CAPDAC_A] & registers.DAC_STEPS) * minus_pF
+        if image[registers.CAPDAC_B] & registers.DAC_ENABLE:
+            total += (image[registers.CAPDAC_B] & registers.DAC_STEPS) * plus_pF
         offset = int.from_bytes(image[registers.CAP_OFFSET : registers.CAP_GAIN], "big")
         total += (offset - registers.OFFSET_ZERO) * registers.OFFSET_STEP_PF
-        noise = registers.NOISE_PF[image[registers.CONFIG] >> 3 & 7] if self._noisy else 0.0
-        return (
-            (total + self._random.gauss(0.0, noise))
-            * _gain(image[registers.CAP_GAIN :])
-            / _gain(self.factory)
-        )
+        noise_pF = 0.0
+        if self.noisy:
+            noise_pF = registers.NOISE_PF[image[registers.CONFIG] >> 3 & 7]
+        total += self._random.gauss(0.0, noise_pF)
+        return total * _gain(image[registers.CAP_GAIN :]) / _gain(self.factory)
 
 
-def _gain(registers: bytes) -> float:
+def _gain(gains: bytes) -> float:
     """Return the gain that CAP_GAIN sets: (2^16 + code) / 2^16."""
-    return 1 + int.from_bytes(registers[:2], "big") / 2**16
+    return 1 + int.from_bytes(gains[:2], "big") / 2**16

@@ -1,8 +1,8 @@
-"""Twin of the evaluation kit: a simulated board that answers the vendor requests, with a simulated AD7746.
+"""Simulated evaluation kit: a board that answers the vendor requests, with a simulated AD7746.
 
-Not compared with hardware: it follows the same description of the board as `palpate.ad7746.evalkit.usb_bus`; what is
-marked [?] is an assumption. Faults happen on demand. `palpate.ad7746.simulator.usb_backend` connects it to the driver inside this
-process.
+Not compared with hardware: it follows the same description of the board as
+`palpate.ad7746.evalkit.usb_bus`; what is marked [?] is an assumption. Faults happen on demand.
+`palpate.ad7746.simulator.usb_backend` connects the board to the driver inside this process.
 """
 
 import errno
@@ -10,6 +10,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 from palpate.ad7746 import registers
 from palpate.ad7746.bus import Clock
@@ -25,11 +26,12 @@ from palpate.ad7746.evalkit.usb_bus import (
     RAM_BYTES,
     RDY_PIN,
 )
-from palpate.ad7746.simulator.chip import ChipTwin
+from palpate.ad7746.simulator.chip import SimulatedChip
 
 TRANSFER_NS = 250_000  # Duration of a control transfer without its I2C: two microframes [?].
-BUS_KHZ = 85.0  # I2C clock of the board: the FX2's setting of 100 kHz, which its firmware reaches in practice [?].
-_NOBODY = b"\xff"  # what a read gives if nobody acknowledges
+# I2C clock of the board: the FX2's setting of 100 kHz, which its firmware reaches in practice [?].
+BUS_KHZ = 85.0
+_NOBODY = b"\xff"  # each byte of a read that nobody acknowledges
 
 
 @dataclass(frozen=True)
@@ -45,44 +47,92 @@ class Reply:
 _SILENCE = Reply(lasting_ns=math.inf)
 
 
+class FaultKind(StrEnum):
+    """What fails. Comments give the meaning of `Fault.amount`."""
+
+    NO_ANSWER = "no answer"
+    STALL = "stall"
+    LINE_ERROR = "line error"
+    UNPLUG = "unplug"  # seconds until the board is plugged in again
+    LATE = "late"  # seconds that the answer takes
+    SHORT = "short"  # bytes of the answer
+    LOCK = "lock"
+    NOT_ACKNOWLEDGED = "not acknowledged"
+    PARTLY_ACKNOWLEDGED = "not acknowledged in mid-write"  # bytes that are acknowledged
+    LOST_CONVERSION = "lost conversion"  # number of conversions
+    OTHER_INPUT = "other input"  # number of conversions
+    EXCITATION_SHORTED = "excitation shorted"  # number of conversions
+    OVERLOAD = "overload"  # pF
+    WIRE_OFF = "wire off"  # input, 1 or 2
+    BROWN_OUT = "brown-out"
+    CHIP_ABSENT = "chip absent"
+    RDY_STUCK_HIGH = "RDY# stuck high"
+    RDY_STUCK_LOW = "RDY# stuck low"
+
+
 @dataclass
 class Fault:
-    """A simulated fault: its kind, after how many (and which) requests it happens, and how often."""
+    """A simulated fault: its kind and amount, after how many (and which) requests, how often."""
 
-    kind: str
+    kind: FaultKind
     amount: float = 1.0
     skip: int = 0
     request: int | None = None
     times: float = 1
 
 
-class KitTwin:
-    """A simulated board."""
+# Faults that replace the answer.
+_INSTEAD = {
+    FaultKind.NO_ANSWER: _SILENCE,
+    FaultKind.STALL: Reply(error=errno.EPIPE),
+    FaultKind.LINE_ERROR: Reply(error=errno.EPROTO),
+    FaultKind.UNPLUG: Reply(error=errno.ESHUTDOWN),
+}
+
+
+class SimulatedBoard:
+    """A simulated board. Its state is in attributes that may be set.
+
+    Attributes
+    ----------
+    chip : SimulatedChip
+    loaded : bool
+        Whether the firmware is loaded.
+    keeps_firmware : bool
+        Whether it survives unplugging; that of a real board, supplied by the cable, does not.
+    locked : bool
+        Whether the firmware answers no request any more.
+    stuck : bool or None
+        Level of a stuck RDY# pin; None: it follows the chip.
+    nak_after : int or None
+        Bytes of the next transfer that are acknowledged; None: all.
+    faults : deque of Fault
+        Faults to come, in order.
+    """
 
     def __init__(
-        self, chip: ChipTwin, clock: Clock, *, loaded: bool = True, bus_kHz: float = BUS_KHZ
+        self, chip: SimulatedChip, clock: Clock, *, loaded: bool = True, bus_kHz: float = BUS_KHZ
     ) -> None:
         self.chip = chip
         self.loaded = loaded
-        self.keeps_firmware = (
-            True  # after unplugging; a real board, supplied by the cable, does not
-        )
-        self.stuck: bool | None = None  # level of a stuck RDY# pin; None: it follows the chip
+        self.keeps_firmware = True
         self.locked = False
-        self.nak_after: int | None = (
-            None  # bytes of the next transfer that are acknowledged; None: all
-        )
+        self.stuck: bool | None = None
+        self.nak_after: int | None = None
         self.faults: deque[Fault] = deque()
-        self.on_unplug: Callable[[float], None] = lambda _: None
+        self._unplug: Callable[[float], None] = lambda _: None
         self._clock = clock
         self._bit_ns = 1e6 / bus_kHz
         self._errors = 0
         self._ram = bytearray(RAM_BYTES)
         self._held = False
 
-    def plugged(self) -> None:
-        """Reset everything, as at power-on."""
-        self._errors, self.locked, self._held = 0, False, False
+    def plugged(self, unplug: Callable[[float], None]) -> None:
+        """Reset everything, as at power-on. `unplug(back_after_s)` pulls the board out again."""
+        self._unplug = unplug
+        self._errors = 0
+        self.locked = False
+        self._held = False
         self.loaded = self.loaded and self.keeps_firmware
         self.brown_out()
 
@@ -95,21 +145,66 @@ class KitTwin:
     ) -> Reply:
         """Answer one vendor request on endpoint 0."""
         fault = self._due(request)
-        if fault and fault.kind in _BEFORE:
-            _BEFORE[fault.kind](self, fault.amount)
-        if fault and fault.kind in _IN_PLACE:
-            return _IN_PLACE[fault.kind]
+        if fault is None:
+            return self._answer(kind, request, value, index, length, data)
+        self._apply(fault)
+        if fault.kind in _INSTEAD:
+            return _INSTEAD[fault.kind]
         reply = self._answer(kind, request, value, index, length, data)
-        return _AFTER[fault.kind](reply, fault.amount) if fault and fault.kind in _AFTER else reply
+        if fault.kind == FaultKind.LATE:
+            return replace(reply, error=0, lasting_ns=round(fault.amount * 1e9))
+        if fault.kind == FaultKind.SHORT:
+            return replace(reply, error=0, data=reply.data[: int(fault.amount)])
+        return reply
 
     def _due(self, request: int) -> Fault | None:
-        if not self.faults or self.faults[0].request not in (None, request):
+        if not self.faults:
             return None
-        if self.faults[0].skip:
-            self.faults[0].skip -= 1
+        fault = self.faults[0]
+        if fault.request not in (None, request):
             return None
-        self.faults[0].times -= 1
-        return self.faults[0] if self.faults[0].times > 0 else self.faults.popleft()
+        if fault.skip:
+            fault.skip -= 1
+            return None
+        fault.times -= 1
+        if fault.times <= 0:
+            self.faults.popleft()
+        return fault
+
+    def _apply(self, fault: Fault) -> None:
+        """Let the board, or else its chip, fail before it answers."""
+        match fault.kind:
+            case FaultKind.UNPLUG:
+                self._unplug(fault.amount)
+            case FaultKind.LOCK:
+                self.locked = True
+            case FaultKind.NOT_ACKNOWLEDGED:
+                self.nak_after = 0
+            case FaultKind.PARTLY_ACKNOWLEDGED:
+                self.nak_after = int(fault.amount)
+            case FaultKind.BROWN_OUT:
+                self.brown_out()
+            case FaultKind.RDY_STUCK_HIGH:
+                self.stuck = True
+            case FaultKind.RDY_STUCK_LOW:
+                self.stuck = False
+            case _:
+                self._apply_to_chip(fault)
+
+    def _apply_to_chip(self, fault: Fault) -> None:
+        match fault.kind:
+            case FaultKind.LOST_CONVERSION:
+                self.chip.lose = int(fault.amount)
+            case FaultKind.OTHER_INPUT:
+                self.chip.garble = int(fault.amount)
+            case FaultKind.EXCITATION_SHORTED:
+                self.chip.short = int(fault.amount)
+            case FaultKind.OVERLOAD:
+                self.chip.overload_pF = fault.amount
+            case FaultKind.WIRE_OFF:
+                self.chip.loose = int(fault.amount)
+            case FaultKind.CHIP_ABSENT:
+                self.chip.present = False
 
     def _answer(
         self, kind: int, request: int, value: int, index: int, length: int, data: bytes
@@ -120,33 +215,30 @@ class KitTwin:
             return self._access_ram(kind, value, length, data)
         if not self.loaded or self._held:
             return Reply(error=errno.EPIPE)
-        if not self.locked:
-            if request in (I2C, I2C_PLAIN):
-                pointer = (
-                    bytes([index & 0xFF]) if request == I2C else b""
-                )  # which only writes leave out
-                return self._access_i2c(kind, value >> 1 & 0x7F, pointer, length, data)
-            if request == ERROR_COUNT and kind == IN:
-                count, self._errors = min(self._errors, 0xFF), 0
-                return Reply(bytes([count])[:length])
-            if request == PORTS and kind == IN:
-                return self._read_ports(length)
+        if self.locked:
+            return _SILENCE
+        if request in (I2C, I2C_PLAIN):
+            # Only writes do without a register pointer.
+            pointer = bytes([index & 0xFF]) if request == I2C else b""
+            return self._access_i2c(kind, value >> 1 & 0x7F, pointer, length, data)
+        if request == ERROR_COUNT and kind == IN:
+            count = min(self._errors, 0xFF)
+            self._errors = 0
+            return Reply(bytes([count])[:length])
+        if request == PORTS and kind == IN:
+            return self._read_ports(length)
         return _SILENCE
 
     def _access_i2c(
         self, kind: int, address: int, pointer: bytes, length: int, data: bytes
     ) -> Reply:
         now = self._clock.now_ns() + TRANSFER_NS // 2
-        if (
-            address != registers.I2C_ADDRESS
-            or not self.chip.acknowledges(now)
-            or self.nak_after == 0
-        ):
+        present = address == registers.I2C_ADDRESS and self.chip.acknowledges(now)
+        if not present or self.nak_after == 0:
             self.nak_after = None
             self._errors += 1
-            return Reply(
-                _NOBODY * length, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1)
-            )
+            lasting = TRANSFER_NS + self._lasting(1)
+            return Reply(_NOBODY * length, taken=len(data), lasting_ns=lasting)
         if kind == OUT:
             return self._write_i2c(pointer + data, now, len(data))
         lasting = self._lasting(1 + length) + self._lasting(1 + len(pointer))
@@ -155,7 +247,8 @@ class KitTwin:
 
     def _write_i2c(self, sent: bytes, now: int, taken: int) -> Reply:
         if self.nak_after is not None:
-            sent, self.nak_after = sent[: self.nak_after], None
+            sent = sent[: self.nak_after]
+            self.nak_after = None
             self._errors += 1
         lasting = self._lasting(1 + len(sent))
         self.chip.write(sent, now + lasting)
@@ -166,12 +259,11 @@ class KitTwin:
         return round((9 * count + 2) * self._bit_ns)
 
     def _read_ports(self, length: int) -> Reply:
-        high = (
-            self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2)
-            if self.stuck is None
-            else self.stuck
-        )
-        return Reply(bytes([0x80 | RDY_PIN * high, 0x80, 0, 0, 0, 0])[:length])
+        high = self.stuck
+        if high is None:
+            high = self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2)
+        port_a = 0x80 | (RDY_PIN if high else 0)
+        return Reply(bytes([port_a, 0x80, 0, 0, 0, 0])[:length])
 
     def _access_ram(self, kind: int, address: int, length: int, data: bytes) -> Reply:
         if kind == IN:
@@ -179,36 +271,8 @@ class KitTwin:
         if address == CPUCS:
             self._held = bool(data[0] & 1)
             if not self._held and any(self._ram):
-                self.loaded, self.locked = True, False
+                self.loaded = True
+                self.locked = False
         else:
             self._ram[address : address + len(data)] = data
         return Reply(taken=len(data))
-
-
-# What a fault does before the request is answered, in place of the answer, with the answer.
-_BEFORE: dict[str, Callable[[KitTwin, float], None]] = {
-    "unplug": lambda kit, back_after_s: kit.on_unplug(back_after_s),
-    "lock": lambda kit, _: setattr(kit, "locked", True),
-    "not acknowledged": lambda kit, _: setattr(kit, "nak_after", 0),
-    "not acknowledged in mid-write": lambda kit, count: setattr(kit, "nak_after", int(count)),
-    "lost conversion": lambda kit, count: setattr(kit.chip, "lose", int(count)),
-    "other input": lambda kit, count: setattr(kit.chip, "garble", int(count)),
-    "excitation shorted": lambda kit, count: setattr(kit.chip, "short", int(count)),
-    "overload": lambda kit, overload_pF: setattr(kit.chip, "overload_pF", overload_pF),
-    "wire off": lambda kit, pin: setattr(kit.chip, "loose", int(pin)),
-    "brown-out": lambda kit, _: kit.brown_out(),
-    "chip absent": lambda kit, _: setattr(kit.chip, "present", False),
-    "RDY# stuck high": lambda kit, _: setattr(kit, "stuck", True),
-    "RDY# stuck low": lambda kit, _: setattr(kit, "stuck", False),
-}
-_IN_PLACE = {
-    "no answer": _SILENCE,
-    "stall": Reply(error=errno.EPIPE),
-    "line error": Reply(error=errno.EPROTO),
-    "unplug": Reply(error=errno.ESHUTDOWN),
-}
-_AFTER: dict[str, Callable[[Reply, float], Reply]] = {
-    "late": lambda reply, seconds: replace(reply, error=0, lasting_ns=round(seconds * 1e9)),
-    "short": lambda reply, count: replace(reply, error=0, data=reply.data[: int(count)]),
-}
-FAULTS = tuple(_IN_PLACE | _AFTER | _BEFORE)  # All allowed values of `Fault.kind`.

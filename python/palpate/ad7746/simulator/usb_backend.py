@@ -1,6 +1,7 @@
 """A pyusb backend with simulated boards: the complete driver runs in this process, without libusb.
 
-It raises the same errors as pyusb with libusb; `tests/ad7746/test_evalkit.py` runs the same cases over both.
+It raises the same errors as pyusb with libusb; `tests/ad7746/test_evalkit.py` runs the same cases
+over both.
 """
 
 import array
@@ -8,27 +9,48 @@ import errno
 import math
 import os
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import usb.backend
 from usb.core import USBError, USBTimeoutError
 
 from palpate.ad7746.bus import Clock
 from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR
-from palpate.ad7746.simulator.evalboard import KitTwin
+from palpate.ad7746.simulator.evalboard import SimulatedBoard
 
 # errno of a transfer -> errno of libusb's error, where they differ on Linux.
 _TRANSLATED = {errno.EPROTO: errno.EIO, errno.ESHUTDOWN: errno.ENODEV}
-_FIELDS = "bLength bDescriptorType bcdUSB bDeviceClass bDeviceSubClass bDeviceProtocol bMaxPacketSize0 bcdDevice "
-_FIELDS += "iManufacturer iProduct iSerialNumber bNumConfigurations"
+
+
+class DeviceDescriptor(NamedTuple):
+    """Descriptor of a board, with the names of pyusb; the board has no strings."""
+
+    bus: int
+    address: int
+    port_number: int
+    port_numbers: tuple[int, ...]
+    speed: int = 3
+    idVendor: int = VENDOR
+    idProduct: int = PRODUCT
+    bLength: int = 0
+    bDescriptorType: int = 0
+    bcdUSB: int = 0
+    bDeviceClass: int = 0
+    bDeviceSubClass: int = 0
+    bDeviceProtocol: int = 0
+    bMaxPacketSize0: int = 0
+    bcdDevice: int = 0
+    iManufacturer: int = 0
+    iProduct: int = 0
+    iSerialNumber: int = 0
+    bNumConfigurations: int = 0
 
 
 @dataclass(eq=False)
 class Port:
     """A USB port with a board in it."""
 
-    kit: KitTwin
+    board: SimulatedBoard
     address: int
     number: int
     attached: bool = True
@@ -43,23 +65,30 @@ class Handle:
     port: Port
 
 
-class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no types
+class _Replug(NamedTuple):
+    """A board that is plugged in again at a time, ns."""
+
+    time_ns: float
+    board: SimulatedBoard
+    number: int
+
+
+class SimulatedUsb(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no types
     """Backend for pyusb with simulated boards."""
 
     def __init__(self, clock: Clock) -> None:
         self.opened: int = 0
         self._clock = clock
         self._ports: list[Port] = []
-        self._coming: list[tuple[float, KitTwin, int]] = []
+        self._replugs: list[_Replug] = []
         self._address = 1
 
-    def plug(self, kit: KitTwin, number: int = 1) -> Port:
+    def plug(self, board: SimulatedBoard, number: int = 1) -> Port:
         """Plug a board into a port."""
         self._address += 1
-        port = Port(kit, self._address, number)
+        port = Port(board, self._address, number)
         self._ports.append(port)
-        kit.on_unplug = lambda back_after_s: self.unplug(port, back_after_s)
-        kit.plugged()
+        board.plugged(lambda back_after_s: self.unplug(port, back_after_s))
         return port
 
     def unplug(self, port: Port, back_after_s: float = math.inf) -> None:
@@ -67,25 +96,20 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no t
         if port.attached:
             port.attached = False
             self._ports.remove(port)
-            self._coming.append((self._clock.now_ns() + back_after_s * 1e9, port.kit, port.number))
+            time_ns = self._clock.now_ns() + back_after_s * 1e9
+            self._replugs.append(_Replug(time_ns, port.board, port.number))
 
     def enumerate_devices(self) -> Any:
         """Return the boards that are plugged in now."""
-        for coming in [each for each in self._coming if each[0] <= self._clock.now_ns()]:
-            self._coming.remove(coming)
-            self.plug(*coming[1:])
+        due = [replug for replug in self._replugs if replug.time_ns <= self._clock.now_ns()]
+        for replug in due:
+            self._replugs.remove(replug)
+            self.plug(replug.board, replug.number)
         return iter(list(self._ports))
 
-    def get_device_descriptor(self, port: Port) -> Any:
+    def get_device_descriptor(self, port: Port) -> DeviceDescriptor:
         """Return the descriptor of a device, with its bus, address and port."""
-        others = dict.fromkeys(_FIELDS.split(), 0)  # the board has no strings
-        place = {
-            "bus": 1,
-            "address": port.address,
-            "port_number": port.number,
-            "port_numbers": (port.number,),
-        }
-        return SimpleNamespace(idVendor=VENDOR, idProduct=PRODUCT, **others, **place, speed=3)
+        return DeviceDescriptor(1, port.address, port.number, (port.number,))
 
     def get_parent(self, port: Port) -> None:
         """Return nothing: the hub is not shown."""
@@ -127,18 +151,17 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no t
         """Do one control transfer, and wait for its duration."""
         _require(handle.port.attached, errno.ENODEV)
         begun = self._clock.now_ns()
-        sent = b"" if kind & 0x80 else data.tobytes()
-        reply = handle.port.kit.control(
-            kind, request, value, index, len(data) * data.itemsize, sent
-        )
+        to_host = bool(kind & 0x80)
+        sent = b"" if to_host else data.tobytes()
+        length = len(data) * data.itemsize
+        reply = handle.port.board.control(kind, request, value, index, length, sent)
         if timeout and reply.lasting_ns > timeout * 1_000_000:
             self._clock.sleep(timeout / 1000)
             raise USBTimeoutError("Operation timed out", None, errno.ETIMEDOUT)
-        self._clock.sleep(
-            (begun + reply.lasting_ns - self._clock.now_ns()) / 1e9
-        )  # with the time that the twin took
+        # The computer needs time to simulate the board, too: it is a part of the duration.
+        self._clock.sleep((begun + reply.lasting_ns - self._clock.now_ns()) / 1e9)
         _require(not reply.error, _TRANSLATED.get(reply.error, reply.error))
-        if not kind & 0x80:
+        if not to_host:
             return reply.taken
         data[: len(reply.data)] = array.array("B", reply.data)
         return len(reply.data)
