@@ -113,7 +113,7 @@ class RunFiles:
         path = self.free(f"{newest.stem}-report.html")
         self._tell(newest.name)
         try:
-            write_report(path, [newest], self.calibration, tell=self._tell, **self._head)
+            write_report(path, [newest], self.calibration, progress=self._tell, **self._head)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:

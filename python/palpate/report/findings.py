@@ -1,14 +1,15 @@
-"""What a report shows: recordings, the specimen of each touch and whether it is kept, and the result of each specimen."""
+"""The touches of recordings, each with its specimen and whether it is kept, and the result of each specimen."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, log, nan
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from palpate import number_format
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, UncertaintyPart
@@ -28,13 +29,25 @@ from palpate.uncertainty import RatioOf, Scatter, Uncertainty, hold_ratio, level
 
 @dataclass(frozen=True)
 class AnalysedRecording:
-    """A recording, what the scene and settings of its measurement find in it, what `check` says of it, its session."""
+    """A recording, the touches that a scene and settings find in it, its checks, and its session.
 
-    # first_s, period_s: the first time, and the mean time from pair to pair; nan: unknown.
+    Attributes
+    ----------
+    name : str
+        Its name in a report.
+    recording : OpenedRecording
+    tracking : dict
+        Scene and settings of the tracker.
+    found : palpate.tracking.Tracked
+    checked : palpate.recording.verification.Verification
+    plan : palpate.recording.session.Plan
+    first_s, period_s : float, s
+        The first time, and the mean time from pair to pair; nan: unknown.
+    """
 
     name: str
     recording: OpenedRecording
-    tracking: dict[str, Any]
+    tracking: Mapping[str, Any]
     found: Tracked
     checked: Verification
     plan: Plan
@@ -42,52 +55,62 @@ class AnalysedRecording:
     period_s: float
 
 
+def _no_progress(_: str) -> None:
+    """Ignore the progress."""
+
+
 def analyse_recording(
     path: Path,
     name: str,
-    how: dict[str, Any] | None = None,
-    tell: Callable[[str], None] = lambda _: None,
-    **asked: Any,
+    tracking: Mapping[str, Any] | None = None,
+    progress: Callable[[str], None] = _no_progress,
+    **reading: Any,
 ) -> AnalysedRecording:
-    """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own.
+    """Read a recording, track its touches, and check it.
 
-    `tell` gets the progress; an error that it raises ends the work.
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        Its name in a report.
+    tracking : mapping, optional
+        Scene and settings of the tracker; default: those of the recording.
+    progress : callable
+        Receives the progress as a text; an error that it raises ends the work.
+    **reading
+        As in `palpate.recorded`.
     """
-    recording = recorded(path, **asked)
-    recording.on_progress = lambda rows: tell(f"{rows} rows read of {name}")
-    tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
-    found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
-    survey = recording.survey
-    times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
-    return AnalysedRecording(
-        name,
-        recording,
-        tracking,
-        found,
-        verification_of(recording),
-        recording.sidecar.session,
-        *times,
-    )
+    recording = recorded(path, **reading)
+    recording.on_progress = lambda rows: progress(f"{rows} rows read of {name}")
+    used: dict[str, Any] = dict(tracking or {"scene": "handheld"} | recording.settings)
+    found = tracked(recording, **used)  # reads it to its end; a damaged one is an error
+    first_s = period_s = nan
+    if recording.timed:
+        first_s = recording.survey.first_ns / 1e9
+        period_s = recording.survey.period_s
+    checked = verification_of(recording)
+    plan = recording.sidecar.session
+    return AnalysedRecording(name, recording, used, found, checked, plan, first_s, period_s)
 
 
-def analyse_again(run: AnalysedRecording, tracking: dict[str, Any]) -> AnalysedRecording:
-    """Send a recording through the estimator again, if scene or settings are other ones."""
-    same = tracking == run.tracking
-    return (
-        run if same else replace(run, tracking=tracking, found=tracked(run.recording, **tracking))
-    )
+def analyse_again(run: AnalysedRecording, tracking: Mapping[str, Any]) -> AnalysedRecording:
+    """Track the touches of a recording again, if scene or settings differ."""
+    if tracking == run.tracking:
+        return run
+    settings: dict[str, Any] = dict(tracking)
+    return replace(run, tracking=settings, found=tracked(run.recording, **settings))
 
 
 @dataclass(frozen=True)
 class ReportedTouch:
-    """A touch: its number through all recordings, its specimen ("": unknown), why it is left out, and its sentences."""
+    """A touch of a report: its number counts through all recordings."""
 
     number: int
     run: AnalysedRecording
     touch: Touch
-    specimen: str
-    left_out: tuple[str, ...]
-    said: tuple[str, ...]
+    specimen: str  # "": unknown
+    left_out: tuple[str, ...]  # why; empty: it is kept
+    advice: tuple[str, ...]
     ratio_of: RatioOf
 
     @property
@@ -97,20 +120,31 @@ class ReportedTouch:
 
     def uncertainty(self, scatter: Scatter) -> Uncertainty:
         """Return the uncertainty of its ratio with this scatter."""
-        return Uncertainty.of(
-            self.touch, scatter, linearity_pF(self.run.recording.full_scale_pF), self.ratio_of
-        )
+        linearity = linearity_pF(self.run.recording.full_scale_pF)
+        return Uncertainty.of(self.touch, scatter, linearity, self.ratio_of)
 
 
 @dataclass(frozen=True)
 class SpecimenResult:
-    """All touches on one specimen, and what the kept ones say."""
+    """All touches on one specimen, and the result of the kept ones.
 
-    # known: its modulus, MPa, if it was known before.
-    # agreement: whether the kept touches agree; `mean` is the same if they do.
-    # modulus: of the mean; None without a calibration or a mean.
-    # variation: standard deviation of the logarithm of the ratio of the kept touches; nan below two.
-    # budget: errors of the mean and of its modulus by their causes, and all together; empty without a modulus.
+    Attributes
+    ----------
+    name : str
+    known : float or None, MPa
+        Its modulus, if it was known before.
+    touches, kept : list of ReportedTouch
+    agreement : Agreement or None
+        Whether the kept touches agree; None: none is kept.
+    mean : Agreement or None
+        The same with the scatter of the session; None: they do not agree.
+    modulus : Modulus or None
+        Of the mean; None without a calibration or a mean.
+    variation : float
+        Standard deviation of the logarithm of the ratio of the kept touches; nan below two.
+    budget : list of UncertaintyPart
+        Errors of the mean and of its modulus by their causes, and together; empty without a modulus.
+    """
 
     name: str
     known: float | None
@@ -137,7 +171,7 @@ class SpecimenResult:
             "kept": [one.number for one in self.kept],
             "left_out": [one.number for one in self.touches if one.left_out],
             "agreement": self.agreement.as_dict() if self.agreement else None,
-            "variation": self.variation if isfinite(self.variation) else None,
+            **number_format.plain({"variation": self.variation}),
             "modulus": self.modulus.as_dict() if self.modulus else None,
             "inside": self.inside,
         }
@@ -151,26 +185,29 @@ def _result(
     scatter: Scatter,
 ) -> SpecimenResult:
     kept = [one for one in touches if not one.left_out]
-    ratios = [one.touch for one in kept]
-    found = mean = modulus = None
-    if kept:
-        found = (
-            calibration.agreement(ratios)
-            if calibration
-            else agreement(ratios, ratio_of=kept[0].ratio_of)
-        )
-        mean = with_scatter(found, scatter) if found.agree else None
+    logarithms = _logarithms(kept)
+    variation = nan
+    if len(logarithms) > 1:
+        variation = float(np.std(logarithms, ddof=1))
+    agreed = _agreement(kept, calibration) if kept else None
+    mean = with_scatter(agreed, scatter) if agreed and agreed.agree else None
+    modulus = None
+    budget: list[UncertaintyPart] = []
     if mean and calibration:
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
-    logarithms = _logarithms(kept)
-    variation = float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
-    budget = list[UncertaintyPart]()
-    if calibration and mean and modulus and 0 < modulus.value < inf:
-        linearity = fmean(one.uncertainty(scatter).linearity for one in kept)  # no mean reduces it
-        budget = calibration.budget(
-            mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
-        )
-    return SpecimenResult(name, known, touches, kept, found, mean, modulus, variation, budget)
+        if 0 < modulus.value < inf:
+            linearity = fmean(one.uncertainty(scatter).linearity for one in kept)
+            budget = calibration.budget(  # no mean reduces the linearity
+                mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
+            )
+    return SpecimenResult(name, known, touches, kept, agreed, mean, modulus, variation, budget)
+
+
+def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Agreement:
+    touches = [one.touch for one in kept]
+    if calibration:
+        return calibration.agreement(touches)
+    return agreement(touches, ratio_of=kept[0].ratio_of)
 
 
 @dataclass(frozen=True)
@@ -185,9 +222,9 @@ class Findings:
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
         """Return the repeatability of the kept touches, or of all with a ratio above 0; None: no touch."""
-        groups = [
-            _logarithms(result.touches if all_touches else result.kept) for result in self.results
-        ]
+        groups = []
+        for result in self.results:
+            groups.append(_logarithms(result.touches if all_touches else result.kept))
         return one_way_anova(groups) if any(groups) else None
 
 
@@ -196,54 +233,75 @@ def findings(
 ) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
-    by_level = all(run.plan.ratio == "level" for run in runs)
-    ratio_of = calibration.ratio_of if calibration else level_ratio if by_level else hold_ratio
+    ratio_of = _ratio_of(runs, calibration)
     touches = list(_touches(runs, calibration, known, ratio_of))
     groups: dict[str, list[ReportedTouch]] = {}
     for one in touches:
-        groups.setdefault(one.specimen, []).append(one)
-    kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
-    scatter = calibration.touch_scatter if calibration else session_scatter(kept, ratio_of)
-    results = [
-        _result(name, known.get(name), group, calibration, scatter)
-        for name, group in groups.items()
-        if name
-    ]
+        if one.specimen:
+            groups.setdefault(one.specimen, []).append(one)
+    if calibration:
+        scatter = calibration.touch_scatter
+    else:
+        kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
+        scatter = session_scatter(kept, ratio_of)
+    results = []
+    for name, group in groups.items():
+        results.append(_result(name, known.get(name), group, calibration, scatter))
     return Findings(runs, touches, results, calibration, scatter)
+
+
+def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None) -> RatioOf:
+    """Return the ratio that counts: of the calibration, else of the sessions."""
+    if calibration:
+        return calibration.ratio_of
+    by_level = all(run.plan.ratio == "level" for run in runs)
+    return level_ratio if by_level else hold_ratio
 
 
 def known_moduli(
     runs: Iterable[AnalysedRecording], table: Mapping[str, float]
 ) -> tuple[dict[str, float], list[str]]:
     """Return the modulus of each specimen, MPa: of a table, else of the sessions; and where a session differs from the table."""
-    moduli, names, differences = dict(table), {name_key(name): name for name in table}, list[str]()
+    moduli = dict(table)
+    names = {name_key(name): name for name in table}
+    differences: list[str] = []
     for run in runs:
         for given, modulus in run.plan.moduli.items():
             name = names.setdefault(name_key(given), given)
             known = moduli.setdefault(name, modulus)
-            said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
-            if known != modulus and name not in table:
+            if known == modulus:
+                continue
+            difference = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
+            if name not in table:
                 raise CalibrationError(
-                    f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table"
+                    f"{difference}allowed: {known:g} MPa, as in the file before; or --moduli with "
+                    "a table"
                 )
-            differences += [f"{said}used: {known:g} MPa"] if known != modulus else []
+            differences.append(f"{difference}used: {known:g} MPa")
     return moduli, differences
 
 
-def assigned(
-    run: AnalysedRecording, moduli: Mapping[str, float]
-) -> Iterator[tuple[Touch, str, str]]:
-    """Yield each touch, its specimen ("": unknown), and why it was left out by hand ("": it was not).
+class AssignedTouch(NamedTuple):
+    """A touch, its specimen ("": unknown), and why a person left it out ("": it was not)."""
 
-    The session in the sidecar says it. Where it names no specimen of a touch, the name of the file does.
-    """
-    touches, names = run.found.touches, {name_key(name): name for name in moduli}
+    touch: Touch
+    specimen: str
+    left_out: str
+
+
+def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[AssignedTouch]:
+    """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
+    touches = run.found.touches
+    names = {name_key(name): name for name in moduli}
     entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
-    named = any(entry.specimen for entry in run.plan.touches)
-    of_file = "" if named else specimen_in(run.recording.path, names)
+    of_file = ""
+    if not any(entry.specimen for entry in run.plan.touches):
+        of_file = specimen_in(run.recording.path, names)
     for touch, entry in zip(touches, entries, strict=True):
-        given = of_file or (entry and entry.specimen) or ""
-        yield touch, names.get(name_key(given), given), (entry and entry.left_out) or ""
+        named = (entry and entry.specimen) or ""
+        left_out = (entry and entry.left_out) or ""
+        specimen = of_file or named
+        yield AssignedTouch(touch, names.get(name_key(specimen), specimen), left_out)
 
 
 def _touches(
@@ -257,15 +315,13 @@ def _touches(
         advice = advice_at_end(run.found.touches, cut=run.found.cut)
         for known, (touch, specimen, by_hand) in zip(advice, assigned(run, moduli), strict=True):
             number += 1
-            against = (
-                calibration.objections(touch)
-                if calibration
-                else objections(touch, ratio_of=ratio_of)
-            )
+            against: Sequence[object] = objections(touch, ratio_of=ratio_of)
+            if calibration:
+                against = calibration.objections(touch)
             left_out = [by_hand] if by_hand else []
             left_out += sentences(against, known)
-            said = tuple(str(each) for each in known)
-            yield ReportedTouch(number, run, touch, specimen, tuple(left_out), said, ratio_of)
+            advised = tuple(str(each) for each in known)
+            yield ReportedTouch(number, run, touch, specimen, tuple(left_out), advised, ratio_of)
 
 
 def _logarithms(touches: Iterable[ReportedTouch]) -> list[float]:

@@ -1,0 +1,167 @@
+"""The facts of a recording that a report shows: its begin, board, events, settings, and files."""
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from math import inf, isfinite, isnan, nan
+from pathlib import Path, PurePath
+from typing import NamedTuple
+
+from palpate.files import unpacked_name
+from palpate.messages import shortened
+from palpate.recording import sidecar
+from palpate.report.findings import AnalysedRecording
+
+_LONGEST = 300  # characters of a text from a sidecar
+
+
+class Event(NamedTuple):
+    """A note, mark, tare or gap of a recording."""
+
+    t_s: float
+    """Time on the clock of the recording; nan: unknown."""
+    kind: str
+    text: str
+
+
+class Entry(NamedTuple):
+    """A name and its value as text."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings that one or more recordings have."""
+
+    title: str
+    entries: tuple[Entry, ...]
+
+
+class SourceFile(NamedTuple):
+    """A file of which the report was made, by its name in the report."""
+
+    name: str
+    path: Path
+
+    def checksum(self) -> str:
+        """Return its SHA-256."""
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@dataclass(frozen=True)
+class RecordingFacts:
+    """The facts of one recording, read from its document."""
+
+    run: AnalysedRecording
+
+    @property
+    def begin(self) -> str:
+        """When the recording began, in the zone of the computer that made it; "": unknown.
+
+        By the epoch of its clock, else by the start of the program, which says the zone; UTC without it.
+        """
+        zero_ns = self.run.recording.zero_utc_ns
+        try:
+            at = datetime.fromisoformat(self.run.recording.sidecar.started)
+        except ValueError:
+            at = None
+        if zero_ns is not None and isfinite(self.run.first_s):
+            zone = (at and at.tzinfo) or UTC
+            at = datetime.fromtimestamp(zero_ns / 1e9 + self.run.first_s, zone)
+        return f"{at:%Y-%m-%d %H:%M:%S %Z}".strip() if at else ""
+
+    @property
+    def board(self) -> str:
+        """The board, and the fingerprint of its chip."""
+        device = self.run.recording.sidecar.device
+        inner = device.get("device")
+        if not isinstance(inner, dict):
+            inner = device
+        chip = f"fingerprint {device['fingerprint']}" if "fingerprint" in device else ""
+        return listed([shortened(str(inner.get("name", ""))), shortened(chip)])
+
+    @property
+    def remarks(self) -> str:
+        """The results of `check`, and the notes of `replay`."""
+        checked = self.run.checked
+        notes = self.run.found.touches.notes
+        first = [checked.verdict, checked.understood]
+        return listed([*first, *checked.faults, *checked.findings, *notes], "; ")
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """Notes, marks, tares and gaps in order of time; first those without one."""
+        known = self.run.recording.sidecar
+        events = [Event(nan, "note", shortened(note, _LONGEST)) for note in known.notes]
+        events += [Event(mark.t_s, mark.kind, mark.text) for mark in known.marks]
+        events += [Event(note.t_s, "note", note.text) for note in self.run.plan.notes]
+        return sorted(events, key=lambda event: -inf if isnan(event.t_s) else event.t_s)
+
+    def settings(self) -> Iterator[Settings]:
+        """Yield device and settings, each with its title; empty ones are left out."""
+        known = self.run.recording.sidecar
+        parts = {
+            "Device": known.device,
+            "Chip": _chip_conditions(known.conditions),
+            "Estimator": self.run.tracking,
+            "Recorded by": known.versions,
+        }
+        for title, values in parts.items():
+            entries = tuple(_entries(values))
+            if entries:
+                yield Settings(title, entries)
+
+    def files(self) -> list[SourceFile]:
+        """Return the recording, and its sidecar if there is one."""
+        path = self.run.recording.path
+        own = path.with_name(unpacked_name(path))
+        files = [path]
+        if own.suffix.lower() == ".csv" and sidecar.sidecar_path(own).exists():
+            files.append(sidecar.sidecar_path(own))
+        name = PurePath(self.run.name)
+        return [SourceFile(name.with_name(file.name).as_posix(), file) for file in files]
+
+
+def listed(texts: Iterable[str], between: str = ", ") -> str:
+    """Return texts in one line, each once, without empty ones."""
+    return between.join(dict.fromkeys(filter(None, texts)))
+
+
+def shared_settings(facts: Sequence[RecordingFacts]) -> list[Settings]:
+    """Return the settings of recordings; equal ones once, with the names of their recordings."""
+    names: dict[Settings, list[str]] = {}
+    for each in facts:
+        for settings in each.settings():
+            names.setdefault(settings, []).append(each.run.name)
+    shared = []
+    for settings, of in names.items():
+        title = settings.title
+        if len(of) < len(facts):
+            title += f" of {', '.join(of)}"
+        shared.append(Settings(title, settings.entries))
+    return shared
+
+
+def _entries(values: object, name: str = "") -> Iterator[Entry]:
+    """Yield names and values; a value in a table has both names."""
+    if isinstance(values, Mapping):
+        for key, value in values.items():
+            yield from _entries(value, f"{name}.{key}" if name else str(key))
+    elif values is not None:
+        yield Entry(name, shortened(str(values), _LONGEST))
+
+
+def _chip_conditions(conditions: Iterable[object]) -> dict[str, str]:
+    """Return the range of temperature and supply of the chip in a recording."""
+    ranges = {}
+    known = [one for one in conditions if isinstance(one, dict)]
+    for name in ("temperature_C", "supply_V"):
+        values = [one[name] for one in known if isinstance(one.get(name), int | float)]
+        if values:
+            ranges[name] = f"{min(values):.2f} to {max(values):.2f}"
+    return ranges
