@@ -16,7 +16,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import Calibration, number_format
+from palpate.calibration.assessment import NotRising
 from palpate.calibration.calibration_file import About
+from palpate.calibration.modulus import Modulus, ModulusUnit
+from palpate.calibration.validity import doubts_of_calibration
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.errors import CalibrationError
 
@@ -146,6 +149,8 @@ def test_verdicts() -> None:
         "does not rise with the modulus between 0.186 and 0.289 MPa"
         in Calibration.fit(swapped, FOUR).verdict
     )
+    [falling] = Calibration.fit(swapped, FOUR).assessment.objections[-1:]
+    assert falling == NotRising(((0.186, 0.289),))
     soft_only = Calibration.fit(data[:12], FOUR[:12])
     assert "rigid ratio is not determined" in soft_only.verdict
     assert not soft_only.sound
@@ -214,6 +219,46 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
     assert text["fit"]["rigid_ratio"] == calibration.probe.rigid_ratio
     assert text["data"]["moduli_MPa"] == FOUR.tolist()
     assert [p.name for p in tmp_path.iterdir()] == ["probe.toml"]
+
+
+def test_the_origin_is_saved_and_loaded(tmp_path: Path) -> None:
+    about = About(
+        scene="sliding",
+        accepted_flags=("offset", "short"),
+        doubts=("30A.csv: the rows were changed",),
+        ratio="level, as given",
+        contact_exponent="1.5, as given",
+        age="0.8 s, as given",
+        fitted_on="mean",
+        notes={"operator": "A. Bee"},
+    )
+    found = Calibration.fit(ratios(MODULI), MODULI, about=about)
+    found.save(tmp_path / "probe.toml")
+    loaded = Calibration.load(tmp_path / "probe.toml")
+    assert loaded.about == about
+    assert loaded.accepted == {"offset", "short"}
+    assert About().entries() == {}
+    doubts = doubts_of_calibration(loaded, "handheld").sentences()
+    assert [("scene sliding" in each, "rows were changed" in each) for each in doubts[-2:]] == [
+        (True, False),
+        (False, True),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("modulus", "value", "interval"),
+    [
+        (Modulus(1.0921, 0.9573, 1.2512), "1090", "960 to 1250"),
+        (Modulus(0.0123, 0.0101, 0.0145), "12.3", "10.1 to 14.5"),
+        (Modulus(nan, 34.5, inf), "", "stiffer than 34500 kPa"),
+        (Modulus(nan, 0.0, 0.0045), "", "softer than 4.50 kPa"),
+        (Modulus(nan, 20.0, 30.0), "", "20000 to 30000 kPa"),
+        (Modulus(nan, nan, nan), "", "no modulus"),
+        (Modulus(nan, 0.0, inf), "", "every modulus agrees with this ratio"),
+    ],
+)
+def test_moduli_in_kilopascals(modulus: Modulus, value: str, interval: str) -> None:
+    assert modulus.texts(ModulusUnit.KPA) == (value, interval)
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,18 @@ def test_usable_touches() -> None:
         usable([])
 
 
+def test_the_order_of_touches_changes_nothing() -> None:
+    """The scatter is relative to the median ratio, not to the ratio of the first touch."""
+    known = [(3.0, 0.3), (4.0, 0.01), (4.1, 0.02), (4.2, 0.05), (6.0, 0.5)]
+    touches = [touched(ratio, error) for ratio, error in known]
+    expected = agreement(touches)
+    for first in range(1, len(touches)):
+        found = agreement(touches[first:] + touches[:first])
+        assert found.ratio == pytest.approx(expected.ratio, rel=1e-12)
+        assert found.effective == pytest.approx(expected.effective, rel=1e-12)
+        assert found.probability == pytest.approx(expected.probability, rel=1e-9)
+
+
 def test_how_often_touches_of_one_object_are_said_to_differ() -> None:
     # 2,000 pairs and fours of one object: the share is DOUBT, within 4 standard deviations sqrt(p (1 - p) / n) = 0.9 %.
     random = np.random.default_rng(15)

@@ -67,7 +67,7 @@ class CalibrationCurve:
 def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> None:
     """Draw the curve and the band on matplotlib axes, over a logarithmic axis of moduli."""
     modulus = curve.modulus
-    band: dict[str, Any] = {"color": colour, "alpha": 0.15, "linewidth": 0}
+    band: dict[str, object] = {"color": colour, "alpha": 0.15, "linewidth": 0}
     ax.fill_between(modulus, curve.low, curve.high, label="95 % of touches", **band)
     ax.plot(modulus, curve.ratio, color=colour, label="eq. (2), fitted")
     ax.axhline(curve.rigid_ratio, **TRUTH, label=curve.rigid_label)
@@ -126,8 +126,8 @@ class MeasuredObject(NamedTuple):
 
 
 _LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
-_GRID: dict[str, Any] = {"stroke": "currentColor", "stroke_opacity": 0.15}
-_BAR: dict[str, Any] = {"stroke": "currentColor", "stroke_width": 1.2}
+_GRID: dict[str, object] = {"stroke": "currentColor", "stroke_opacity": 0.15}
+_BAR: dict[str, object] = {"stroke": "currentColor", "stroke_width": 1.2}
 
 
 class _Scales(NamedTuple):
@@ -184,7 +184,7 @@ def _curve_and_band(scales: _Scales) -> list[Markup]:
     around = np.append(curve.log_modulus, curve.log_modulus[::-1])
     edge = np.append(curve.low, curve.high[::-1])
     rigid = scales.y(curve.rigid_ratio)
-    dashed: dict[str, Any] = {"stroke": "currentColor", "stroke_dasharray": "5 4"}
+    dashed: dict[str, object] = {"stroke": "currentColor", "stroke_dasharray": "5 4"}
     return [
         markup.path(across(around), down(edge), fill=ACCENT, fill_opacity=0.24),
         markup.path(across(curve.log_modulus), down(curve.ratio), stroke=ACCENT, stroke_width=2),

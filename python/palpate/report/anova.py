@@ -14,7 +14,6 @@ S. R. Searle, G. Casella, C. E. McCulloch, "Variance Components", Wiley 1992, Se
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from math import inf, isfinite, nan, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -52,7 +51,7 @@ class Repeatability:
         """Return the minimal detectable change between two means of so many touches: 1.96 sqrt(2) standard errors."""
         return _BOTH * self.error / sqrt(touches)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return all values as plain numbers; None for what is unknown."""
         return number_format.plain(
             {**asdict(self), "error": self.error, "detectable": self.detectable()}

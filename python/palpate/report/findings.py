@@ -82,7 +82,7 @@ def analyse_recording(
     """
     recording = recorded(path, **reading)
     recording.on_progress = lambda rows: progress(f"{rows} rows read of {name}")
-    used: dict[str, Any] = dict(tracking or {"scene": "handheld"} | recording.settings)
+    used: Mapping[str, Any] = tracking or {"scene": "handheld"} | recording.settings
     found = tracked(recording, **used)  # reads it to its end; a damaged one is an error
     first_s = period_s = nan
     if recording.timed:
@@ -97,8 +97,7 @@ def analyse_again(run: AnalysedRecording, tracking: Mapping[str, Any]) -> Analys
     """Track the touches of a recording again, if scene or settings differ."""
     if tracking == run.tracking:
         return run
-    settings: dict[str, Any] = dict(tracking)
-    return replace(run, tracking=settings, found=tracked(run.recording, **settings))
+    return replace(run, tracking=tracking, found=tracked(run.recording, **tracking))
 
 
 @dataclass(frozen=True)
@@ -163,7 +162,7 @@ class SpecimenResult:
             return None
         return self.modulus.low <= self.known <= self.modulus.high
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return plain numbers and text, for JSON."""
         return {
             "specimen": self.name,

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import exp, isfinite
 from pathlib import Path
-from typing import Any
 
 from palpate import number_format
 from palpate._core import __version__
@@ -76,7 +75,7 @@ class WrittenReport:
     path: Path
     verdict: str
     doubts: tuple[str, ...]
-    results: dict[str, Any]
+    results: dict[str, object]
 
 
 @dataclass(frozen=True)
