@@ -5,9 +5,7 @@ the same way, so the results have the same bits.
 """
 
 import math
-import sys
-import time
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import IntFlag
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -180,53 +178,3 @@ def require_scale(scene: "_Scene", unit: str, given: Collection[str]) -> None:
 
 
 _IN_PF = ("drift", "threshold", "initial_covariance", "max_covariance")
-
-
-fine_ns: Callable[[], int] = (
-    time.perf_counter_ns
-    if sys.platform == "win32" and sys.version_info < (3, 13)
-    else time.monotonic_ns
-)
-"""The clock for times of samples, ns: `time.monotonic_ns`, but where that steps by 15.6 ms (Windows before Python 3.13)."""
-
-
-def on_monotonic(ns: int) -> int:
-    """Return a time of `fine_ns` on the clock of `time.monotonic_ns()`, which programs compare; the same on most systems."""
-    return ns if fine_ns is time.monotonic_ns else ns + time.monotonic_ns() - fine_ns()
-
-
-class Epoch(NamedTuple):
-    """The time t = 0 of a source, on two clocks of the computer.
-
-    Attributes
-    ----------
-    utc_ns : int
-        Nanoseconds since 1970 by the wall clock: as good as this clock, for example 1 ms with NTP.
-    monotonic_ns : int
-        `time.monotonic_ns()`: the same for all measurements of this computer until it starts again.
-
-    Examples
-    --------
-    >>> import palpate
-    >>> with palpate.Stream("sim:tremor?speed=1") as stream:
-    ...     first = next(iter(stream)).sample
-    ...     age_ns = time.monotonic_ns() - (stream.epoch.monotonic_ns + first.t_hard_ns)
-    >>> 0 < age_ns < 60e9
-    True
-    """
-
-    utc_ns: int
-    monotonic_ns: int
-
-
-def epoch_at(monotonic_ns: int) -> Epoch:
-    """Return both times of a moment of the monotonic clock, by the wall clock as it is set now.
-
-    Examples
-    --------
-    >>> epoch_at(10**9).utc_ns - epoch_at(0).utc_ns < 2 * 10**9
-    True
-    """
-    read = [(time.monotonic_ns(), time.time_ns(), time.monotonic_ns()) for _ in range(3)]
-    before, utc_ns, after = min(read, key=lambda times: times[2] - times[0])
-    return Epoch(utc_ns - (before + after) // 2 + monotonic_ns, monotonic_ns)

@@ -11,8 +11,8 @@ from palpate.ad7746.bus import RealClock
 from palpate.ad7746.simulator.chip import SimulatedChip
 from palpate.ad7746.simulator.evalboard import SimulatedBoard
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
+from palpate.clocks import epoch_at
 from palpate.recording import sidecar
-from palpate.samples import epoch_at
 from project import FOUR
 
 SLOPE_PF_PER_S = 0.2  # 5 ms are 1 fF, 25 times the noise

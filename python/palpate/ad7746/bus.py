@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from palpate.clocks import fine_ns
 from palpate.errors import DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.samples import fine_ns
 
 TRIES = 3
 _PAUSE_S = 0.001  # before an access is repeated

@@ -35,8 +35,9 @@ from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import ChannelReading, Converter, Middle, Overdue, difference_ns
 from palpate.ad7746.wiring import InputCapacitance, measure_input, measure_pin
+from palpate.clocks import on_monotonic
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.samples import Sample, Status, on_monotonic
+from palpate.samples import Sample, Status
 from palpate.source_events import (
     Conditions,
     Gap,

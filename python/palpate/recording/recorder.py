@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 
 from palpate._core import SampleRing
+from palpate.clocks import epoch_at
 from palpate.errors import RecordingError
 from palpate.files import file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import Json, marked
 from palpate.recording.writer import SidecarFile, Writer
-from palpate.samples import DTYPE, Block, Sample, block_of, epoch_at, samples_of
+from palpate.samples import DTYPE, Block, Sample, block_of, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second

@@ -10,9 +10,10 @@ from itertools import chain
 from typing import Any
 
 from palpate.ad7746.registers import SATURATED_PF
+from palpate.clocks import fine_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need
 from palpate.messages import shortened
-from palpate.samples import Sample, Status, fine_ns
+from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import SampleSource, Stoppable
 from palpate.sources.line_protocol import (

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 import numpy as np
 
 from palpate._core import Tracker
+from palpate.clocks import Epoch, epoch_at
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
 from palpate.samples import (
     DTYPE,
     Block,
-    Epoch,
     Sample,
-    epoch_at,
     refused,
     require_scale,
     saturated,
