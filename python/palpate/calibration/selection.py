@@ -12,6 +12,7 @@ import numpy as np
 from palpate import number_format
 from palpate._core import Tracker
 from palpate.calibration.calibration_file import About
+from palpate.flags import Flag
 from palpate.offline_touches import offline
 from palpate.recording_protocol import RecordingProtocol
 from palpate.repeatability import objections, within_groups
@@ -27,11 +28,6 @@ _GRID = np.linspace(1, 2, 51)
 _GAIN = 0.1  # a choice that is not the simplest one has to reduce the scatter by more
 _MOST_LOST = 0.1  # share of the touches
 _FEWEST = 3  # degrees of freedom
-_NOT_COMPARED = (
-    "offset",
-    "drift",
-    "creep",
-)  # flags of effects that a level ratio, or an age, removes
 
 
 class Track(NamedTuple):
@@ -225,7 +221,8 @@ def choose_ratio(
     given = {name: value for track in tracks for name, value in track.tracking.items()}
     exponents = [given["contact_exponent"]] if "contact_exponent" in given else EXPONENTS
     ages = [given["age"]] if "age" in given else AGES_S
-    accepted = {*accept, *_NOT_COMPARED}
+    avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
+    accepted = {*accept, *avoidable}
     compared = _compared(tracks, exponents, ages, accepted)
     holds = {each.age_s: each for each in compared if each.ratio == "hold"}
     allowed = []

@@ -41,7 +41,6 @@ def smooth(t: Array) -> Array:
 
 METHOD = f"offline: matched pair of {HARD} + {SOFT} points"
 """Name of the method."""
-_MISFITS = frozenset({"offset", "drift", "lag", "curve", "creep", "baseline"})
 
 
 @dataclass(frozen=True)
@@ -312,7 +311,8 @@ def _estimate(
     if found is None:
         return _without(touch, f"too few pairs{since}")
     standard_error = found.standard_error
-    if _MISFITS.intersection(touch.flags) or _coarse(inside, levels):
+    is_misfit = any(flag.meaning.misfit for flag in touch.flags)
+    if is_misfit or _coarse(inside, levels):
         standard_error = max(standard_error, touch.standard_error)
     baselines = hard_level.side
     if soft_level.side != hard_level.side:
