@@ -1,7 +1,7 @@
-"""Samples (readings of both channels), arrays of them, and how a tracker gets them.
+"""Samples (readings of both channels), arrays of samples, and their way to a tracker.
 
-Sources, recordings and the ring use the same samples. A live measurement and its replay send them to the tracker in
-the same way, so the results have the same bits.
+Sources, recordings and the ring use the same samples. A live measurement and its replay send them
+to the tracker in the same way, so the results have the same bits.
 """
 
 import math
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Status(IntFlag):
-    """Quality of a sample, as a sum of flags from 0 to 8. Only a sample with status OK reaches an estimator.
+    """Quality of a sample, as a sum of flags. Only a sample with status OK reaches an estimator.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Status(IntFlag):
     EXCITATION
         4: bit EXCERR of the converter: excitation shorted or overloaded.
     LOST
-        8: a channel has no value; never together with another flag. The other channel may have one.
+        8: a channel has no value; the other one may have a value. Never with another flag.
 
     Examples
     --------
@@ -55,8 +55,9 @@ class Sample(NamedTuple):
     t_hard_ns, t_soft_ns : int
         Middle of the conversion of each channel, ns since the source was opened.
     hard_raw, soft_raw : int
-        Codes of the converter, 0 to 2**31 - 1; -1: no code (lost conversion, or a source without codes). Their scale is
-        in the description of the source, `palpate.sources.Codes`; by default they are the 24 bits of the AD7746.
+        Codes of the converter, 0 to 2**31 - 1; -1: no code (lost conversion, or a source without
+        codes). Their scale is in the description of the source, `palpate.sources.Codes`; by default
+        they are the 24 bits of the AD7746.
     hard, soft : float
         Capacitances, pF, with the baseline; nan if lost.
     status : int
@@ -87,14 +88,17 @@ Columns = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArr
 """Times, ns, and readings, pF, of both channels, hard and soft; each of shape (n,)."""
 DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
-_made = tuple.__new__  # as Sample._make, in a third of its time
 REFUSED = Status.EXCITATION | Status.LOST
-RETAKEN = "something was touched while the baseline was measured, or for half a minute, or it jumped; touches since then may be lost; it is measured again"
+RETAKEN = (
+    "something was touched while the baseline was measured, or for half a minute, or it jumped; "
+    "touches since then may be lost; it is measured again"
+)
 """Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
-UNTIMED_NS = (
-    26_000_000  # from pair to pair where no times are known: as an AD7746 with conversions of 11 ms
-)
+UNTIMED_NS = 26_000_000
+"""Time between pairs without known times, ns: an AD7746 needs it with conversions of 11 ms."""
+_new_tuple = tuple.__new__  # as Sample._make, in a third of its time
+_IN_PF = ("drift", "threshold", "initial_covariance", "max_covariance")
 
 
 def block_of(samples: Iterable[Sample]) -> Block:
@@ -107,7 +111,10 @@ def block_of(samples: Iterable[Sample]) -> Block:
 
 
 def blank(count: int) -> Block:
-    """Return samples numbered from 0, without codes and with unknown uncertainty; times, capacitances and status are 0."""
+    """Return samples numbered from 0, without codes and with unknown uncertainty.
+
+    Times, capacitances and status are 0.
+    """
     block = np.zeros(count, DTYPE)
     block["seq"] = np.arange(count)
     for name in ("hard_raw", "soft_raw", "t_uncertainty_us"):
@@ -117,29 +124,33 @@ def blank(count: int) -> Block:
 
 def samples_of(block: Block) -> list[Sample]:
     """Convert an array to samples."""
-    return [_made(Sample, row) for row in block.tolist()]
+    return [_new_tuple(Sample, row) for row in block.tolist()]
 
 
-def refused(block: Block) -> NDArray[np.bool_]:
-    """Return which samples have no valid value: lost, with an excitation error, or not finite; bool, shape (n,)."""
-    known = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
-    return np.asarray(((block["status"] & int(REFUSED)) != 0) | ~known)
+def refused_samples(block: Block) -> NDArray[np.bool_]:
+    """Return which samples have no valid value: lost, excitation error, not finite; shape (n,)."""
+    finite = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
+    return _has_status(block, REFUSED) | ~finite
 
 
-def saturated(block: Block) -> NDArray[np.bool_]:
+def saturated_samples(block: Block) -> NDArray[np.bool_]:
     """Return which samples are saturated in a channel; bool, shape (n,)."""
-    return np.asarray((block["status"] & int(SATURATED)) != 0)
+    return _has_status(block, SATURATED)
 
 
-def usable(
+def usable_readings(
     block: Block, full_scale_pF: float = math.inf
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the readings of the hard and the soft channel that a tracker may use, pF."""
-    # nan: an excitation error, or a saturated reading that the tracker would not recognise by its full scale. Of a lost
-    # sample the channel that has a value keeps it.
-    hard, soft = block["hard"], block["soft"]
-    unseen = ~((np.abs(hard) >= full_scale_pF) | (np.abs(soft) >= full_scale_pF))
-    forbidden = ((block["status"] & int(Status.EXCITATION)) != 0) | (saturated(block) & unseen)
+    """Return the readings of the hard and the soft channel, pF; nan: a tracker may not use it.
+
+    nan replaces both readings at an excitation error, and saturated ones that the tracker would not
+    recognise by its full scale. In a lost sample, a channel with a value keeps it.
+    """
+    hard = block["hard"]
+    soft = block["soft"]
+    recognised = (np.abs(hard) >= full_scale_pF) | (np.abs(soft) >= full_scale_pF)
+    unrecognised = _has_status(block, SATURATED) & ~recognised
+    forbidden = _has_status(block, Status.EXCITATION) | unrecognised
     return np.where(forbidden, math.nan, hard), np.where(forbidden, math.nan, soft)
 
 
@@ -149,32 +160,40 @@ def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
 
 
 def columns_for(tracker: Tracker, block: Block) -> Columns:
-    """Return what `Tracker.process` takes of samples: the times, ns, and the readings, pF, nan where it may not use them."""
-    hard, soft = block["hard"], block["soft"]
+    """Return the arguments of `Tracker.process`: times, ns, and readings as `usable_readings`."""
+    hard = block["hard"]
+    soft = block["soft"]
     if block["status"].any():
-        hard, soft = usable(block, tracker.settings["full_scale"])
+        hard, soft = usable_readings(block, tracker.settings["full_scale"])
     return block["t_hard_ns"], block["t_soft_ns"], hard, soft
 
 
 def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a tracker that follow from the instrument."""
-    settings: dict[str, Any] = {"full_scale": float(instrument.get("full_scale_pF", math.inf))}
+    full_scale_pF = float(instrument.get("full_scale_pF", math.inf))
+    settings: dict[str, Any] = {"full_scale": full_scale_pF}
     if "host_stamps" in Tracker(scene).settings:
         settings["host_stamps"] = instrument.get("stamps") == "host"
         settings["period"] = float(instrument.get("period_s", 0.0))
     return settings
 
 
-def require_scale(scene: "_Scene", unit: str, given: Collection[str]) -> None:
-    """Ask for the settings that a scene has in pF, if the signals have another unit; handheld and sliding have none."""
+def require_scale(scene: "_Scene", unit: str, names: Collection[str]) -> None:
+    """Check that signals in another unit than pF have names of all settings that are in pF.
+
+    The scenes handheld and sliding have no such setting.
+    """
     known = Tracker(scene).settings
-    missing = [
-        name for name in _IN_PF if name in known and name not in given and "clip" not in known
-    ]
-    if unit != "pF" and missing:
+    if unit == "pF" or "clip" in known:
+        return
+    missing = [name for name in _IN_PF if name in known and name not in names]
+    if missing:
         raise ValueError(
-            f"{', '.join(missing)}: got none for signals in {unit}, allowed: numbers; handheld needs none"
+            f"{', '.join(missing)}: got none for signals in {unit}, allowed: numbers; "
+            "handheld needs none"
         )
 
 
-_IN_PF = ("drift", "threshold", "initial_covariance", "max_covariance")
+def _has_status(block: Block, flags: Status) -> NDArray[np.bool_]:
+    """Return which samples have any of these flags; bool, shape (n,)."""
+    return np.asarray((block["status"] & int(flags)) != 0)

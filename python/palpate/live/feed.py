@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.samples import refused, saturated
+from palpate.samples import refused_samples, saturated_samples
 from palpate.stream.batches import Batch
 
 Document = dict[str, Any]  # plain values, ready for JSON
@@ -78,7 +78,7 @@ def rows_of(batch: Batch) -> Rows:
     """
     samples, estimates = batch.samples, batch.rows
     rows = np.empty(len(samples), ROW)
-    unusable, measured = refused(samples), estimates["touch"] > 0
+    unusable, measured = refused_samples(samples), estimates["touch"] > 0
     rows["t_s"] = samples["t_hard_ns"] * 1e-9
     for name in ("hard", "soft"):
         rows[name] = np.where(unusable, np.nan, samples[name] - estimates[f"{name}_baseline"])
@@ -89,7 +89,7 @@ def rows_of(batch: Batch) -> Rows:
         Flag.MEASURED: measured,
         Flag.ALARM: estimates["alarm"] & measured,
         Flag.REFUSED: unusable,
-        Flag.SATURATED: saturated(samples),
+        Flag.SATURATED: saturated_samples(samples),
     }
     rows["flags"] = sum(np.where(holds, int(flag), 0) for flag, holds in flags.items())
     return rows

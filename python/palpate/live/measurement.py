@@ -28,7 +28,7 @@ from palpate.recording.opened import OpenedRecording
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import Sidecar
 from palpate.recording.verification import verification_of
-from palpate.samples import Sample, samples_of, usable
+from palpate.samples import Sample, samples_of, usable_readings
 from palpate.sources import Gap, GapCause, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
@@ -535,7 +535,7 @@ class RecordedMeasurement(Measurement):
         """Estimate block by block, as `palpate.touches`: a block ends at each gap and tare."""
         tracker, gaps, tares = self.tracker, dict(self.recording.gap_marks), self.recording.tares
         for block in self.recording.blocks():
-            readings = usable(block, tracker.settings["full_scale"])
+            readings = usable_readings(block, tracker.settings["full_scale"])
             estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
             self.events.batch(Batch(block, estimates, (), 0))
             if (last := int(block["seq"][-1])) in gaps:

@@ -19,7 +19,7 @@ from palpate.messages import quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
 from palpate.recording.sidecar import Json
-from palpate.samples import blank, usable
+from palpate.samples import blank, usable_readings
 
 _UNITS = {
     "t_hard_s": "s",
@@ -82,7 +82,7 @@ def own_frame(table: Table) -> Recording | None:
         block["hard"] = hard
         block["soft"] = soft
         block["status"] = _status(table)
-        hard, soft = usable(block, full_scale_pF)
+        hard, soft = usable_readings(block, full_scale_pF)
     t_hard = t_soft = np.full(len(table), np.nan)
     if stamps:
         t_hard, t_soft = (read_times(table.column(name)).seconds for name in stamps)

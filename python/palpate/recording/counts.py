@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.recording.rows import Codes
-from palpate.samples import Block, Status, refused
+from palpate.samples import Block, Status, refused_samples
 
 
 @dataclass
@@ -107,7 +107,7 @@ class Survey:
         self.last_ns = int(block["t_hard_ns"][-1])
         codes = np.maximum(block["hard_raw"], block["soft_raw"])
         self.miscoded += int(np.count_nonzero(codes > self.largest_code))
-        self.refused += int(np.count_nonzero(refused(block)))
+        self.refused += int(np.count_nonzero(refused_samples(block)))
         if block["status"].any():
             self._add_status(block["status"])
         self._widen_span("hard", block["hard"])

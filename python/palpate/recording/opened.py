@@ -10,7 +10,7 @@ from palpate.recording.counts import Survey
 from palpate.recording.recording import Recording
 from palpate.recording.sidecar import Json, Sidecar
 from palpate.recording_protocol import Part, PartEnd
-from palpate.samples import Block, usable
+from palpate.samples import Block, usable_readings
 
 
 class Damage(NamedTuple):
@@ -138,7 +138,7 @@ class OpenedRecording(ABC):
         """Yield the pairs as a tracker takes them, in ns; each tare and each gap ends a part."""
         gaps = {mark.seq for mark in self.gap_marks}
         for block in self.blocks():
-            hard, soft = usable(block, full_scale_pF)
+            hard, soft = usable_readings(block, full_scale_pF)
             last = int(block["seq"][-1])
             end = PartEnd.CONTINUES
             if last in gaps:

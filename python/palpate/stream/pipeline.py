@@ -16,9 +16,9 @@ from palpate.samples import (
     Status,
     columns_for,
     feed,
-    refused,
+    refused_samples,
     samples_of,
-    saturated,
+    saturated_samples,
 )
 from palpate.source_events import Gap, SourceEvent
 from palpate.stream.batches import Batch
@@ -107,9 +107,9 @@ class Feeding:
         parts = list(self._parts(block))
         rows = np.concatenate(parts, out=np.empty(len(block), parts[0].dtype))
         self.last = samples_of(block[-1:])[0]
-        self.refused += int(np.count_nonzero(refused(block)))
+        self.refused += int(np.count_nonzero(refused_samples(block)))
         if block["status"].any():
-            self.saturated += int(np.count_nonzero(saturated(block)))
+            self.saturated += int(np.count_nonzero(saturated_samples(block)))
         messages = [RETAKEN] * (self._tracker.retaken - self._reported)
         self._reported = self._tracker.retaken
         return self._batch(block, rows), messages + self.range.follow(block, rows)

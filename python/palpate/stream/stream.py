@@ -18,9 +18,9 @@ from palpate.samples import (
     DTYPE,
     Block,
     Sample,
-    refused,
+    refused_samples,
     require_scale,
-    saturated,
+    saturated_samples,
     settings_for,
 )
 from palpate.sources import Source
@@ -558,6 +558,6 @@ def _counters_before(block: Block, now: StreamCounters) -> StreamCounters:
         lost=now.lost - lost,
         delivered=max(0, now.delivered + now.waiting - len(block)),
         waiting=0,
-        refused=now.refused - int(np.count_nonzero(refused(taken))),
-        saturated=now.saturated - int(np.count_nonzero(saturated(taken))),
+        refused=now.refused - int(np.count_nonzero(refused_samples(taken))),
+        saturated=now.saturated - int(np.count_nonzero(saturated_samples(taken))),
     )
