@@ -5,17 +5,18 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-fine_ns: Callable[[], int] = (
-    time.perf_counter_ns
-    if sys.platform == "win32" and sys.version_info < (3, 13)
-    else time.monotonic_ns
-)
-"""The clock for times of samples, ns: `time.monotonic_ns`, but where that steps by 15.6 ms (Windows before Python 3.13)."""
+fine_ns: Callable[[], int] = time.monotonic_ns
+"""The clock for times of samples, ns. `time.monotonic_ns` steps by 15.6 ms in Windows before Python
+3.13; there it is `time.perf_counter_ns`."""
+if sys.platform == "win32" and sys.version_info < (3, 13):
+    fine_ns = time.perf_counter_ns
 
 
 def on_monotonic(ns: int) -> int:
-    """Return a time of `fine_ns` on the clock of `time.monotonic_ns()`, which programs compare; the same on most systems."""
-    return ns if fine_ns is time.monotonic_ns else ns + time.monotonic_ns() - fine_ns()
+    """Convert a time of `fine_ns` to the clock of `time.monotonic_ns`; the same on most systems."""
+    if fine_ns is time.monotonic_ns:
+        return ns
+    return ns + time.monotonic_ns() - fine_ns()
 
 
 class Epoch(NamedTuple):
@@ -43,13 +44,14 @@ class Epoch(NamedTuple):
 
 
 def epoch_at(monotonic_ns: int) -> Epoch:
-    """Return both times of a moment of the monotonic clock, by the wall clock as it is set now.
+    """Convert a time of the monotonic clock to both clocks, by the wall clock as it is set now.
 
     Examples
     --------
     >>> epoch_at(10**9).utc_ns - epoch_at(0).utc_ns < 2 * 10**9
     True
     """
-    read = [(time.monotonic_ns(), time.time_ns(), time.monotonic_ns()) for _ in range(3)]
-    before, utc_ns, after = min(read, key=lambda times: times[2] - times[0])
-    return Epoch(utc_ns - (before + after) // 2 + monotonic_ns, monotonic_ns)
+    readings = [(time.monotonic_ns(), time.time_ns(), time.monotonic_ns()) for _ in range(3)]
+    before, utc_ns, after = min(readings, key=lambda times: times[2] - times[0])
+    middle = (before + after) // 2
+    return Epoch(utc_ns - middle + monotonic_ns, monotonic_ns)

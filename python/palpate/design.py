@@ -2,16 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import erfc, exp, log, sqrt
+from math import erfc, exp, inf, log, sqrt
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-STATES = 400  # of the Markov chain: at least this number, and 10 for each unit of the threshold
-_CLIPS = (
-    1.0,
-    100.0,
-)  # below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100
+STATES = 400
+"""Least number of states of the Markov chain; also 10 or more for each unit of the threshold."""
+_CLIPS = (1.0, 100.0)
+# Below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100.
 _THRESHOLDS = (1e-3, 128.0)
 _LONGEST = 1e15  # samples; above it the equations of the chain are singular in double precision
 _NEAR = 5e-4  # tolerance of the run length, relative
@@ -63,13 +62,15 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     Raises
     ------
     ValueError
-        An argument is out of its range, or the shift is too small: it would need a threshold above 128.
+        An argument is out of its range, or the shift is too small: it would need a threshold above
+        128.
 
     Notes
     -----
-    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by bisection. The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is
-    above the jump by 0.1 % or less. `HandoverRls` whitens its innovations, so the design is valid for correlated ones,
-    too.
+    Run lengths follow from the Markov chain of Brook and Evans (Biometrika 59, 1972), the threshold
+    from bisection. The run length has an error of 0.05 % or less; if it jumps there, because of
+    clipping, the threshold is above the jump by 0.1 % or less. `HandoverRls` whitens its
+    innovations, so the design is valid for correlated ones, too.
 
     Examples
     --------
@@ -85,18 +86,22 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
         raise ValueError(f"clip: got {clip}, allowed: {_CLIPS[0]:g} to {_CLIPS[1]:g}")
     if not 0 < smallest_shift <= 1.5 * clip:
         raise ValueError(
-            f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= 1.5 clip ({1.5 * clip})"
+            f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= "
+            f"1.5 clip ({1.5 * clip})"
         )
     drift = smallest_shift / 2
     wanted = 2 * false_alarm_interval  # of one side: two sides alarm twice as often as one
 
     def excess(threshold: float) -> float:
+        """Return the logarithm of the run length over the wanted one."""
         return log(run_length(drift, threshold, clip=clip) / wanted)
 
     threshold, reached = _smallest(excess)
     if reached < -_NEAR:
-        allowed = f"a larger shift, or a shorter interval than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
-        raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: {allowed}")
+        raise ValueError(
+            f"smallest_shift: got {smallest_shift}, allowed: a larger shift, or a shorter interval "
+            f"than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
+        )
     delay = run_length(drift, threshold, shift=smallest_shift, clip=clip)
     return Cusum(drift, threshold, false_alarm_interval * exp(reached), delay)
 
@@ -114,7 +119,8 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     Returns
     -------
     float
-        Mean run length, with an error of 2 % or less at a clip of 3; inf above 1e15, or if no alarm is possible.
+        Mean run length, with an error of 2 % or less at a clip of 3; inf above 1e15, or if no alarm
+        is possible.
 
     Examples
     --------
@@ -123,45 +129,53 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
 
     Notes
     -----
-    The range of the statistic is divided into states of equal width; the first is half as wide and around 0. The mean
-    run lengths mu solve (I - Q) mu = 1, where Q are the probabilities of a step from state to state.
+    The range of the statistic is divided into states of equal width; the first is half as wide and
+    around 0. The mean run lengths mu solve (I - Q) mu = 1, where Q are the probabilities of a step
+    from state to state.
     """
     if clip - drift <= 0:
-        return float("inf")
+        return inf
     states = max(STATES, int(10 * threshold))
     width = threshold / (states - 0.5)
-    # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It
-    # depends only on the number of states between them: each row of the matrix is the row above it, shifted by one.
-    below = np.array(
-        [_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in range(-states, states)]
-    )
+    # P(step <= distance from the centre of one state to the upper edge of another), where
+    # step = clipped z - drift. It depends only on the number of states between them: each row of
+    # the matrix is the row above it, shifted by one.
+    limits = [(n + 0.5) * width + drift for n in range(-states, states)]
+    below = np.array([_clipped_cdf(limit, shift, clip) for limit in limits])
     matrix = -sliding_window_view(np.diff(below), states)[::-1]
     matrix[:, 0] = -below[states:0:-1]
     matrix.flat[:: states + 1] += 1
     try:
         length = float(np.linalg.solve(matrix, np.ones(states))[0])
     except np.linalg.LinAlgError:
-        return float("inf")
-    return length if 0 < length < _LONGEST else float("inf")
+        return inf
+    return length if 0 < length < _LONGEST else inf
 
 
 def _smallest(excess: Callable[[float], float]) -> tuple[float, float]:
-    """Return the smallest threshold whose run length is long enough, by bisection, and by how much: a logarithm."""
-    low, most = _THRESHOLDS
+    """Return the smallest threshold with a run length that is long enough, and its excess."""
+    low, limit = _THRESHOLDS
     high = 1.0
-    while (reached := excess(high)) < 0 and high < most:
-        low, high = high, 2 * high
+    reached = excess(high)
+    while reached < 0 and high < limit:
+        low = high
+        high = 2 * high
+        reached = excess(high)
     while reached > _NEAR and high - low > _CELL * high:
         middle = sqrt(low * high)
-        found = excess(middle)
-        if found < 0:
+        at_middle = excess(middle)
+        if at_middle < 0:
             low = middle
         else:
-            high, reached = middle, found
+            high = middle
+            reached = at_middle
     return high, reached
 
 
 def _clipped_cdf(z: float, mean: float, clip: float) -> float:
+    """Return the probability that a clipped normal variable with this mean is at most z."""
     if z >= clip:
         return 1.0
-    return 0.0 if z < -clip else 0.5 * erfc((mean - z) / sqrt(2))
+    if z < -clip:
+        return 0.0
+    return 0.5 * erfc((mean - z) / sqrt(2))

@@ -1,4 +1,7 @@
-"""Conversion between ratio and modulus, eq. (2) as in palpate/elasticity.hpp, and the specimens of the paper."""
+"""Conversion between ratio and modulus, eq. (2) as in palpate/elasticity.hpp.
+
+The table of the specimens of the paper is here, too.
+"""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -15,9 +18,11 @@ SORBOTHANE_MPA = {
     "60 A": 3.46,
     "70 A": 8.68,
 }
-"""Table I of the paper: Shore hardness -> Young's modulus, MPa, of the sorbothane specimens (McMaster-Carr 8450K3).
+"""Table I of the paper: Shore hardness -> Young's modulus, MPa, of the sorbothane specimens
+(McMaster-Carr 8450K3).
 
-Measured by the authors of the paper with a rheometer (Rheometrics RMS 800); the paper gives no uncertainty.
+The authors of the paper measured them with a rheometer (Rheometrics RMS 800), and give no
+uncertainty.
 """
 
 
@@ -58,7 +63,8 @@ class Elasticity:
             raise ValueError(f"soft_ratio: got {self.soft_ratio}, allowed: a finite number")
         if not (isfinite(self.rigid_ratio) and self.rigid_ratio > self.soft_ratio):
             raise ValueError(
-                f"rigid_ratio: got {self.rigid_ratio}, allowed: soft_ratio ({self.soft_ratio}) < rigid_ratio"
+                f"rigid_ratio: got {self.rigid_ratio}, allowed: "
+                f"soft_ratio ({self.soft_ratio}) < rigid_ratio"
             )
         if not (isfinite(self.half_modulus) and self.half_modulus > 0):
             raise ValueError(
@@ -67,7 +73,7 @@ class Elasticity:
 
     @classmethod
     def of_stiffness(cls, hard_stiffness: float, soft_stiffness: float) -> "Elasticity":
-        """Return a probe that converts ratios to stiffness in place of modulus: equation (2) as printed.
+        """Return a probe that converts ratios to stiffness, not modulus: equation (2) as printed.
 
         Parameters
         ----------
@@ -139,11 +145,11 @@ class Elasticity:
         >>> Elasticity().modulus(5.5)
         2.0
         """
-        self._require_answer(ratio)
+        self._require_invertible(ratio)
         return self.half_modulus * ((ratio - self.soft_ratio) / (self.rigid_ratio - ratio))
 
     def slope(self, ratio: float) -> float:
-        """Return the derivative of the modulus with respect to the ratio, MPa; infinite at the rigid ratio.
+        """Return the derivative of the modulus with respect to the ratio, MPa.
 
         Parameters
         ----------
@@ -165,11 +171,12 @@ class Elasticity:
         >>> Elasticity().slope(5.5), round(Elasticity().slope(9.99))
         (0.8888888888888888, 180000)
         """
-        self._require_answer(ratio)
+        self._require_invertible(ratio)
         left = self.rigid_ratio - ratio
-        return self.half_modulus * ((self.rigid_ratio - self.soft_ratio) / left) / left
+        span = self.rigid_ratio - self.soft_ratio
+        return self.half_modulus * (span / left) / left
 
-    def _require_answer(self, ratio: float) -> None:
+    def _require_invertible(self, ratio: float) -> None:
         if not self.soft_ratio <= ratio < self.rigid_ratio:
             raise ValueError(
                 f"ratio: got {ratio}, allowed: {self.soft_ratio} <= ratio < {self.rigid_ratio}"

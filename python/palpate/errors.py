@@ -1,4 +1,7 @@
-"""Errors of palpate, and the import of what may be missing. Invalid arguments raise ValueError or TypeError."""
+"""Errors of palpate, and the import of optional packages.
+
+Invalid arguments raise ValueError or TypeError.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from palpate.messages import printable
 class PalpateError(Exception):
     """Base class of all errors of palpate."""
 
-    def __init__(self, *message: object) -> None:  # without it, inspect.signature knows none
+    def __init__(self, *message: object) -> None:  # gives inspect.signature a signature
         super().__init__(*message)
 
 
@@ -30,7 +33,7 @@ class DeviceNotFound(SourceError):
 
 
 class DeviceRefused(DeviceNotFound):
-    """The device exists but cannot be used: no permission, used by another program, or no firmware."""
+    """The device exists but cannot be used: no permission, in use elsewhere, or no firmware."""
 
 
 class SourceTimeout(SourceError):
@@ -55,14 +58,16 @@ class RecordingError(PalpateError):
     """
 
     def __init__(self, path: Path, reason: str, line: int | None = None) -> None:
-        place = printable(f"{path}" if line is None else f"{path}, line {line}")
-        super().__init__(f"{place}: {reason}")
+        place = f"{path}"
+        if line is not None:
+            place += f", line {line}"
+        super().__init__(f"{printable(place)}: {reason}")
         self.path = path
         self.reason = reason
         self.line = line
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy it from its parts: it comes from another process, too."""
+        """Pickle the error by its parts: it may come from another process."""
         return type(self), (self.path, self.reason, self.line)
 
 
@@ -76,9 +81,9 @@ class SomeFailed(PalpateError, ExceptionGroup):
     Attributes
     ----------
     results : list
-        One for each recording, in order; of one that failed, its exception.
+        One for each recording, in order; the exception, if the recording failed.
     exceptions : tuple of Exception
-        Those in `results`, in order.
+        The exceptions in `results`, in order.
     """
 
     results: list[Any]
@@ -88,7 +93,8 @@ class SomeFailed(PalpateError, ExceptionGroup):
         """Return the error for these results."""
         failed = [result for result in results if isinstance(result, Exception)]
         error = cls(
-            f"{len(failed)} of {len(results)} recordings failed; the first: {failed[0]}; all results are in .results",
+            f"{len(failed)} of {len(results)} recordings failed; the first: {failed[0]}; "
+            "all results are in .results",
             failed,
         )
         error.results = results
@@ -96,7 +102,9 @@ class SomeFailed(PalpateError, ExceptionGroup):
 
 
 def need(module: str, extra: str) -> Any:
-    """Import a module of an extra of palpate ("": of a package in none); MissingExtra has the pip command that installs it.
+    """Import a module that an extra of palpate installs; "": no extra installs it.
+
+    The message of MissingExtra has the pip command that installs its package.
 
     Examples
     --------
@@ -114,5 +122,7 @@ def need(module: str, extra: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name != package:
             raise
-        what = f"'palpate[{extra}]'" if extra else package
-        raise MissingExtra(f"{package} is not installed; type: pip install {what}") from error
+        requirement = f"'palpate[{extra}]'" if extra else package
+        raise MissingExtra(
+            f"{package} is not installed; type: pip install {requirement}"
+        ) from error

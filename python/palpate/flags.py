@@ -1,4 +1,4 @@
-"""The flags of a touch: the results that each one excludes, and advice for the person with the probe."""
+"""The flags of a touch: the results that each one excludes, and its advice to the user."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,10 @@ def _cause(touch: "Touch", *flags: "Flag") -> "Flag | None":
 
 
 def _per_cent(share: float) -> str:
-    """Return a size with two digits. Above the whole signal the terms of the fit only oppose each other."""
+    """Return a size with two digits.
+
+    Above the whole signal, the terms of the fit only oppose each other.
+    """
     if abs(share) >= 1:
         return "more than 100 %"
     return f"{error(100 * abs(share))} %"
@@ -246,12 +249,12 @@ def _if_whole_and_not_revised(touch: "Touch") -> bool:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a flag says of a touch.
+    """The meaning of a flag: its advice, and its effect on results.
 
     Attributes
     ----------
     explain : callable
-        Advice on a touch with this flag: what it is likely to be, how large it is, and what to do.
+        Advice on a touch with this flag: the likely cause, its size, and the remedy.
     excludes : callable
         Whether the flag keeps this touch out of means, fits and reports, unless it is accepted.
     no_ratio : bool
@@ -262,7 +265,7 @@ class Meaning:
         "level": the level ratio does not have this error; "age": a touch that ends at an age does
         not have it; "": neither.
     hint : str
-        What to do better, in two words; "": nothing.
+        The remedy in two words; "": none.
     """
 
     explain: Callable[["Touch"], str]
@@ -358,7 +361,7 @@ class Suspicion(StrEnum):
 
 @dataclass(frozen=True)
 class Advice:
-    """A flag of a touch as a sentence: what it is likely to be, how large it is, and what to do.
+    """A flag of a touch as a sentence: the likely cause, its size, and the remedy.
 
     Attributes
     ----------
@@ -412,14 +415,16 @@ def advice_at_end(touches: Sequence["Touch"], *, cut: int = 0) -> list[list[Advi
     """Return `advice` on each touch of a recording.
 
     The recording ended during the last `cut` touches: to hold longer would not have helped them.
-    Also short touches are "swapped" if three or more agree, and no touch contradicts.
+    Short touches are "swapped", too, if three or more agree and no touch contradicts.
     """
     result = [advice(touch) for touch in touches]
     for last in result[len(result) - cut :]:
-        last[:] = [_CUT if each.flag is Flag.SHORT else each for each in last]
-    usable = [touch.samples >= _FEW and not _has_no_ratio(touch) for touch in touches]
+        for place, each in enumerate(last):
+            if each.flag is Flag.SHORT:
+                last[place] = _CUT
+    with_ratio = [touch.samples >= _FEW and not _has_no_ratio(touch) for touch in touches]
     low = [_is_swapped(touch, _FEW) for touch in touches]
-    if sum(usable) >= _AGREE and low == usable:
+    if sum(with_ratio) >= _AGREE and low == with_ratio:
         for is_swapped, own in zip(low, result, strict=True):
             if is_swapped and _SWAPPED not in own:
                 own.append(_SWAPPED)
@@ -427,7 +432,7 @@ def advice_at_end(touches: Sequence["Touch"], *, cut: int = 0) -> list[list[Advi
 
 
 def sentences(objections: Iterable[object], known: Iterable[Advice]) -> list[str]:
-    """Return each objection to a touch as a sentence: a flag as the advice on it that is known."""
+    """Return each objection to a touch as a sentence; a flag with known advice as this advice."""
     of_flag: dict[object, Advice] = {each.flag: each for each in known}
     return [str(of_flag.get(objection, objection)) for objection in objections]
 

@@ -1,4 +1,4 @@
-"""Young's modulus of rubber from its Shore A hardness: what the materials of the bumps say about a probe."""
+"""Young's modulus of rubber from its Shore A hardness, for the bumps of a probe."""
 
 from math import nan, sqrt
 from statistics import NormalDist
@@ -6,7 +6,10 @@ from statistics import NormalDist
 RELATIONS = ("gent", "ruess", "error_function")
 """Published relations; see `modulus_of_shore_a`."""
 BUMPS_SHORE_A = (40.0, 6.0)
-"""The hard and the soft bump of the paper (Sec. II): urethane rubber, PMC-724 of Smooth-On, Shore A hardness."""
+"""Shore A hardness of the hard and the soft bump of the paper (Sec. II).
+
+They are of urethane rubber, PMC-724 of Smooth-On.
+"""
 
 
 def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
@@ -17,14 +20,16 @@ def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
     hardness : float, 1 to 95
         Shore A hardness.
     relation : str
-        "gent": E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)), a rigid punch that the spring of the durometer
-        presses into a half-space (A. N. Gent, Rubber Chem. Technol. 31, 896, 1958). Below 40 it departs from
-        measurements. Its quotient of two hardnesses does not depend on the radius of the punch: the spring presses with
+        "gent": E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)), a rigid punch that the
+        spring of the durometer presses into a half-space (A. N. Gent, Rubber Chem. Technol. 31,
+        896, 1958). Below 40 it departs from measurements. The quotient of the moduli at two
+        hardnesses does not depend on the radius of the punch: the spring presses with
         0.55 N + 0.075 N S, and the depth is 2.5 mm (1 - S / 100) (ASTM D2240).
-        "ruess": log10 E = 0.0235 S - 0.6403, a line fitted to measurements (Ruess; in K. Larson, "Can you estimate modulus
-        from durometer hardness for silicones?", Dow).
-        "error_function": S = 100 erf(3.186e-4 sqrt(E / Pa)) (BS 903). It gives E = 0 at S = 0, where the spring of a
-        durometer presses with 0.55 N: it is not for the soft end of the scale.
+        "ruess": log10 E = 0.0235 S - 0.6403, a line fitted to measurements (Ruess; in K. Larson,
+        "Can you estimate modulus from durometer hardness for silicones?", Dow).
+        "error_function": S = 100 erf(3.186e-4 sqrt(E / Pa)) (BS 903). It gives E = 0 at S = 0,
+        where the spring of a durometer presses with 0.55 N: it is not for the soft end of the
+        scale.
 
     Returns
     -------
@@ -50,14 +55,15 @@ def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
         return 0.0981 * (56 + 7.62336 * hardness) / (0.137505 * (254 - 2.54 * hardness))
     if relation == "ruess":
         return float(10 ** (0.0235 * hardness - 0.6403))
-    inverse = NormalDist().inv_cdf((1 + hardness / 100) / 2) / sqrt(
-        2
-    )  # erf(z) = 2 Phi(sqrt(2) z) - 1
+    quantile = NormalDist().inv_cdf((1 + hardness / 100) / 2)
+    inverse = quantile / sqrt(2)  # erf(z) = 2 Phi(sqrt(2) z) - 1
     return (inverse / 3.186e-4) ** 2 / 1e6
 
 
 def shore_a_of_modulus(modulus: float) -> float:
-    """Return the Shore A hardness of a rubber with this modulus: the inverse of `modulus_of_shore_a` by Gent's relation.
+    """Return the Shore A hardness of a rubber with this modulus, by Gent's relation.
+
+    This is the inverse of `modulus_of_shore_a`.
 
     Parameters
     ----------
@@ -66,14 +72,14 @@ def shore_a_of_modulus(modulus: float) -> float:
     Returns
     -------
     float
-        1 to 95; nan outside, where the scale is not read.
+        1 to 95; nan if the hardness is outside this range.
 
     Examples
     --------
     >>> round(shore_a_of_modulus(1.54), 1), shore_a_of_modulus(100.0)
     (37.6, nan)
     """
-    hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (
-        7.62336 * 0.0981 + 2.54 * 0.137505 * modulus
-    )
+    numerator = 254 * 0.137505 * modulus - 56 * 0.0981
+    denominator = 7.62336 * 0.0981 + 2.54 * 0.137505 * modulus
+    hardness = numerator / denominator
     return hardness if 1 <= hardness <= 95 else nan

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -12,7 +14,7 @@ _LIKE = 0.7  # share of the characters of two names that agree, at least
 
 
 def quoted(value: object) -> str:
-    """Return a value from outside as a message quotes it: its beginning, if it is long.
+    """Return a value from outside as a quoted text: only its beginning, if it is long.
 
     Examples
     --------
@@ -23,40 +25,50 @@ def quoted(value: object) -> str:
 
 
 def printable(text: str, keep: str = "") -> str:
-    r"""Return a text from outside for a terminal: control and hidden characters as escapes, but for those in `keep`.
+    r"""Return a text from outside for a terminal, with escapes for control and hidden characters.
+
+    The characters in `keep` stay.
 
     Examples
     --------
     >>> print(printable("run\x1b[2J.csv"))
     run\x1b[2J.csv
     """
-    return (
-        text
-        if text.isprintable()
-        else "".join(c if c.isprintable() or c in keep else repr(c)[1:-1] for c in text)
-    )
+    if text.isprintable():
+        return text
+    shown = ""
+    for character in text:
+        if character.isprintable() or character in keep:
+            shown += character
+        else:
+            shown += repr(character)[1:-1]
+    return shown
 
 
-def shortened(text: str, most: int = LONGEST) -> str:
+def shortened(text: str, limit: int = LONGEST) -> str:
     """Return a text as `printable`, or its beginning and its length."""
-    shown = printable(text[:most])
-    return shown if len(text) <= most else f"{shown}... ({len(text):,} characters)"
+    shown = printable(text[:limit])
+    if len(text) > limit:
+        shown += f"... ({len(text):,} characters)"
+    return shown
 
 
-def listed(names: Collection[str], most: int = 20) -> str:
-    """Return names as a message lists them, separated by commas.
+def listed(names: Collection[str], limit: int = 20) -> str:
+    """Return names separated by commas; above the limit, the number of the others.
 
     Examples
     --------
     >>> listed(["a", "b", "c"], 2)
     'a, b and 1 more'
     """
-    shown = ", ".join(shortened(name) for name, _ in zip(names, range(most), strict=False))
-    return shown if len(names) <= most else f"{shown} and {len(names) - most:,} more"
+    shown = ", ".join(map(shortened, islice(names, limit)))
+    if len(names) > limit:
+        shown += f" and {len(names) - limit:,} more"
+    return shown
 
 
-def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
-    """Return what a message says of a wrong name: `what` it is of, the name, the allowed ones, and the most similar one.
+def unlike(name: object, allowed: Iterable[str], kind: str = "") -> str:
+    """Return a message about a wrong name: its kind, the name, the allowed ones, the most similar.
 
     Examples
     --------
@@ -64,11 +76,11 @@ def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
     got 'treshold', allowed: drift, threshold; did you mean 'threshold'?
     """
     names = list(allowed)
-    got = f"got {what} {quoted(given)}" if what else f"got {quoted(given)}"
-    return f"{got}, allowed: {', '.join(names) or 'none'}{nearest(given, names)}"
+    got = f"{kind} {quoted(name)}" if kind else quoted(name)
+    return f"got {got}, allowed: {', '.join(names) or 'none'}{nearest(name, names)}"
 
 
-def nearest(given: object, allowed: Iterable[str]) -> str:
+def nearest(name: object, allowed: Iterable[str]) -> str:
     """Return the end of a message about a wrong name: the most similar name, or nothing.
 
     Examples
@@ -76,11 +88,13 @@ def nearest(given: object, allowed: Iterable[str]) -> str:
     >>> nearest("Handeld", ["paper", "handheld"]), nearest("x", ["paper"])
     ("; did you mean 'handheld'?", '')
     """
-    text = str(given)
+    text = str(name)
     if len(text) > LONGEST:
         return ""
     from difflib import get_close_matches
 
-    names = {name.casefold(): name for name in allowed}
-    found = get_close_matches(text.casefold(), names, 1, _LIKE)
-    return f"; did you mean {names[found[0]]!r}?" if found else ""
+    names = {each.casefold(): each for each in allowed}
+    similar = get_close_matches(text.casefold(), names, 1, _LIKE)
+    if not similar:
+        return ""
+    return f"; did you mean {names[similar[0]]!r}?"

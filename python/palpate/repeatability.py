@@ -1,4 +1,4 @@
-"""Several touches on one object: which ones count, whether they agree, their mean, and the best one.
+"""Several touches on one object: the ones that count, their agreement, mean, and the best one.
 
 Two touches on the same object differ by more than their standard errors: each is held at its own
 angle (the paper, Sec. IV and Fig. 10). This scatter is proportional to the ratio. Use the scatter
@@ -160,8 +160,11 @@ def agreement(
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
     known = [ratio_of(touch) for touch in usable(touches, accept, ratio_of)]
-    ratios = [ratio for ratio, _ in known]
-    errors = [_known_error(error, 0.0) for _, error in known]
+    ratios: list[float] = []
+    errors: list[float] = []
+    for ratio, error in known:
+        ratios.append(ratio)
+        errors.append(_known_error(error, 0.0))
     median = sorted(ratios)[len(ratios) // 2]
     between = (scatter * median) ** 2
     variances = [error**2 + between for error in errors]
@@ -252,7 +255,8 @@ def most_reliable(
     Raises
     ------
     ValueError
-        No usable touch; touches that differ by more than standard errors and scatter; or an unknown `by`.
+        No usable touch; touches that differ by more than standard errors and scatter; or an unknown
+        `by`.
 
     Examples
     --------
@@ -321,10 +325,11 @@ def within_groups(named: Iterable[tuple[str | None, Known]]) -> tuple[float, int
     for name, known in named:
         if name and 0 < known[0] < inf:
             groups.setdefault(name, []).append(known)
-    used = [known for group in groups.values() for known in group]
-    squares = [
-        len(group) * pvariance([log(ratio) for ratio, _ in group]) for group in groups.values()
-    ]
+    used: list[Known] = []
+    squares = []
+    for group in groups.values():
+        used.extend(group)
+        squares.append(len(group) * pvariance([log(ratio) for ratio, _ in group]))
     freedom = len(used) - len(groups)
     variance = sum(squares) / freedom if freedom else inf
     return variance, freedom, used
@@ -364,7 +369,9 @@ def session_scatter(
 
 def with_scatter(known: Agreement, scatter: Scatter) -> Agreement:
     """Return an agreement whose mean has the scatter of the session, if it is known."""
-    return replace(known, scatter=scatter.share) if scatter.source == "session" else known
+    if scatter.source == "session":
+        return replace(known, scatter=scatter.share)
+    return known
 
 
 def _known_error(error: float, unknown: float) -> float:
@@ -379,7 +386,7 @@ def _deviation(values: list[float]) -> float:
 def _probability(
     distances: list[float], variances: list[float], between: float, freedom: float
 ) -> float:
-    """Return the probability of weighted squared distances from a mean that are as large or larger."""
+    """Return the probability of weighted squared distances that are as large or larger."""
     degrees = len(distances) - 1
     if not any(distances) or not degrees:
         return 1.0
@@ -399,9 +406,9 @@ def _probability(
 def _chi_squared_above(squares: float, degrees: int) -> float:
     """Return the probability that chi-squared is above a value.
 
-    Abramowitz and Stegun 26.4.4 and 26.4.5: with h = squares / 2, a sum of exp(-h) h^j / gamma(j + 1),
-    over j = 0, 1, ... for even degrees, and 1/2, 3/2, ... for odd ones, which begin with
-    erfc(sqrt(h)).
+    Abramowitz and Stegun 26.4.4 and 26.4.5: with h = squares / 2, a sum of
+    exp(-h) h^j / gamma(j + 1), over j = 0, 1, ... for even degrees, and 1/2, 3/2, ... for odd ones,
+    which begin with erfc(sqrt(h)).
     """
     half = squares / 2
     odd = degrees % 2

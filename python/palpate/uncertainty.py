@@ -1,4 +1,4 @@
-"""The ratio of one touch with its uncertainty: the text that follows ± wherever a ratio is printed.
+"""The ratio of one touch with its uncertainty: the number that follows ± in all outputs.
 
 The standard error is what the readings of one touch show: noise, tremor, baseline. It contains
 neither the linearity of the converter nor the differences between touches, each of which is held in
@@ -37,7 +37,7 @@ def hold_ratio(touch: "Touch") -> tuple[float, float]:
 
 
 def level_ratio(touch: "Touch") -> tuple[float, float]:
-    """Return the ratio of a touch over the swept depth, and its standard error; nan: it has none."""
+    """Return the ratio of a touch over the swept depth, and its standard error; nan: none."""
     return touch.level_ratio, touch.level_standard_error
 
 
@@ -69,11 +69,11 @@ class Scatter(NamedTuple):
 
     @classmethod
     def of(cls, variance: float, freedom: float, source: str) -> "Scatter":
-        """Return the scatter with an estimated relative variance; the assumed one if it is too uncertain.
+        """Return the scatter with an estimated relative variance, or the assumed one.
 
         An estimate s^2 with v degrees of freedom leaves a t distribution, whose standard deviation
-        is s sqrt(v / (v - 2)) (JCGM 101:2008, 6.4.9.4): two of these hold 95 % from v = 3 on. With
-        fewer degrees of freedom it has no standard deviation.
+        is s sqrt(v / (v - 2)) (JCGM 101:2008, 6.4.9.4): two of these contain 95 % from v = 3 on.
+        With fewer degrees of freedom it has no standard deviation, and the scatter is assumed.
         """
         if freedom <= 2:
             return cls()
@@ -159,7 +159,8 @@ class Uncertainty:
         """
         if not isinstance(scatter, Scatter):
             raise TypeError(
-                f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, as Scatter(0.02)"
+                f"scatter: got {scatter!r}, allowed: a palpate.uncertainty.Scatter, "
+                "as Scatter(0.02)"
             )
         if scatter.by_level and ratio_of is hold_ratio:
             raise ValueError(
@@ -177,11 +178,13 @@ class Uncertainty:
     @property
     def uncertainty(self) -> float:
         """The root of the sum of squares of all parts; nan if the standard error is not known."""
-        return hypot(self.noise, self.linearity, self.scatter) if isfinite(self.noise) else nan
+        if not isfinite(self.noise):
+            return nan
+        return hypot(self.noise, self.linearity, self.scatter)
 
     def __str__(self) -> str:
         """Return the ratio, its uncertainty and the source of the scatter; else a few digits."""
-        if not number_format.known(self.uncertainty):
+        if not number_format.is_known(self.uncertainty):
             return number_format.number(self.ratio)
         return f"{number_format.plus_minus(self.ratio, self.uncertainty)} ({self.source})"
 

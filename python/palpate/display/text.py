@@ -29,7 +29,7 @@ def ratio(value: float, error: float) -> str:
     >>> ratio(1.600483, 4.7e-5), ratio(1.600483, float("nan"))
     ('1.600483 ± 0.000047', '1.60')
     """
-    if number_format.known(error):
+    if number_format.is_known(error):
         return number_format.plus_minus(value, error)
     return number_format.number(value)
 
