@@ -112,9 +112,9 @@ def test_doubts_of_a_calibration_are_told(folder: Path, tmp_path: Path) -> None:
 
 
 def test_calibrate_as_json(folder: Path, tmp_path: Path) -> None:
-    how = ("--by", "covariance", "--scene", "paper", "-o", tmp_path / "p.toml")
+    options = ("--by", "covariance", "--scene", "paper", "-o", tmp_path / "p.toml")
     found = document(
-        "calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *how
+        "calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", *options
     )
     assert (found["sound"], found["about"]) == (True, {"scene": "paper", "fitted on": "covariance"})
     assert [len(each) for each in (found["specimens"], found["data"]["ratios"])] == [10, 10]
@@ -176,7 +176,7 @@ def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(
         touches=(Entry(first.start_s, None, "discarded"), Entry(second.start_s, None, None))
     )
     sidecar.amend(path, left_out, Plan())
-    said = run(
+    printed = run(
         "calibrate",
         *specimens(tmp_path),
         "--moduli",
@@ -184,8 +184,8 @@ def test_a_touch_that_was_left_out_in_the_page_leaves_the_others(
         "-o",
         tmp_path / "p.toml",
     )
-    assert "10 specimens, " in said.stdout
-    assert "40 A: touch 1 of 40A.csv is left out: discarded" in said.stderr
+    assert "10 specimens, " in printed.stdout
+    assert "40 A: touch 1 of 40A.csv is left out: discarded" in printed.stderr
 
 
 MODEL = ("offset", "drift", "lag", "curve", "creep")
@@ -200,19 +200,30 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
     files = [tmp_path / f"{name}-{number}.csv" for name in moduli for number in range(1, 16)]
     for file in files:
         shutil.copy(recordings / "cord" / file.name.replace("-", ""), file)
-    how = ["--map", "soft=4,hard=8", "--free-soft-ratio", *(f"--accept={flag}" for flag in MODEL)]
+    options = [
+        "--map",
+        "soft=4,hard=8",
+        "--free-soft-ratio",
+        *(f"--accept={flag}" for flag in MODEL),
+    ]
     result = run(
-        "calibrate", *files, "--moduli", tmp_path / "moduli.csv", *how, "-o", tmp_path / "cord.toml"
+        "calibrate",
+        *files,
+        "--moduli",
+        tmp_path / "moduli.csv",
+        *options,
+        "-o",
+        tmp_path / "cord.toml",
     )
     assert (result.exit_code, "This calibration is not reliable. 4 specimens" in result.stdout) == (
         5,
         True,
     )
-    made = palpate.Calibration.load(tmp_path / "cord.toml")
+    calibration = palpate.Calibration.load(tmp_path / "cord.toml")
     left_out = re.findall(r": touch 1 of \S+ is left out: ", result.stderr)
-    assert len(made.ratios) == 60 - len(left_out) > 30
-    assert (made.standard_errors > 0).all()
-    assert made.accepted == set(MODEL)
+    assert len(calibration.ratios) == 60 - len(left_out) > 30
+    assert (calibration.standard_errors > 0).all()
+    assert calibration.accepted == set(MODEL)
 
 
 @pytest.mark.parametrize(

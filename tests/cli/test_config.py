@@ -99,15 +99,15 @@ def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Pat
     for command, key, value in map(str.split, guarded):
         words = command.split(".")
         here.write_text(f"[{command}]\n{key} = {value}\n")
-        refused, asked = run(*words), run("--config", here, *words, "--nope")
-        said = f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or"
+        refused, chosen = run(*words), run("--config", here, *words, "--nope")
+        message = f"palpate.toml: [{command}]: {key}: got it in the working folder, allowed: --{key} in the command line, or"
         assert (
             refused.exit_code,
-            f"{said} this key in {user}; see palpate --help" in refused.stderr,
+            f"{message} this key in {user}; see palpate --help" in refused.stderr,
         ) == (2, True)
         here.rename(user)
         assert "No such option '--nope'" in run(*words, "--nope").stderr
-        assert "No such option '--nope'" in asked.stderr
+        assert "No such option '--nope'" in chosen.stderr
         user.unlink()
     here.write_text('[live]\nhost = "0.0.0.0"\n')
     assert "[live]: host: got it in the working folder" in run("live").stderr

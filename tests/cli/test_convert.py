@@ -84,11 +84,11 @@ def test_another_loggers_table(tmp_path: Path) -> None:
 def test_times_are_not_invented(tmp_path: Path) -> None:
     path, out = tmp_path / "t.csv", tmp_path / "run.csv"
     path.write_text("hard,soft\n" + "1,2\n" * 5)
-    asked = ("convert", path, "--map", "hard=1,soft=2", "--unit", "pF", "-o", out)
-    result = run(*asked)
+    words = ("convert", path, "--map", "hard=1,soft=2", "--unit", "pF", "-o", out)
+    result = run(*words)
     assert (result.exit_code, "rate: got none" in result.stderr) == (2, True)
     assert not out.exists()
-    assert run(*asked, "--rate", "40").exit_code == 0
+    assert run(*words, "--rate", "40").exit_code == 0
     assert block(out)["t_hard_ns"].tolist() == [25_000_000 * i for i in range(5)]
     path.write_text(TABLE)
     result = run(
@@ -151,11 +151,11 @@ def test_import_shows_what_is_understood_and_what_is_open(own: Path, tmp_path: P
             r"hard = A, fF; soft = B, fF; 38.4 pairs .*; 880 rows\n2 touches: ratio 2.0",
         ),
     }
-    for options, (code, said) in cases.items():
+    for options, (code, message) in cases.items():
         result = run("import", path, *options)
-        assert (result.exit_code, bool(re.search(said, result.output))) == (code, True), (
+        assert (result.exit_code, bool(re.search(message, result.output))) == (code, True), (
             result.output
         )
-    asked = document("import", path, *both, "--unit", "fF")["asked"]
-    assert asked == {"columns": {"hard": "2", "soft": "3"}, "unit": "fF"}
+    options = document("import", path, *both, "--unit", "fF")["asked"]
+    assert options == {"columns": {"hard": "2", "soft": "3"}, "unit": "fF"}
     assert run("import", own).exit_code == 2

@@ -88,12 +88,12 @@ BOARDS = [
 """A rule file, what is wrong with the board, exit code and output."""
 
 
-@pytest.mark.parametrize(("rule", "how", "code", "said"), BOARDS)
+@pytest.mark.parametrize(("rule", "state", "code", "message"), BOARDS)
 def test_a_board_and_its_rule(
     rule: str,
-    how: dict[str, bool],
+    state: dict[str, bool],
     code: int,
-    said: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -101,10 +101,10 @@ def test_a_board_and_its_rule(
         (tmp_path / "rules.d").mkdir()
         name, _, text = rule.partition(": ")
         (tmp_path / "rules.d" / name).write_text(f"{text}\n")
-    kit = plug(monkeypatch, loaded=how.get("loaded", True), allowed=how.get("allowed"))
-    kit.chip.present = not how.get("absent", False)
+    kit = plug(monkeypatch, loaded=state.get("loaded", True), allowed=state.get("allowed"))
+    kit.chip.present = not state.get("absent", False)
     result = run("doctor")
-    assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
+    assert (result.exit_code, message in result.stdout) == (code, True), result.stdout
 
 
 def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,13 +168,13 @@ def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_a_file_with_other_rules_stays(file: Path) -> None:
     file.parent.mkdir()
     whole = f"{UDEV_RULE}\n{OLDER}\n"
-    for before, code, said in (
+    for before, code, message in (
         ("# none\n", 0, "ok  udev rule: wrote "),
         (whole, 4, "has other rules, stays as it is"),
     ):
         file.write_text(before)
         result = run("doctor", "--install-udev")
-        assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
+        assert (result.exit_code, message in result.stdout) == (code, True), result.stdout
     assert file.read_text() == whole
 
 

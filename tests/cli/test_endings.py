@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import check
+from palpate.cli.exit_codes import ExitCode
 from palpate.cli.main import COMMANDS
 from palpate.errors import SourceTimeout
 from project import FOUR, ROOT
@@ -20,9 +22,9 @@ def process(
 ) -> "subprocess.CompletedProcess[str]":
     """Run the program in a process of its own, after some lines of Python."""
     code = f"import sys; sys.argv = ['palpate', *{words!r}]\n{before}\nfrom palpate.__main__ import main; main()"
-    given = {**os.environ, **environment}
+    variables = {**os.environ, **environment}
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=given, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, env=variables, check=False
     )
 
 
@@ -80,8 +82,13 @@ def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
     assert (done.returncode, done.stderr) == (130, "interrupted\n")
 
 
+def test_the_documentation_has_every_exit_code() -> None:
+    page = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", page, re.MULTILINE)} == {*ExitCode}
+
+
 @pytest.mark.parametrize(
-    ("error", "code", "said"),
+    ("error", "code", "message"),
     [
         (ZeroDivisionError("by\nzero"), 1, "Error: unexpected: ZeroDivisionError: by zero; please report it with the output of --debug"),
         (PermissionError(13, "Permission denied", "there.csv"), 4, "Error: there.csv: Permission denied"),
@@ -90,14 +97,14 @@ def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
     ],
 )  # fmt: skip
 def test_errors_are_one_line(
-    error: BaseException, code: int, said: str, monkeypatch: pytest.MonkeyPatch
+    error: BaseException, code: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise error
 
     monkeypatch.setattr("palpate.sources.devices.devices", fail)
     result = run("devices")
-    assert (result.exit_code, result.stdout, result.stderr) == (code, "", f"{said}\n")
+    assert (result.exit_code, result.stdout, result.stderr) == (code, "", f"{message}\n")
     for arguments in (["--debug", "devices"], ["devices", "--debug"]) if code == 1 else ():
         assert "Traceback (most recent call last)" in run(*arguments).stderr
 

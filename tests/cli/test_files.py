@@ -107,7 +107,7 @@ def test_each_command_with_a_wrong_file(line: list[str], folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "said"),
+    ("file", "message"),
     [
         ("taken.csv", "taken.csv: already exists: choose another name, or use --force"),
         ("link.csv", "link.csv: already exists: choose another name, or use --force"),
@@ -117,15 +117,18 @@ def test_each_command_with_a_wrong_file(line: list[str], folder: Path) -> None:
         ("folder/../run.json", "folder/../run.json: is an input file: choose another name"),
     ],
 )
-def test_an_output_that_is_in_the_way(file: str, said: str) -> None:
-    for force in (None, False, True) if "--force" not in said else (None, False):
+def test_an_output_that_is_in_the_way(file: str, message: str) -> None:
+    for force in (None, False, True) if "--force" not in message else (None, False):
         with pytest.raises(OSError) as caught:  # noqa: PT011 (its parts are compared)
             require_free([Path(file)], [Path("run.csv")], force=force)
         found = f"{caught.value.filename}: {caught.value.strerror}"
-        assert found == (said.replace(", or use --force", "") if force is None else said)
+        assert found == (message.replace(", or use --force", "") if force is None else message)
 
 
 def test_an_output_folder_that_is_in_the_way() -> None:
-    for folder, said in {"folder": "already exists", "taken.csv/new/new": "is no folder"}.items():
-        with pytest.raises(OSError, match=said):
+    for folder, message in {
+        "folder": "already exists",
+        "taken.csv/new/new": "is no folder",
+    }.items():
+        with pytest.raises(OSError, match=message):
             require_free_in(Path(folder), [Path(folder) / "moduli.csv"], force=False)

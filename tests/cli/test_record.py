@@ -21,7 +21,7 @@ def rows(printed: str) -> dict[int, str]:
     return {int(line[:5]): line for line in lines}
 
 
-def told(printed: str) -> set[str]:
+def advice_lines(printed: str) -> set[str]:
     """Return the sentences about touches."""
     return {line for line in printed.splitlines() if line.startswith("touch ") and ": " in line}
 
@@ -39,14 +39,17 @@ def test_record_check_replay(tmp_path: Path) -> None:
     assert run("check", path).stdout.startswith(f"{path}: complete, clean end: {lines} rows in 3")
     replayed = run("replay", path)
     assert (replayed.exit_code, rows(replayed.stdout)) == (0, rows(recorded.stdout))
-    assert told(replayed.stdout) <= told(recorded.stdout)
+    assert advice_lines(replayed.stdout) <= advice_lines(recorded.stdout)
     assert (load(path) or {})["notes"] == ["on the desk"]
 
 
 def test_the_recorded_scene_is_replayed_unless_another_is_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    how = ("--scene", "paper", "--samples", "80", "--set", "threshold=inf")
-    live, again = document("record", "sim:stiff-steady", "-o", path, *how), document("replay", path)
+    options = ("--scene", "paper", "--samples", "80", "--set", "threshold=inf")
+    live, again = (
+        document("record", "sim:stiff-steady", "-o", path, *options),
+        document("replay", path),
+    )
     assert (again["scene"], again["settings"]["threshold"], again["settings"]["samples"]) == (
         "paper",
         "inf",
@@ -81,11 +84,11 @@ def test_so_many_seconds_or_fewer_touches_than_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cut, few = tmp_path / "a.csv", tmp_path / "b.csv"
-    told = "short: the recording ended during this touch"
+    advice = "short: the recording ended during this touch"
     recorded = run("record", "sim:step-up", "-o", cut, "--seconds", "4", "--json")
     assert 4 <= check(cut).survey.seconds < 5
-    assert told in json.loads(recorded.stdout)["touches"][0]["advice"]
-    assert f"touch 1: {told}\n" in run("replay", cut).stdout
+    assert advice in json.loads(recorded.stdout)["touches"][0]["advice"]
+    assert f"touch 1: {advice}\n" in run("replay", cut).stdout
     recorded = run("record", "sim:step-up", "-o", few, "--touches", "2", "--samples", "1000")
     assert (recorded.exit_code, "1 of 2 touches were measured" in recorded.stderr) == (5, True)
     monkeypatch.setattr("palpate.sources.sim.SimSource.samples", lambda _: iter(()))
@@ -136,8 +139,8 @@ def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("time,hard,soft\n0,1,2\n0.1,1,3\n0.2,1,3\n")
     result = run("check", table, "--map", "hard=2,soft=3", "--unit", "pF")
-    said = (
+    message = (
         "time = time, s (by its steps); hard = hard, pF; soft = soft, pF; 10 pairs a second; 3 rows"
     )
-    shown = f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n  {said}\n"
+    shown = f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n  {message}\n"
     assert (result.exit_code, result.stdout) == (0, shown)

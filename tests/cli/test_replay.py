@@ -107,9 +107,9 @@ def test_a_length_in_seconds_or_in_samples(tmp_path: Path) -> None:
 
 
 def test_a_baseline_measured_in_contact_is_noted(tmp_path: Path) -> None:
-    said = run("replay", table(tmp_path, "four-specimens", from_s=4.0), *MAP).stderr
-    assert "something was touched while the baseline was measured" in said
-    assert "measured again (once)" in said
+    message = run("replay", table(tmp_path, "four-specimens", from_s=4.0), *MAP).stderr
+    assert "something was touched while the baseline was measured" in message
+    assert "measured again (once)" in message
 
 
 def presses(folder: Path, period_s: float, rows: tuple[int, ...]) -> Path:
@@ -139,8 +139,8 @@ def test_a_pause_that_is_too_short_for_a_baseline_is_noted(
 ) -> None:
     scale = 25 if period_s == 0.001 else 1
     soon, late = (tuple(scale * n for n in (60, 60, pause, 60, 60)) for pause in (20, 170))
-    said = f"1 of 2 touches were followed too soon by the next one: a baseline takes 32 pairs without contact{takes}; a drift"
-    assert said in run("replay", presses(tmp_path, period_s, soon)).stderr
+    message = f"1 of 2 touches were followed too soon by the next one: a baseline takes 32 pairs without contact{takes}; a drift"
+    assert message in run("replay", presses(tmp_path, period_s, soon)).stderr
     assert "too soon" not in run("replay", presses(tmp_path, period_s, late)).stderr
 
 
@@ -156,17 +156,17 @@ def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "said"),
+    ("text", "code", "message"),
     [
         ("Dear colleague,\nhere are the data.\n", 4, ", line 1: not a recording: no row of numbers"),
         ("t,hard,soft\n" + "".join(f"{i / 40},OL,OL\n" for i in range(60)), 5, "a channel has no values"),
         ("t,hard,soft\n" + "".join(f"{i / 40},1.0,1.{i % 2}\n" for i in range(90)), 5, "no touch found: no change was above the idle noise"),
     ],
 )  # fmt: skip
-def test_a_file_without_touches(text: str, code: int, said: str, tmp_path: Path) -> None:
+def test_a_file_without_touches(text: str, code: int, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     result = run("replay", tmp_path / "a.csv", "--map", "hard=2,soft=3,time=1", "--unit", "pF")
-    assert (result.exit_code, result.stdout, said in result.stderr) == (code, "", True), (
+    assert (result.exit_code, result.stdout, message in result.stderr) == (code, "", True), (
         result.stderr
     )
 
@@ -266,12 +266,12 @@ def test_a_bad_file_does_not_stop_the_others(week: Path) -> None:
     (week / "idle.csv").write_text("".join(["t (s),hard (pF),soft (pF)\n", *rows]))
     result = run("replay", week, week / "none.csv", "--jobs", "2")
     assert result.exit_code == 4
-    said = [
+    message = [
         f"Error: {week / 'aa.csv'}, line 1: not a recording",
         f"{week / 'idle.csv'}: no touch found: ",
         "none.csv",
     ]
-    assert all(text in result.stderr for text in said), result.stderr
+    assert all(text in result.stderr for text in message), result.stderr
     assert ["error" in each for each in document("replay", week, week / "none.csv")].count(
         True
     ) == 2
@@ -288,10 +288,10 @@ def test_a_bad_file_does_not_stop_the_others(week: Path) -> None:
 def test_ctrl_c_prints_what_is_done(week: Path, jobs: str, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded = replay.recorded
 
-    def stopped(file: Path, **asked: Any) -> Any:
+    def stopped(file: Path, **options: Any) -> Any:
         if file.name == "c.CSV":
             raise KeyboardInterrupt
-        return recorded(file, **asked)
+        return recorded(file, **options)
 
     monkeypatch.setattr(replay, "recorded", stopped)
     result = run("replay", week, "--jobs", jobs)

@@ -1,4 +1,4 @@
-"""`palpate calibrate`: fits a calibration to recordings; and `palpate simulate`, which writes some to try it."""
+"""`palpate calibrate` and `palpate simulate`, which writes recordings to try it."""
 
 import math
 import sys
@@ -155,10 +155,10 @@ def calibrate_command(
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
-    known = _known_moduli(runs, moduli)
-    chosen = _choose_ratio(runs, known, ratio, accept)
+    modulus_of = _known_moduli(runs, moduli)
+    chosen = _choose_ratio(runs, modulus_of, ratio, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
-    specimens = _usable_specimens(runs, known, accept, chosen)
+    specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
     doubts += _duplicates(runs)
     about = replace(
@@ -244,8 +244,8 @@ def _usable_specimens(
     touches_of = _touches_of_specimens(runs, moduli, accept, chosen)
     flags = {flag for touches in touches_of.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:
-        found = " ".join(sorted(flags)) or "none"
-        print_message(f"--accept {flag}: no touch has this flag; those found: {found}")
+        existing = " ".join(sorted(flags)) or "none"
+        print_message(f"--accept {flag}: no touch has this flag; those found: {existing}")
     specimens = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
         touches = touches_of[name]

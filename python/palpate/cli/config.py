@@ -36,7 +36,7 @@ class DefaultsTable:
     """Whether keys in `GUARDED` are allowed."""
 
     def parameters(self, command: click.Command) -> Values:
-        """Return the values by the names of click's parameters; a group has a table for each command.
+        """Return the values by the names of click's parameters; of a group one table a command.
 
         Raises
         ------
@@ -140,15 +140,15 @@ def read_tables(path: Path, commands: Collection[str]) -> dict[str, Values]:
 
 
 def configurable_parameters(command: click.Command) -> dict[str, click.Parameter]:
-    """Return the parameters that can have a default: long options without dashes, and the source."""
-    found: dict[str, click.Parameter] = {}
+    """Return the parameters that can have a default: long options, without dashes, and source."""
+    parameters: dict[str, click.Parameter] = {}
     for parameter in command.params:
         long_names = [name for name in parameter.opts if name.startswith("--") and len(name) > 3]
         if long_names:
-            found[long_names[0].removeprefix("--")] = parameter
+            parameters[long_names[0].removeprefix("--")] = parameter
         elif parameter.name == "source":
-            found["source"] = parameter
-    return found
+            parameters["source"] = parameter
+    return parameters
 
 
 def _environment_values(command: click.Command) -> Values:

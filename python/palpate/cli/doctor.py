@@ -46,15 +46,15 @@ def devices_command(lsl: bool) -> None:
     """  # noqa: D301
     from palpate.sources.devices import devices, look_for, streams
 
-    found, notes = devices()
+    connected, notes = devices()
     if lsl:
-        found_streams, stream_notes = look_for(streams)
-        found = [*found, *found_streams]
+        lsl_streams, stream_notes = look_for(streams)
+        connected = [*connected, *lsl_streams]
         notes = [*notes, *stream_notes]
-    document = {"devices": [device._asdict() for device in found], "notes": notes}
-    print_result(document, format_table(found, "<"))
+    document = {"devices": [device._asdict() for device in connected], "notes": notes}
+    print_result(document, format_table(connected, "<"))
     print_notes("not searched", notes)
-    if not found:
+    if not connected:
         click.echo("no device found; use a simulated board: sim:four-specimens", err=True)
         sys.exit(ExitCode.NO_DEVICE)
 

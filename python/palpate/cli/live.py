@@ -193,10 +193,10 @@ def _connected_board() -> str:
     """Return the source of the connected board, else ""; print which."""
     from palpate.sources.devices import boards, chips, look_for
 
-    found, notes = look_for(boards, chips)
-    if found:
-        click.echo(f"{found[0].uri}: {found[0].what}", err=True)
-        return found[0].uri
+    connected, notes = look_for(boards, chips)
+    if connected:
+        click.echo(f"{connected[0].uri}: {connected[0].what}", err=True)
+        return connected[0].uri
     print_notes("not searched", notes)
     click.echo(
         "no board found: this is a demo, a simulated hand; with your board: palpate doctor",

@@ -120,7 +120,7 @@ class CommandGroup(click.Group):
             formatter.write_dl(lines)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the options of the group; with --json anywhere in the line an error is JSON, too."""
+        """Parse the options of the group; with --json in the line an error is JSON, too."""
         output = output_settings(ctx)
         if "--json" in args:
             output.json = True

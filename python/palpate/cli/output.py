@@ -100,7 +100,7 @@ def format_row(header: Sequence[str], cells: Iterable[object]) -> str:
 
 
 def format_table(rows: Sequence[Sequence[str]], side: str = ">") -> str:
-    """Return rows as a table whose columns are as wide as they need; "<" aligns cells to the left."""
+    """Return rows as a table, with columns as wide as needed; "<" aligns cells to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:

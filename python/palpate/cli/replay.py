@@ -1,4 +1,4 @@
-"""`palpate replay`: sends recordings through the estimator again, and prints one row for each touch."""
+"""`palpate replay`: estimates recordings again, and prints one row for each touch."""
 
 import math
 import sys
@@ -190,7 +190,7 @@ class Replay:
 
     @property
     def exit_code(self) -> ExitCode:
-        """NOT_RELIABLE without a touch, with a doubtful recording or a calibration that is not sound."""
+        """NOT_RELIABLE: no touch, a doubtful recording, or a calibration that is not sound."""
         if not self.touches or not self.is_as_written:
             return ExitCode.NOT_RELIABLE
         if self.calibration is not None and not self.calibration.sound:
@@ -387,7 +387,7 @@ def _replay_all(files: Sequence[Path], options: ReplayOptions, jobs: int) -> Exi
 
 
 def _print_all(results: _Results) -> set[ExitCode]:
-    """Print a table or a list of all results, then sentences, notes and errors; return the codes."""
+    """Print all results as a table or list, then sentences and errors; return the codes."""
     width = max((len(str(file)) for file in results), default=0)
     codes = {ExitCode.DONE}
     documents: list[object] = []
