@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import click
 
 from palpate.acceptance import steps
-from palpate.acceptance.board_under_test import PINS, BoardUnderTest, open_board
+from palpate.acceptance.board_under_test import PINS, BoardUnderTest, InputLevel, open_board
 from palpate.acceptance.chip_steps import measure_noise
 from palpate.acceptance.report import (
     AcceptanceReport,
@@ -36,35 +36,23 @@ from palpate.cli.output import (
 from palpate.cli.paths import OUTPUT, InputFile, require_free
 from palpate.cli.shared_options import complete_source, firmware_option
 
+_INTERRUPTED = "interrupted"  # why an acceptance ended, in its report
 
-def board_options(command: Callable[..., Any]) -> Callable[..., Any]:
+
+def _board_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add source and firmware to a command."""
-    return click.argument("source", shell_complete=complete_source, default="usb:")(
-        firmware_option(command)
-    )
+    source = click.argument("source", shell_complete=complete_source, default="usb:")
+    return source(firmware_option(command))
 
 
 @contextmanager
-def opened(source: str, firmware: Path | None) -> Iterator[BoardUnderTest]:
+def _opened_board(source: str, firmware: Path | None) -> Iterator[BoardUnderTest]:
     """Open a board, and close it in the end."""
+    options = {"firmware": str(firmware)} if firmware else {}
     with usage_errors():
-        bench = open_board(source, {"firmware": str(firmware)} if firmware else {})
-    with closing(bench.source):
-        yield bench
-
-
-BY_USER = "interrupted"
-
-
-def exit_code_of(report: AcceptanceReport) -> int:
-    """Print the sum of a report, or the whole as JSON; return the exit code."""
-    ended = f"; ended early: {report.stopped}" if report.stopped else ""
-    click.echo(report.to_json().rstrip() if is_json() else count_verdicts(report.steps) + ended)
-    if report.stopped:
-        return ExitCode.INTERRUPTED if report.stopped == BY_USER else ExitCode.NO_DEVICE
-    return (
-        ExitCode.NOT_RELIABLE if any(step.verdict == Verdict.WRONG for step in report.steps) else 0
-    )
+        board = open_board(source, options)
+    with closing(board.source):
+        yield board
 
 
 @click.group(cls=CommandGroup)
@@ -81,11 +69,18 @@ def kit() -> None:
 
 
 @kit.command("accept")
-@board_options
-@click.option("-o", "file", type=OUTPUT,
-              help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
-@click.option("--prompt/--no-prompt", default=None,
-              help="Ask for what needs a hand.  [default: only at a terminal]")  # fmt: skip
+@_board_arguments
+@click.option(
+    "-o",
+    "file",
+    type=OUTPUT,
+    help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]",
+)
+@click.option(
+    "--prompt/--no-prompt",
+    default=None,
+    help="Ask for what needs a hand.  [default: only at a terminal]",
+)
 @click.option(
     "--skip",
     multiple=True,
@@ -102,10 +97,10 @@ def accept_command(
 ) -> None:
     """Measure all that shows whether a board works and is wired right; write a report.
 
-    It takes about a minute. Keep the probe still in the air; what needs a hand is asked for at the end. The report is a
-    JSON file, to attach to an issue; it has the registers and versions, no name and no path. Exit codes: 0, all is
-    right; 3, no board, or it was unplugged and not connected again; 5, a step is wrong; 130, Ctrl-C. The report has
-    what was done until then.
+    It takes about a minute. Keep the probe still in the air; what needs a hand is asked for at the
+    end. The report is a JSON file, to attach to an issue; it has the registers and versions, no
+    name and no path. Exit codes: 0, all is right; 3, no board, or it was unplugged and not
+    connected again; 5, a step is wrong; 130, Ctrl-C. The report has what was done until then.
 
     \b
     Example:
@@ -115,39 +110,65 @@ def accept_command(
     """  # noqa: D301
     path = file or Path(f"kit-report-{datetime.now():%Y%m%d-%H%M%S}.json")
     require_free([path], force=None)
-    with opened(source, firmware) as bench:
-        bench.source.notify = print_message
+    with _opened_board(source, firmware) as board:
+        board.source.notify = print_message
         with path.open("xb") as output:  # before the steps: a minute of work needs a place
             asks = sys.stdin.isatty() if prompt is None else prompt
-            report = _measure(bench, source, output, asks=asks, skip=skip)
-    code = exit_code_of(report)
+            report = _measure(board, source, output, asks=asks, skip=skip)
+    _print_summary(report)
     print_message(f"report: {path}")
-    sys.exit(code)
+    sys.exit(acceptance_exit_code(report))
 
 
 def _measure(
-    bench: BoardUnderTest, source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...]
+    board: BoardUnderTest,
+    source: str,
+    output: BinaryIO,
+    *,
+    asks: bool,
+    skip: tuple[str, ...],
 ) -> AcceptanceReport:
     """Do the steps; write the report, also if an error or Ctrl-C ends them."""
     started = utc_now()
     done: list[Step] = []
     stopped = ""
-    begun = steps.Acceptance(bench, Terminal() if asks else None, skip=skip)
+    acceptance = steps.Acceptance(board, Terminal() if asks else None, skip=skip)
     try:
-        for step in begun:
+        for step in acceptance:
             done.append(step)
             if not is_json():
                 click.echo("\n".join(step.lines()))
-        stopped = begun.stopped
+        stopped = acceptance.stopped
     except (KeyboardInterrupt, click.Abort):
-        stopped = BY_USER
+        stopped = _INTERRUPTED
     except Exception as error:
         stopped = f"unexpected: {type(error).__name__}"
         raise
     finally:
-        found = new_report(started, source, bench.source.describe(), bench.dump, done, stopped)
-        output.write(found.to_json().encode())
-    return found
+        device = board.source.describe()
+        report = new_report(started, source, device, board.dump, done, stopped)
+        output.write(report.to_json().encode())
+    return report
+
+
+def _print_summary(report: AcceptanceReport) -> None:
+    """Print the number of steps with each verdict, or the whole report as JSON."""
+    if is_json():
+        click.echo(report.to_json().rstrip())
+        return
+    ended = f"; ended early: {report.stopped}" if report.stopped else ""
+    click.echo(count_verdicts(report.steps) + ended)
+
+
+def acceptance_exit_code(report: AcceptanceReport) -> ExitCode:
+    """Return the exit code for an acceptance."""
+    if report.stopped == _INTERRUPTED:
+        return ExitCode.INTERRUPTED
+    if report.stopped:
+        return ExitCode.NO_DEVICE
+    if any(step.verdict is Verdict.WRONG for step in report.steps):
+        return ExitCode.NOT_RELIABLE
+    return ExitCode.DONE
 
 
 class Terminal:
@@ -160,13 +181,18 @@ class Terminal:
         return answer.strip().lower() != "s"
 
 
-_NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
+_NOISE_HEADER = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
 
 
 @kit.command("noise")
-@board_options
-@click.option("--capf", "speeds", type=click.IntRange(0, 7), multiple=True,
-              help="Speed, 0 (11 ms) to 7 (110 ms); may be repeated.  [default: all]")  # fmt: skip
+@_board_arguments
+@click.option(
+    "--capf",
+    "speeds",
+    type=click.IntRange(0, 7),
+    multiple=True,
+    help="Speed, 0 (11 ms) to 7 (110 ms); may be repeated.  [default: all]",
+)
 @click.option(
     "--readings",
     type=click.IntRange(2, 10_000),
@@ -187,75 +213,102 @@ def noise_command(
 ) -> None:
     """Measure the noise of each input, beside the data sheet's.
 
-    aF rms, from the differences of readings in succession, so that a slow drift does not count. Keep the probe still.
-    The data sheet's values are for open inputs; a probe and its cable add to them.
+    aF rms, from the differences of readings in succession, so that a slow drift does not count.
+    Keep the probe still. The data sheet's values are for open inputs; a probe and its cable add to
+    them.
 
     \b
     Example:
       palpate kit noise usb:
       palpate kit noise usb: --capf 4 --rounds 100
     """  # noqa: D301
-    rows = []
+    documents = []
     if not is_json():
-        click.echo("  ".join(_NOISE))
-    with opened(source, firmware) as bench:
-        bench.chip.reset()
-        bench.scan()
-        for capf in rounds * (speeds or tuple(range(len(CONVERSION_S)))):
-            found, sheet = _both(bench, capf, readings), 1e6 * NOISE_PF[capf]
-            rows.append(
+        click.echo("  ".join(_NOISE_HEADER))
+    speeds = speeds or tuple(range(len(CONVERSION_S)))
+    with _opened_board(source, firmware) as board:
+        board.chip.reset()
+        board.scan()
+        for capf in rounds * speeds:
+            levels = [board.level(pin) for pin in PINS]
+            cin1_aF = _noise_aF(board, 1, levels[0], capf, readings)
+            cin2_aF = _noise_aF(board, 2, levels[1], capf, readings)
+            data_sheet_aF = 1e6 * NOISE_PF[capf]
+            documents.append(
                 {
                     "capf": capf,
-                    "cin1_aF": found[0],
-                    "cin2_aF": found[1],
-                    "data_sheet_aF": round(sheet, 1),
+                    "cin1_aF": cin1_aF,
+                    "cin2_aF": cin2_aF,
+                    "data_sheet_aF": round(data_sheet_aF, 1),
                 }
             )
             if not is_json():
-                shown = ["-" if value is None else f"{value:.1f}" for value in found]
-                click.echo(
-                    format_row(
-                        _NOISE, [capf, f"{1e3 * CONVERSION_S[capf]:.1f}", *shown, f"{sheet:.1f}"]
-                    )
+                cells = [
+                    capf,
+                    f"{1e3 * CONVERSION_S[capf]:.1f}",
+                    _noise_text(cin1_aF),
+                    _noise_text(cin2_aF),
+                    f"{data_sheet_aF:.1f}",
+                ]
+                click.echo(format_row(_NOISE_HEADER, cells))
+        for pin in PINS:
+            if board.level(pin) is None:
+                found = f"{board.levels[pin, 'A']} on EXCA and {board.levels[pin, 'B']} on EXCB"
+                print_message(
+                    f"CIN{pin} is not measured: it has {found}, so no sensor is there, or a "
+                    "short: look at its wires (palpate kit accept names them)"
                 )
-        for pin in [pin for pin in PINS if bench.level(pin) is None]:
-            has = f"{bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB"
-            so = "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"
-            print_message(f"CIN{pin} is not measured: it has {has}, {so}")
-    print_result({"readings": readings, "noise": rows}, "")
+    print_result({"readings": readings, "noise": documents}, "")
 
 
-def _both(bench: BoardUnderTest, capf: int, readings: int) -> list[float | None]:
-    """Return the noise of both inputs, aF rms; None: nothing is connected."""
-    levels = [(pin, bench.level(pin)) for pin in PINS]
-    return [None if level is None else round(1e6 * measure_noise(bench, pin, level, capf, readings)[0], 2)
-            for pin, level in levels]  # fmt: skip
+def _noise_aF(
+    board: BoardUnderTest, pin: int, level: InputLevel | None, capf: int, readings: int
+) -> float | None:
+    """Return the noise of an input, aF rms; None: nothing is connected."""
+    if level is None:
+        return None
+    rms_pF, _ = measure_noise(board, pin, level, capf, readings)
+    return round(1e6 * rms_pF, 2)
+
+
+def _noise_text(noise_aF: float | None) -> str:
+    return "-" if noise_aF is None else f"{noise_aF:.1f}"
 
 
 @kit.command("scan")
-@board_options
+@_board_arguments
 @json_option
 def scan_command(source: str, firmware: Path | None) -> None:
     """Measure the capacitance of each input with each excitation.
 
-    Above 4 pF the values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
+    Above 4 pF the values are uncertain by 20 %, because of the chip's CAPDAC. An open input has
+    some fF.
 
     \b
     Example:
       palpate kit scan usb:
     """  # noqa: D301
-    with opened(source, firmware) as bench:
-        bench.chip.reset()
-        bench.scan()
-    rows = [{"input": f"CIN{pin}", "excitation": f"EXC{name}", "excitation_error": level.error,
-             "pF": None if math.isnan(level.pF) else round(level.total_pF, 5)}
-            for (pin, name), level in bench.levels.items()]  # fmt: skip
-    shown = [[f"CIN{pin}", *(str(bench.levels[pin, name]) for name in "AB")] for pin in PINS]
-    print_result({"inputs": rows}, format_table([["", "EXCA", "EXCB"], *shown]))
+    with _opened_board(source, firmware) as board:
+        board.chip.reset()
+        board.scan()
+    documents = []
+    for (pin, excitation), level in board.levels.items():
+        documents.append(
+            {
+                "input": f"CIN{pin}",
+                "excitation": f"EXC{excitation}",
+                "excitation_error": level.error,
+                "pF": None if math.isnan(level.pF) else round(level.total_pF, 5),
+            }
+        )
+    rows = [["", "EXCA", "EXCB"]]
+    for pin in PINS:
+        rows.append([f"CIN{pin}", str(board.levels[pin, "A"]), str(board.levels[pin, "B"])])
+    print_result({"inputs": documents}, format_table(rows))
 
 
 @kit.command("dump")
-@board_options
+@_board_arguments
 @json_option
 def dump_command(source: str, firmware: Path | None) -> None:
     """Print the registers by name, with their bits in words.
@@ -266,11 +319,15 @@ def dump_command(source: str, firmware: Path | None) -> None:
     Example:
       palpate kit dump usb:
     """  # noqa: D301
-    with opened(source, firmware) as bench:
-        found = describe_registers(bench.chip.registers())
-    rows = [{**register._asdict(), "content": register.content.hex()} for register in found]
-    shown = [(f"{each.address:02X}", each.name, each.content.hex(), each.words) for each in found]
-    print_result({"registers": rows}, format_table(shown, "<"))
+    with _opened_board(source, firmware) as board:
+        registers = describe_registers(board.chip.registers())
+    documents = []
+    rows = []
+    for register in registers:
+        content = register.content.hex()
+        documents.append({**register._asdict(), "content": content})
+        rows.append((f"{register.address:02X}", register.name, content, register.words))
+    print_result({"registers": documents}, format_table(rows, "<"))
 
 
 @kit.command("report")
@@ -279,14 +336,15 @@ def dump_command(source: str, firmware: Path | None) -> None:
 def kit_report_command(file: Path) -> None:
     """Print the report of an acceptance.
 
-    Exit codes as those of `palpate kit accept`: 0, all is right; 3, it was stopped by the board; 5, a step is wrong;
-    130, it was interrupted; also 4, the file is not a report.
+    Exit codes as those of `palpate kit accept`: 0, all is right; 3, it was stopped by the board; 5,
+    a step is wrong; 130, it was interrupted; also 4, the file is not a report.
 
     \b
     Example:
       palpate kit report kit-report-20261122-110500.json
     """  # noqa: D301
-    found = read_report(file)
+    report = read_report(file)
     if not is_json():
-        click.echo("\n".join(found.lines()))
-    sys.exit(exit_code_of(found))
+        click.echo("\n".join(report.lines()))
+    _print_summary(report)
+    sys.exit(acceptance_exit_code(report))
