@@ -1,26 +1,31 @@
-"""Driver of the AD7746: reads pairs, retries after errors, waits for an unplugged board. Not tried on hardware.
+"""Driver of the AD7746: reads pairs, retries after errors, waits for an unplugged board.
 
-What happens after an error:
+Not tried on hardware. What happens after an error:
 
-1. An access that fails (no answer, refused, too short, not acknowledged) is repeated twice. Each failed try
-   is counted in `errors`, each repetition in `retries`.
-2. A conversion is not repeated. If it does not end, if an access of it failed for good, or if the registers read
-   with its data are not those that were written, the pair is LOST and counted in `lost`. If that is the soft
-   conversion, the hard one before it keeps its value.
-3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
-   opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
-   more lost pairs the last error is raised.
-4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
-   pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
-   failures of the device: it is not opened again.
-5. If the device is unplugged, the driver waits for it, up to `replug_s`, and opens it again as often as that fails. The
-   pairs that the gap would have held are counted in `lost`, and their sequence numbers are skipped.
-6. Once a second the gains of the chip are read: a chip has no serial number, but other gains than any other chip, set
-   in the factory. If another program has changed them, the pair is LOST, and the device is opened again: the reset
-   restores them. The text of the gap says since when readings may be wrong.
+1. An access that fails (no answer, refused, too short, not acknowledged) is repeated twice. Each
+   failed try is counted in `errors`, each repetition in `retries`.
+2. A conversion is not repeated. The pair is LOST and counted in `lost` if the conversion does not
+   end, if an access of it failed for good, or if the registers that are read with its data are not
+   as written. If that is the soft conversion, the hard one before it keeps its value.
+3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries,
+the
+   device is opened and configured again (with the firmware, if its path is known), counted in
+   `reopened`. After `STREAK` more lost pairs the last error is raised.
+4. If the computer stopped so long that the difference of a pair's two times may be wrong by more
+   than `limit_ns`, the pair is LOST and counted in `lost`; the hard reading keeps its value if its
+   own time is good. Such pairs are no failures of the device: it is not opened again.
+5. If the device is unplugged, the driver waits for it, up to `replug_s`, and opens it again as
+often
+   as that fails. The pairs that the gap would have held are counted in `lost`, and their sequence
+   numbers are skipped.
+6. Once a second the gains of the chip are read: a chip has no serial number, but its gains, set in
+   the factory, differ from those of any other chip. If another program has changed them, the pair
+   is LOST, and the device is opened again: the reset restores them. The text of the gap says since
+   when readings may be wrong.
 
-After 3, 5 and 6, and where the range was set again, the earlier baseline is no longer valid: `read` yields a `Gap`
-before the first sample for which this is so. While it waits for an unplugged device, it yields a trouble.
+After 3, 5 and 6, and after the range was set again, the earlier baseline is no longer valid: `read`
+yields a `Gap` before the first sample for which this is so. While the driver waits for an unplugged
+device, `read` yields a trouble.
 """
 
 import math
@@ -50,13 +55,15 @@ from palpate.source_events import (
 
 STREAK = 3
 REPLUG_S = 120.0  # Longest time to wait for an unplugged device: a person looks for the cable.
-LIMIT_NS = 2_000_000  # Largest possible error of the difference of the two times of a pair that is not LOST, ns.
+# Largest possible error of the difference of the two times of a pair that is not LOST, ns.
+LIMIT_NS = 2_000_000
 _UNKNOWN_NS = -1000
-_GRACE_NS = 200_000_000
+_GRACE_NS = 200_000_000  # for the conditions, after `interrupt`
 _CONDITIONS_S = 2 * (registers.VT_CONVERSION_S[0] + 0.005)
-_GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
+_GAINS_NS = 1_000_000_000  # the gains are read so often; it takes 1 ms
 _POLL_S = 0.1
-_SETTLING = 20  # tries until a board that cannot be opened is reported: permissions and firmware take up to 2 s
+# Tries until a board that cannot be opened is reported: permissions and firmware take up to 2 s.
+_SETTLING = 20
 _LEFT_S = (10, 30, 60, 90)  # the rest of the wait that is reported
 _GONE = "The board is gone: plug it in again."
 
@@ -66,7 +73,7 @@ class _Interrupted(Exception):
 
 
 class _OtherGains(ProtocolError):
-    """The chip has not the gains that it had."""
+    """The gains of the chip have changed."""
 
 
 class Ad7746:
@@ -82,10 +89,11 @@ class Ad7746:
     replug_s : float
         Longest time to wait for an unplugged device, s, 0 or more.
     notify : callable, optional
-        Called with a message when the device is unplugged, as the wait for it goes on, and when it is back, or if its
-        range cannot be set again.
+        Called with a message when the device is unplugged, as the wait for it goes on, and when it
+        is back, or if its range cannot be set again.
     limit_ns : int
-        Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
+        Largest possible error of the difference of a pair's two times, ns; above it the pair is
+        LOST.
 
     Attributes
     ----------
@@ -121,15 +129,22 @@ class Ad7746:
     ) -> None:
         self._gaps: list[Gap] = []  # that are not yielded yet
         self._deadline_ns = 0.0
-        self._bus, self._clock = bus, clock or RealClock()
-        self._replug_s, self._notify = replug_s, notify
-        self._interrupted, self._centre = Event(), Event()
+        self._bus = bus
+        self._clock = clock or RealClock()
+        self._replug_s = replug_s
+        self._notify = notify
+        self._interrupted = Event()
+        self._centre = Event()
         access = Access(bus, self._clock, self._check_interrupt)
         self.counters = access.counters
         self._converter = Converter(access, configuration or Configuration(), limit_ns)
-        self._gains, self._look_at_gains_ns = b"", 0
-        self._start_ns = self._last_ns = self._clock.now_ns()
-        self._streak = self._next = self._grace_ns = 0
+        self._gains = b""
+        self._check_gains_ns = 0
+        self._start_ns = self._clock.now_ns()
+        self._last_ns = self._start_ns
+        self._streak = 0  # lost pairs in a row
+        self._next = 0  # number of the next sample
+        self._grace_ns = 0
 
     @property
     def configuration(self) -> Configuration:
@@ -138,19 +153,21 @@ class Ad7746:
 
     @property
     def period_s(self) -> float:
-        """Time from one pair to the next, s: twice the median of the last conversions' times, in pairs or `auto_capdac`."""
+        """Time from one pair to the next, s: twice the median of the last conversions' times."""
         return 2 * self._converter.step_s
 
     @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0; None: it is not the computer's clock."""
-        real = isinstance(self._clock, RealClock) and self._clock.speed == 1
-        return on_monotonic(self._start_ns) if real else None
+        if isinstance(self._clock, RealClock) and self._clock.speed == 1:
+            return on_monotonic(self._start_ns)
+        return None
 
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
         self._set_up()
-        self._start_ns = self._last_ns = self._clock.now_ns()
+        self._start_ns = self._clock.now_ns()
+        self._last_ns = self._start_ns
 
     def interrupt(self) -> None:
         """Stop reading, from another thread: a running `read` and all later ones end."""
@@ -171,12 +188,13 @@ class Ad7746:
             "configuration": asdict(self.configuration),
             "conversion_s": self.configuration.conversion_s,
             "period_s": self.period_s,
-            "clock": f"{type(self._clock).__name__}, ns since the start; a time is the middle of a conversion",
+            "clock": f"{type(self._clock).__name__}, ns since the start; "
+            "a time is the middle of a conversion",
             "stamps": "converter",  # the driver begins each conversion, and polls for its end
         }
 
     def auto_capdac(self) -> tuple[int, int]:
-        """Set the CAPDAC of each channel so that its present, idle signal is in the middle of the range.
+        """Set the CAPDAC of each channel: its present, idle signal is in the middle of the range.
 
         If it fails, the CAPDACs are those from before.
 
@@ -185,7 +203,8 @@ class Ad7746:
         (int, int)
             Steps of the hard and the soft channel, as in `Channel.capdac`.
         """
-        before, capdacs = self.configuration, self._capdacs
+        before = self.configuration
+        capdacs = self._capdacs
         try:
             self._converter.auto_capdac()
         except BaseException:
@@ -201,11 +220,13 @@ class Ad7746:
         self._centre.set()
 
     def read_temperature(self) -> float:
-        """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
+        """Measure the temperature of the chip, degrees Celsius, between touches: it takes 20 ms."""
         return registers.temperature_C(self._converter.voltage(registers.VT_TEMPERATURE))
 
     def read_conditions(self) -> Conditions | None:
-        """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
+        """Measure temperature and supply of the chip, in about 50 ms.
+
+        After `interrupt` it works, too, for 0.2 s at most.
 
         Returns
         -------
@@ -232,19 +253,18 @@ class Ad7746:
     def read_channel(self, channel: int) -> ChannelReading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
-        return reading._replace(
-            middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns)
-        )
+        since_start = reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns)
+        return reading._replace(middle=since_start)
 
     def measure_input(self, name: str, excitation: str) -> InputCapacitance:
-        """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
+        """Measure an input, "1+" to "2-", with an excitation, "A" or "B"; nan after `interrupt`."""
         try:
             return measure_input(partial(measure_pin, self._converter), name, excitation)
         except _Interrupted:
             return InputCapacitance(math.nan)
 
     def read(self, seq: int) -> Iterator[Sample | SourceEvent]:
-        """Read both channels, the hard one first; yield the sample, and the events before and after it.
+        """Read both channels, the hard one first; yield the sample, with the events around it.
 
         Parameters
         ----------
@@ -254,7 +274,8 @@ class Ad7746:
         Yields
         ------
         Sample or SourceEvent
-            One sample: its number is `seq`, or larger by the pairs that were lost before it. None after `interrupt`.
+            One sample: its number is `seq`, or larger by the pairs that were lost before it. None
+            after `interrupt`.
         """
         try:
             while True:
@@ -280,7 +301,8 @@ class Ad7746:
             yield self._gaps.pop(0)
 
     def _pair(self, seq: int) -> Sample:
-        hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
+        hard = _empty(Middle(self._clock.now_ns() - self._start_ns))
+        soft = hard
         uncertainty_ns = _UNKNOWN_NS
         try:
             self._check_gains()
@@ -294,20 +316,30 @@ class Ad7746:
             self.counters.pairs += 1
         else:
             self.counters.lost += 1
-            good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
-            hard, soft = (
-                hard._replace(status=Status.LOST) if good else _empty(hard.middle),
-                _empty(soft.middle),
-            )
+            if not hard.status and hard.middle.error_ns <= self._converter.limit_ns:
+                hard = hard._replace(status=Status.LOST)
+            else:
+                hard = _empty(hard.middle)
+            soft = _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
-        times, codes = (hard.middle.t_ns, soft.middle.t_ns), (hard.raw, soft.raw)
-        values, status = (hard.capacitance, soft.capacitance), hard.status | soft.status
-        return Sample(seq, *times, *codes, *values, status, -(-uncertainty_ns // 1000))
+        return Sample(
+            seq,
+            hard.middle.t_ns,
+            soft.middle.t_ns,
+            hard.raw,
+            soft.raw,
+            hard.capacitance,
+            soft.capacitance,
+            hard.status | soft.status,
+            -(-uncertainty_ns // 1000),
+        )
 
     def _give_up(self, failure: SourceError, seq: int) -> None:
-        deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
-        at_once = deaf or isinstance(failure, _OtherGains)
-        self._streak = STREAK if at_once and self._streak < STREAK else self._streak + 1
+        """Count a failed pair; open the device again, or raise the failure, if there were many."""
+        no_answer = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
+        self._streak += 1
+        if no_answer or isinstance(failure, _OtherGains):
+            self._streak = max(self._streak, STREAK)
         if self._streak >= 2 * STREAK:
             raise failure
         if self._streak == STREAK:
@@ -323,28 +355,30 @@ class Ad7746:
         return self._set_up()
 
     def _set_up(self) -> str:
-        """Reset and configure the chip; return "" or, if it is another one than before, a text that says so."""
+        """Reset and configure the chip; return a text about another chip than before, or ""."""
         self._converter.set_up()
-        self._look_at_gains_ns = self._clock.now_ns() + _GAINS_NS
-        found = self._converter.dump[registers.CAP_GAIN :]
-        before, self._gains = self._gains or found, found
-        if found == before:
+        self._check_gains_ns = self._clock.now_ns() + _GAINS_NS
+        before = self._gains
+        self._gains = self._converter.dump[registers.CAP_GAIN :]
+        if before in (b"", self._gains):
             return ""
-        return (
-            f"; another board: the gains of its chip are {found.hex(' ')}, before {before.hex(' ')}"
-        )
+        gains = f"{self._gains.hex(' ')}, before {before.hex(' ')}"
+        return f"; another board: the gains of its chip are {gains}"
 
     def _check_gains(self) -> None:
-        """Raise _OtherGains if the gains have changed; looks once a second."""
+        """Raise _OtherGains if the gains have changed; reads them once a second."""
         now = self._clock.now_ns()
-        if now < self._look_at_gains_ns:
+        if now < self._check_gains_ns:
             return
-        since_s = (self._look_at_gains_ns - _GAINS_NS - self._start_ns) / 1e9
-        self._look_at_gains_ns = now + _GAINS_NS
-        if (found := self._converter.gains()) != self._gains:
+        since_s = (self._check_gains_ns - _GAINS_NS - self._start_ns) / 1e9
+        self._check_gains_ns = now + _GAINS_NS
+        found = self._converter.gains()
+        if found != self._gains:
             gains = f"{found.hex(' ')}, before {self._gains.hex(' ')}"
-            why = f"another program uses the board; close that program. Readings since {since_s:.1f} s may be wrong"
-            raise _OtherGains(f"the gains of the chip (registers 0x0F to 0x12) are {gains}: {why}")
+            raise _OtherGains(
+                f"the gains of the chip (registers 0x0F to 0x12) are {gains}: another program uses "
+                f"the board; close that program. Readings since {since_s:.1f} s may be wrong"
+            )
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> Generator[SourceEvent, None, int]:
         """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""
@@ -365,7 +399,7 @@ class Ad7746:
         return lost
 
     def _open_when_back(self) -> Generator[SourceEvent, None, str]:
-        """Open the device as soon as possible; return as `_set_up`. Raises the error of the last try."""
+        """Open the device as soon as possible; return as `_set_up`, or raise the last error."""
         failed = 0
         why = _GONE
         shown = self._waiting(why)
