@@ -130,7 +130,7 @@ def samples_of(block: Block) -> list[Sample]:
 def refused_samples(block: Block) -> NDArray[np.bool_]:
     """Return which samples have no valid value: lost, excitation error, not finite; shape (n,)."""
     finite = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
-    return _has_status(block, REFUSED) | ~finite
+    return np.asarray(_has_status(block, REFUSED) | ~finite)
 
 
 def saturated_samples(block: Block) -> NDArray[np.bool_]:
