@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, isfinite, isnan, nan, sqrt
 from pathlib import Path
@@ -219,6 +219,18 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
     assert text["fit"]["rigid_ratio"] == calibration.probe.rigid_ratio
     assert text["data"]["moduli_MPa"] == FOUR.tolist()
     assert [p.name for p in tmp_path.iterdir()] == ["probe.toml"]
+
+
+def test_a_recording_is_tracked_with_age_and_exponent_of_the_calibration(
+    calibration: Calibration,
+) -> None:
+    aged = replace(calibration, age_s=0.8, contact_exponent=1.5)
+    assert aged.for_tracking({"scene": "handheld"}) == {"scene": "handheld", "age": 0.8}
+    level = replace(aged, ratio="level")
+    expected = {"drift": 0.1, "age": 0.8, "contact_exponent": 1.5}
+    assert level.for_tracking({"drift": 0.1}) == expected
+    assert level.for_tracking(expected) == expected
+    assert level.for_tracking({"scene": "paper"}) == {"scene": "paper"}
 
 
 def test_the_origin_is_saved_and_loaded(tmp_path: Path) -> None:
