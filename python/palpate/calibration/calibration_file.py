@@ -1,4 +1,4 @@
-"""Calibration files, TOML: parameters, scatter and the fitted data, with units, origin and versions."""
+"""Calibration files, TOML: parameters, scatter, fitted data, units, origin and version."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,15 +1,17 @@
 """The curve of eq. (2): fitted to touches on specimens of known modulus, with two variances.
 
-In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the calibration curve
-of immunoassays, whose weighting and inversion are well studied (O'Connell, Belanger and Haaland, Calibration
-and assay development using the four-parameter logistic model, Chemometrics 20, 1993). The moduli are taken as
-exact and the ratios as scattered, so residuals are differences of the ratio: residuals in log E would be the same to
-first order, but log E does not exist for a measured ratio of r_rigid or more.
+In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the
+calibration curve of immunoassays, whose weighting and inversion are well studied (O'Connell,
+Belanger and Haaland, Calibration and assay development using the four-parameter logistic model,
+Chemometrics 20, 1993). The moduli are taken as exact and the ratios as scattered, so residuals are
+differences of the ratio: residuals in log E would be the same to first order, but log E does not
+exist for a measured ratio of r_rigid or more.
 
-The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij. error_ij has the standard error of
-the estimator. touch_ij (oblique contact) and specimen_i (wrong modulus, deviating specimen or wrong curve) have unknown
-variances. Both are found by the method of Paule and Mandel (J. Res. NBS 87, 1982): the variance with which the weighted
-sum of squares equals its degrees of freedom.
+The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij. error_ij has
+the standard error of the estimator. touch_ij (oblique contact) and specimen_i (wrong modulus,
+deviating specimen or wrong curve) have unknown variances. Both are found by the method of Paule and
+Mandel (J. Res. NBS 87, 1982): the variance with which the weighted sum of squares equals its
+degrees of freedom.
 """
 
 from collections.abc import Callable
@@ -40,8 +42,8 @@ class CurveFit:
     touch_variance, specimen_variance : float
         Variances of touch_ij and specimen_i, relative to the ratio squared.
     touch_freedom, specimen_freedom : int
-        Their degrees of freedom. touch_freedom 0: one touch for each specimen; then touch_variance is the sum of both,
-        with specimen_freedom.
+        Their degrees of freedom. touch_freedom 0: one touch for each specimen; then touch_variance
+        is the sum of both, with specimen_freedom.
     specimen_share : float
         Share of specimen_variance in the variance of the mean of a specimen.
     misfit : float
@@ -67,7 +69,7 @@ class CurveFit:
 
 @dataclass(frozen=True)
 class MeanRatios:
-    """MeasuredRatio ratios, each the mean of `touches` touches on the specimen with index `specimen`."""
+    """Measured ratios, each the mean of `touches` touches on specimen number `specimen`."""
 
     ratio: Array
     standard_error: Array
@@ -150,7 +152,7 @@ def specimen_means(rows: MeanRatios, touch_variance: float) -> tuple[Array, Arra
 
 
 def fit_curve(x: Array, rows: MeanRatios, soft_ratio: float | None) -> CurveFit:
-    """Return the curve fitted to rows on specimens at x = log(E / MPa); soft_ratio None: fit it, too."""
+    """Return the curve fitted to rows at x = log(E / MPa); soft_ratio None: fit it, too."""
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
@@ -206,7 +208,7 @@ def _total(
 def _excess(
     rows: MeanRatios, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
 ) -> float:
-    """Return the variance of the specimens; with one touch each, the sum of the touches' and specimens' variance."""
+    """Return the variance of the specimens; with one touch each, that of touches and specimens."""
 
     def squares(excess: float) -> float:
         total = _total(rows, variance, excess, level, touch_freedom)
@@ -216,7 +218,7 @@ def _excess(
 
 
 def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
-    """Return the variance at which the decreasing sum of squares is `freedom`; 0 if it is already less at 0."""
+    """Return the variance at which the sum of squares falls to `freedom`; 0 if it is less at 0."""
     if squares(0.0) <= freedom:
         return 0.0
 
@@ -232,7 +234,7 @@ def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
 
 
 def _start_parameters(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
-    """Return start parameters: a grid of half moduli; for each, the two end ratios by linear least squares."""
+    """Return start parameters: the best half modulus of a grid, with least-squares end ratios."""
     weight = 1 / np.sqrt(variance + 1e-6 * mean**2)
     best = np.empty(0)
     least = np.inf

@@ -1,14 +1,16 @@
 """The interval of a modulus: the curve of eq. (2) read backwards from a measured ratio.
 
-The interval is the set of all E whose predicted ratio is within t standard deviations of the measured ratio. The
-variance belongs to a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
-from object to object, and the error of the fitted curve. For every E the measured ratio is within t standard deviations
-of its prediction with the given probability; so the set contains the true E with this probability, also near the rigid
-ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
+The interval is the set of all E whose predicted ratio is within t standard deviations of the
+measured ratio. The variance belongs to a new measurement at this E: the standard error of the
+ratio, the scatter from touch to touch and from object to object, and the error of the fitted curve.
+For every E the measured ratio is within t standard deviations of its prediction with the given
+probability; so the set contains the true E with this probability, also near the rigid ratio, where
+the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
 
-t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite: each variance has
-the degrees of freedom of its estimate; the standard error is taken as exact. With few of them t falls so fast that adding a standard error
-to a hardly known scatter narrows the interval.
+t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite:
+each variance has the degrees of freedom of its estimate; the standard error is taken as exact. With
+few of them t falls so fast that adding a standard error to a hardly known scatter narrows the
+interval.
 """
 
 from dataclasses import dataclass
@@ -25,7 +27,7 @@ _STEPS = 401
 
 @dataclass(frozen=True)
 class MeasuredRatio:
-    """A measured ratio: the mean of `touches` touches, its standard error, and the confidence level."""
+    """A measured ratio, the mean of `touches` touches, with its standard error and a level."""
 
     ratio: float
     standard_error: float = 0.0
@@ -34,7 +36,7 @@ class MeasuredRatio:
 
 
 def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
-    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees."""
+    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan: none agrees."""
     # -inf: all softer objects agree; inf: all stiffer objects agree.
     points = fit.parameters[1] + np.linspace(-_REACH, _REACH, _STEPS)
     middle = _best(fit, measured.ratio)
@@ -94,7 +96,7 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
     noise, touch, specimen, fitted = variances(fit, measured, x)
     total = noise + touch + specimen + fitted
-    # Terms from the same estimate are fully correlated; the error of the curve comes from both estimates.
+    # Terms of one estimate are fully correlated; the error of the curve is of both estimates.
     if fit.touch_freedom:
         by_specimen = specimen + fit.specimen_share * fitted
     else:
@@ -108,7 +110,7 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
 
 
 def _crossing(fit: CurveFit, measured: MeasuredRatio, *, inside: float, outside: float) -> float:
-    """Return x at which the distance is 1 or -1, between a point inside the interval and one outside."""
+    """Return x where the distance is 1 or -1, between a point inside and one outside."""
     if not np.isfinite(inside):
         return outside  # beyond _REACH
     if not np.isfinite(outside):

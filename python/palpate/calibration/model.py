@@ -1,4 +1,4 @@
-"""The calibration curve of a probe, fitted to specimens of known modulus; gives a modulus with an interval."""
+"""The calibration of a probe: fitted to specimens, it converts a ratio to a modulus."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -60,7 +60,7 @@ def check_level(level: float) -> None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
-    """The calibration curve of a probe: converts a ratio to a modulus with an interval. Made by `fit` or `load`.
+    """The calibration curve of a probe, made by `fit` or `load`: converts a ratio to a modulus.
 
     Attributes
     ----------
@@ -77,7 +77,8 @@ class Calibration:
     contact_exponent, age_s : float
         The settings of the tracker for its touches; an age of 0: the whole touch.
     error_share : float, 0 to 1
-        Share of the standard errors of level ratios that showed in the scatter within the specimens.
+        Share of the standard errors of level ratios that showed in the scatter within the
+        specimens.
     """
 
     fitted: CurveFit
@@ -105,20 +106,23 @@ class Calibration:
     ) -> "Calibration":
         """CurveFit a calibration curve, equation (2), to ratios on specimens of known modulus.
 
-        The weights hold the standard errors, and the scatter from touch to touch and from specimen to specimen.
+        The weights hold the standard errors, and the scatter from touch to touch and from specimen
+        to specimen.
 
         Parameters
         ----------
         ratios : array_like, shape (n,)
             One ratio for each touch, or for each specimen.
         moduli : array_like, shape (n,), MPa
-            Modulus of the specimen, taken as exact. Ratios with the same modulus belong to the same specimen.
+            Modulus of the specimen, taken as exact. Ratios with the same modulus belong to the same
+            specimen.
         standard_errors : array_like, shape (n,), optional
             Standard errors of the ratios, 0 or more, as `Touch.standard_error`.
         touches : array_like, shape (n,) or (), optional
             Number of touches of which each ratio is the mean, 1 or more; default 1.
         soft_ratio : float or None
-            Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with different gains.
+            Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with
+            different gains.
         about : palpate.calibration.calibration_file.About, optional
             Origin of the data; saved with the calibration.
 
@@ -173,7 +177,7 @@ class Calibration:
         return calibration_card(self, lambda: curve_picture(self.curve()))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
+        """Draw the curve, the band for a touch, and the measured ratios over the modulus.
 
         Parameters
         ----------
@@ -232,12 +236,12 @@ class Calibration:
 
     @property
     def touch_spread(self) -> float:
-        """Relative standard deviation of the ratio from touch to touch, without the part of the standard errors."""
+        """Relative standard deviation from touch to touch, without the standard errors."""
         return float(self.fitted.touch_variance**0.5)
 
     @property
     def touch_scatter(self) -> Scatter:
-        """The same as a part of an uncertainty: wider, as it was estimated; the assumed one with too few touches."""
+        """The same for an uncertainty: wider as an estimate; assumed with few touches."""
         found = Scatter.of(self.fitted.touch_variance, self._scatter_freedom, "calibration")
         by_level = self.ratio == "level" and found.source == "calibration"
         return found._replace(by_level=by_level)
@@ -257,13 +261,13 @@ class Calibration:
         if self.fitted.touch_freedom:
             return f"scatter from touch to touch ({percent} %)"
         return (
-            f"scatter of touches and specimens together ({percent} %; the calibration has one value "
-            "a specimen)"
+            f"scatter of touches and specimens together ({percent} %; the calibration has one "
+            "value a specimen)"
         )
 
     @property
     def accepted(self) -> frozenset[str]:
-        """Flags that do not exclude a touch: those accepted for the fit; a level ratio has no offset."""
+        """Flags that do not exclude a touch: accepted for the fit; offset for level ratios."""
         accepted = frozenset(self.about.accepted_flags)
         return accepted | {"offset"} if self.ratio == "level" else accepted
 
@@ -293,9 +297,10 @@ class Calibration:
         return (*against, refused) if refused else against
 
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
-        """Return the ratio of a touch that this calibration converts, and its standard error (nan: not known).
+        """Return the ratio of a touch that this calibration converts, and its standard error.
 
-        Both are nan if it has none: measured with another exponent or age, or without a level ratio; see `refusal`.
+        Both are nan if the touch has none: measured with another exponent or age, or without a
+        level ratio; see `refusal`. An unknown standard error is nan.
 
         Examples
         --------
@@ -312,7 +317,7 @@ class Calibration:
         return touch.ratio, touch.standard_error
 
     def modulus_of(self, touch: Touch) -> Modulus:
-        """Return the modulus of an object from a touch: `modulus` of its `ratio_of`, or the reason."""
+        """Return the modulus of an object from a touch: `modulus` of its `ratio_of`."""
         refused = self.refusal(touch)
         if refused:
             return Modulus(nan, nan, nan, str(refused))
@@ -345,7 +350,7 @@ class Calibration:
         return not self.assessment.objections
 
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
+        """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         check_level(level)
         quantile = need("scipy.special", "science").stdtrit
         t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
@@ -378,8 +383,9 @@ class Calibration:
     ) -> Modulus:
         """Return the modulus of an object from its ratio, with an interval.
 
-        The interval includes the error of the fitted curve, the scatter from touch to touch and the standard error,
-        inverted through the curve: it is not symmetric, and near the rigid ratio it has no upper end.
+        The interval includes the error of the fitted curve, the scatter from touch to touch and the
+        standard error, inverted through the curve: it is not symmetric, and near the rigid ratio it
+        has no upper end.
 
         Parameters
         ----------
@@ -390,8 +396,9 @@ class Calibration:
         touches : float
             Number of touches of which the ratio is the mean, 1 or more.
         level : float, in (0, 1)
-            Probability that the interval contains the modulus. In "stiffer than low" the bound is the lower end of
-            the same interval: the modulus is above it with probability (1 + level) / 2.
+            Probability that the interval contains the modulus. In "stiffer than low" the bound is
+            the lower end of the same interval: the modulus is above it with probability (1 + level)
+            / 2.
 
         Returns
         -------
@@ -441,14 +448,15 @@ class Calibration:
         ratio, standard_error, touches
             As in `modulus`.
         linearity : float
-            Standard deviation of the ratio by the linearity of the converter, `Uncertainty.linearity`; default 0. The
-            interval of `modulus` has it in the scatter: the touches of the fit were measured with it.
+            Standard deviation of the ratio by the linearity of the converter,
+            `Uncertainty.linearity`; default 0. The interval of `modulus` has it in the scatter: the
+            touches of the fit were measured with it.
 
         Returns
         -------
         list of UncertaintyPart
-            "noise", "linearity", "scatter from touch to touch", "scatter of specimens", "fitted curve", and "together",
-            the root of their sum of squares.
+            "noise", "linearity", "scatter from touch to touch", "scatter of specimens", "fitted
+            curve", and "together", the root of their sum of squares.
 
         Raises
         ------

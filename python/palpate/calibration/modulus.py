@@ -27,7 +27,7 @@ class ModulusUnit(StrEnum):
 
 
 class ModulusText(NamedTuple):
-    """The text of a modulus: its value without the unit ("": unknown), and its interval or bound."""
+    """A modulus as text: the value without unit ("": unknown), and the interval or bound."""
 
     value: str
     interval: str
@@ -137,7 +137,7 @@ class UncertaintyPart(NamedTuple):
 
 
 class ParameterRow(NamedTuple):
-    """A parameter of a calibration as text: its name, its value and its 95 % interval with units."""
+    """A parameter of a calibration as text: name, value and 95 % interval."""
 
     name: str
     value: str

@@ -1,4 +1,4 @@
-"""Drawings of a calibration, with matplotlib and as SVG: the curve, its band for a single touch, and the data."""
+"""Drawings of a calibration with matplotlib and as SVG: curve, band for a touch, and data."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> N
 
 
 def draw_calibration(ax: Any, curve: CalibrationCurve) -> Any:
-    """Draw the curve, the ratios and the specimens' means on axes, or on new ones; return the axes."""
+    """Draw curve, ratios and means of specimens on axes, or on new ones; return the axes."""
     with axes(ax) as drawn:
         draw_curve(drawn, curve)
         drawn.plot(

@@ -1,4 +1,4 @@
-"""Selects the ratio of a touch that scatters least on the specimens of a calibration: hold or level, exponent and age."""
+"""Selects the ratio that scatters least on the specimens: hold or level, exponent, age."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ _FEWEST = 3  # degrees of freedom
 
 
 class Track(NamedTuple):
-    """A recording of a calibration: scene and settings of its tracker, and the specimen of each kept touch, by its `start`."""
+    """A recording with its tracker settings, and the specimen of each kept touch by its `start`."""
 
     recording: RecordingProtocol
     tracking: Mapping[str, Any]
@@ -211,8 +211,11 @@ def choose_ratio(
     >>> import palpate
     >>> from palpate.simulation.hand import session
     >>> runs = session(0, moduli={"gel": 1.1, "rubber": 3.0})
-    >>> starts = {name: [touch.start for touch in palpate.touches(run)] for name, run in runs.items()}
-    >>> found = choose_ratio([Track(runs[name], {}, dict.fromkeys(at, name)) for name, at in starts.items()])
+    >>> tracks = []
+    >>> for name, run in runs.items():
+    ...     touches = palpate.touches(run)
+    ...     tracks.append(Track(run, {}, {touch.start: name for touch in touches}))
+    >>> found = choose_ratio(tracks)
     >>> found.ratio, dict(found.settings)
     ('hold', {'contact_exponent': 1.0, 'age': 0.0})
     """
@@ -260,7 +263,7 @@ def _has_exponent(track: Track) -> bool:
 
 
 def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[str]) -> float:
-    """Return the exponent, 1 to 2 in steps of 0.02, whose level ratios scatter least within the specimens."""
+    """Return the exponent, 1 to 2 in steps of 0.02, with the least scatter within specimens."""
     touches = []
     for track in tracks:
         settings = {**track.tracking, "contact_exponent": 1.0, "age": age_s}

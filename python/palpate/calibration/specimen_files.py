@@ -1,4 +1,4 @@
-"""Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
+"""Specimens in files: tables of moduli, names of recordings, and simulated sessions."""
 
 import csv
 import re
@@ -19,7 +19,7 @@ LARGEST = 100_000  # bytes of a table of moduli
 
 def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, float]:
     """Return the moduli, MPa, by name; `note` gets what was assumed."""
-    # A header row, which may name a unit, then rows of name and modulus, separated by comma, semicolon or tab.
+    # A header row, which may name a unit; rows of name and modulus; comma, semicolon or tab.
     lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
@@ -64,7 +64,7 @@ _POWERS = {"pa": -6, "kpa": -3, "mpa": 0, "gpa": 3}
 
 
 def without_unit(text: str, place: str = "") -> tuple[str, int | None]:
-    """Return a text without the unit of a modulus that it names, and the power of ten of that in MPa; None: it names none.
+    """Return a text without its unit, and the power of ten of the unit in MPa; None: no unit.
 
     Raises
     ------
@@ -100,9 +100,9 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
 
 
 def specimen_in(file: Path, names: Mapping[str, str]) -> str:
-    """Return the specimen in the name of a file, of names by `name_key`; else the name without a number at its end."""
-    # The name of the file is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
-    # `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` are of `30 OO`.
+    """Return the specimen that a file name begins with, else the name without its number."""
+    # The name of the file is the name of the specimen, or begins with it, followed by a space,
+    # hyphen, underscore or dot: `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` are of `30 OO`.
     stem = file.stem
     ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
     found = (names[name_key(stem[:end])] for end in ends if name_key(stem[:end]) in names)
@@ -113,12 +113,12 @@ _SEPARATORS = dict.fromkeys(map(ord, "-_ ."))
 
 
 def name_key(name: str) -> str:
-    """Return a name without what is no difference between two: blanks, dashes, underscores, dots and capitals."""
+    """Return a name in lower case without blanks, dashes, underscores and dots, to compare it."""
     return name.translate(_SEPARATORS).casefold()
 
 
 def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
-    """Return the files that `write_session` writes: the recordings, `moduli.csv`, and the sidecars."""
+    """Return the files of `write_session`: the recordings, `moduli.csv`, and the sidecars."""
     paths = [folder / f"{name.replace(' ', '')}.csv" for name in names]
     return [*paths, folder / "moduli.csv", *map(sidecar.sidecar_path, paths)]
 
@@ -126,7 +126,7 @@ def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
 def write_session(
     folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]
 ) -> list[Path]:
-    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths. Files there are replaced."""
+    """Write, or replace, a recording for each specimen, and `moduli.csv`; return the paths."""
     *paths, table = session_files(folder, recordings)[: len(recordings) + 1]
     folder.mkdir(parents=True, exist_ok=True)
     for path, block in zip(paths, recordings.values(), strict=True):

@@ -1,4 +1,4 @@
-"""The touches on the specimens of a calibration: one ratio of several touches, their table, and the fit."""
+"""Touches on the specimens of a calibration: combined ratios, their table, and the fit."""
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from palpate.repeatability import most_reliable, objections, usable
 from palpate.touch import Touch
 from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
-# Data of a fit: all touches; their mean, plain, or weighted by the standard errors; or the most reliable touch.
+# Data of a fit: all touches; their mean, plain or weighted; or the most reliable touch.
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 
 
@@ -153,7 +153,7 @@ class SpecimenSummary:
         }
 
     def cells(self) -> list[str]:
-        """Return the row as text; ratios have two digits of their scatter, of which a mean has less."""
+        """Return the row as text; ratios have two digits of their scatter (less for a mean)."""
         spread = "-"
         if isfinite(self.spread):
             spread = f"{number_format.error(100 * self.spread)} %"
@@ -164,7 +164,7 @@ class SpecimenSummary:
 
 
 def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
-    """Return the table of the specimens as text: a header, a row for each, and whether each column rises."""
+    """Return the table as text: header, a row for each specimen, and which columns rise."""
     summaries = [specimen.summary() for specimen in specimens]
     rows = [["specimen", "MPa", "touches", *RATIO_COLUMNS, "spread"]]
     rows += [summary.cells() for summary in summaries]
@@ -186,8 +186,8 @@ def combined_ratio(
     ----------
     touches : sequence of Touch
     by : str
-        One of `CHOICES` except "all". A mean uses the usable touches; the other ones as in `palpate.most_reliable`, without
-        the test whether they agree.
+        One of `CHOICES` except "all". A mean uses the usable touches; the other ones as in
+        `palpate.most_reliable`, without the test whether they agree.
     accept : collection of str
         Flags that do not exclude a touch.
     ratio_of : callable
@@ -258,7 +258,8 @@ def fit_specimens(
     specimens : sequence of SpecimenTouches
         Their touches with one age and, for the level ratio, one exponent: the calibration has them.
     by : str
-        One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to touch.
+        One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to
+        touch.
     soft_ratio, about
         As in `Calibration.fit`.
 
@@ -279,7 +280,9 @@ def fit_specimens(
     >>> from palpate.elasticity import SORBOTHANE_MPA
     >>> from palpate.simulation.hand import session
     >>> runs = session(0, touches=2)
-    >>> specimens = [SpecimenTouches(name, E, palpate.touches(runs[name])) for name, E in SORBOTHANE_MPA.items()]
+    >>> specimens = []
+    >>> for name, modulus in SORBOTHANE_MPA.items():
+    ...     specimens.append(SpecimenTouches(name, modulus, palpate.touches(runs[name])))
     >>> fit_specimens(specimens).about.fitted_on
     'all'
     """
@@ -328,11 +331,12 @@ def _ratios(specimen: SpecimenTouches, by: str) -> list[CombinedRatio]:
 
 
 def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
-    """Return the share of their standard errors by which ratios scatter within specimens; 1 if it is more, or not known.
+    """Return the scatter within specimens as a share of the standard errors; at most 1.
 
-    The standard error of a level ratio is a bound of what a wrong model costs; how much of it is the same in each touch,
-    so that the calibrated curve has it, shows in the scatter: R. T. Birge, Physical Review 40 (1932) 207. With few degrees
-    of freedom v it is larger by v / (v - 2), as in `Scatter.of`.
+    The standard error of a level ratio is a bound of what a wrong model costs; how much of it is
+    the same in each touch, so that the calibrated curve has it, shows in the scatter: R. T. Birge,
+    Physical Review 40 (1932) 207. With few degrees of freedom v it is larger by v / (v - 2), as in
+    `Scatter.of`.
     """
     squares = 0.0
     freedom = 0

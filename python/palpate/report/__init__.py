@@ -1,7 +1,8 @@
-"""Reports as one HTML page: what was touched, what came out, how sure it is, and how to do it again.
+"""Reports as one HTML page: touches, results with uncertainty, and how to repeat them.
 
-`findings` reads recordings and finds the touches and the result of each specimen, `repeatability` compares touches with
-specimens, and `writing` makes tables and texts of them and fills the template.
+`findings` measures recordings and finds the result of each specimen, `anova` compares touches with
+specimens, `recording_facts` reads the sidecars, `tables` and `content` make the sections as data,
+and `report_html` fills the template.
 """
 
 from palpate.report.report_html import WrittenReport, calibration_page, write_report

@@ -1,4 +1,4 @@
-"""The touches of recordings, each with its specimen and whether it is kept, and the result of each specimen."""
+"""The touches of recordings with their specimens, and the result of each specimen."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -142,7 +142,8 @@ class SpecimenResult:
     variation : float
         Standard deviation of the logarithm of the ratio of the kept touches; nan below two.
     budget : list of UncertaintyPart
-        Errors of the mean and of its modulus by their causes, and together; empty without a modulus.
+        Errors of the mean and of its modulus by their causes, and together; empty without a
+        modulus.
     """
 
     name: str
@@ -157,7 +158,7 @@ class SpecimenResult:
 
     @property
     def inside(self) -> bool | None:
-        """Whether the known modulus is in the interval; None: it is not known, or there is no interval."""
+        """Whether the known modulus is in the interval; None: one is missing."""
         if self.known is None or self.modulus is None or not self.modulus.low >= 0:
             return None
         return self.modulus.low <= self.known <= self.modulus.high
@@ -211,7 +212,7 @@ def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Ag
 
 @dataclass(frozen=True)
 class Findings:
-    """All that a report shows; the results are in the order in which the specimens were touched first."""
+    """Touches and results of a report; specimens are in the order of their first touch."""
 
     runs: list[AnalysedRecording]
     touches: list[ReportedTouch]
@@ -220,7 +221,7 @@ class Findings:
     scatter: Scatter  # from touch to touch, of the calibration, or of these touches
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
-        """Return the repeatability of the kept touches, or of all with a ratio above 0; None: no touch."""
+        """Return the repeatability of the kept touches, or of all; None: there is no touch."""
         groups = []
         for result in self.results:
             groups.append(_logarithms(result.touches if all_touches else result.kept))
@@ -260,7 +261,7 @@ def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None
 def known_moduli(
     runs: Iterable[AnalysedRecording], table: Mapping[str, float]
 ) -> tuple[dict[str, float], list[str]]:
-    """Return the modulus of each specimen, MPa: of a table, else of the sessions; and where a session differs from the table."""
+    """Return the moduli by name, MPa, of a table, else of the sessions; and the differences."""
     moduli = dict(table)
     names = {name_key(name): name for name in table}
     differences: list[str] = []

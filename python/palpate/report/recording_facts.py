@@ -63,7 +63,8 @@ class RecordingFacts:
     def begin(self) -> str:
         """When the recording began, in the zone of the computer that made it; "": unknown.
 
-        By the epoch of its clock, else by the start of the program, which says the zone; UTC without it.
+        By the epoch of its clock, else by the start of the program, which says the zone; UTC
+        without it.
         """
         zero_ns = self.run.recording.zero_utc_ns
         try:

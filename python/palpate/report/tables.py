@@ -63,7 +63,7 @@ class Table:
 
 @dataclass(frozen=True)
 class ModulusStyle:
-    """How moduli are shown: their unit, and whether Shore A is beside them, by `shore_a_of_modulus`."""
+    """How moduli are shown: their unit, and whether with Shore A, by `shore_a_of_modulus`."""
 
     unit: ModulusUnit = ModulusUnit.MPA
     shore: bool = False
@@ -210,7 +210,7 @@ class TouchTable:
         return Row(tuple(cells), (*left_out, *others))
 
     def _from_mean(self, one: ReportedTouch) -> float:
-        """Return the distance of a ratio from the mean of its specimen, relative to it; nan: unknown."""
+        """Return the relative distance of a ratio from the mean of its specimen; nan: unknown."""
         for result in self.found.results:
             if result.name == one.specimen and result.mean:
                 return one.ratio / result.mean.ratio - 1
@@ -229,7 +229,7 @@ class TouchTable:
 
 
 def recording_table(facts: Iterable[RecordingFacts]) -> Table:
-    """Return the table of the recordings: begin, length, rows and lost samples, and remarks on each."""
+    """Return the table of the recordings: begin, length, rows, lost samples, and remarks."""
     columns = [
         Column("Recording", of_text=True),
         Column("Begin"),
