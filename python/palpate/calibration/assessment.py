@@ -156,7 +156,7 @@ class Assessment:
     >>> from palpate import Calibration
     >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5]).assessment
     >>> found.specimens, [type(each).__name__ for each in found.objections]
-    (4, ['RigidRatioUndetermined'])
+    (4, [])
     """
 
     fit: CurveFit

@@ -139,8 +139,7 @@ class Calibration:
 
         Examples
         --------
-        >>> from palpate.calibration.validity import Refusal, refusal
-        from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+        >>> from palpate.elasticity import SORBOTHANE_MPA, Elasticity
         >>> moduli = list(SORBOTHANE_MPA.values())
         >>> four = [1.02, 0.99, 0.98, 1.01]  # four touches on each, at different angles
         >>> ratios = [factor * Elasticity().ratio(E) for E in moduli for factor in four]

@@ -166,7 +166,7 @@ class RatioChoice:
     Examples
     --------
     >>> RatioChoice("level", {"contact_exponent": 1.0, "age": 0.0}).ratio_of.__name__
-    'level'
+    'level_ratio'
     """
 
     ratio: str
