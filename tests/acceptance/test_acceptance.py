@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -16,6 +17,7 @@ from palpate.acceptance.report import (
     ReportError,
     Step,
     Verdict,
+    count_verdicts,
     new_report,
     read_report,
     utc_now,
@@ -170,6 +172,29 @@ def test_a_board_that_fails_is_named(
     assert f"!!  {name}: " in said(steps)
     for word in words:
         assert word in said(steps)
+
+
+@pytest.mark.parametrize(
+    ("fault", "lost", "errors"),
+    [
+        (Fault(FaultKind.LOST_CONVERSION, skip=100), 1, 0),
+        (Fault(FaultKind.STALL, skip=100, times=2), 0, 2),
+    ],
+    ids=["a lost conversion", "two failed accesses"],
+)
+def test_what_fails_before_the_driver_reads_is_counted_once(
+    fault: Fault, lost: int, errors: int
+) -> None:
+    board = Board()
+    bench = board.open()
+    board.kit.faults.append(replace(fault))
+    steps = {step.name: step for step in Acceptance(bench, skip=["noise"])}
+    losses = steps["losses"]
+    assert (losses.values["lost"], losses.values["errors"]) == (lost, errors)
+    assert losses.verdict == Verdict.WRONG
+    found = [Verdict.OK, Verdict.WRONG, Verdict.OK, Verdict.NOT_DONE]
+    counted = count_verdicts(Step("any", verdict, "") for verdict in found)
+    assert counted == "2 ok, 1 wrong, 1 not done"
 
 
 def slow(chip: SimulatedChip) -> None:
