@@ -83,7 +83,7 @@ def residuals(
 
 
 @dataclass(frozen=True)
-class Misfit:
+class CurveMisfit:
     """Objection: the specimens scatter around the curve by more than their touches explain."""
 
     fit: CurveFit
@@ -137,7 +137,7 @@ class NotRising:
         return f"The measured ratio does not rise with the modulus between {pairs}."
 
 
-Objection = Misfit | RigidRatioUndetermined | NotRising
+Objection = CurveMisfit | RigidRatioUndetermined | NotRising
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class Assessment:
     ----------
     fit : palpate.calibration.fit.CurveFit
     specimens, values : int
-    objections : tuple of Misfit, RigidRatioUndetermined and NotRising
+    objections : tuple of CurveMisfit, RigidRatioUndetermined and NotRising
         Empty: the fit is sound. Each prints as a sentence.
 
     Examples
@@ -212,7 +212,7 @@ def assess(fit: CurveFit, rows: Sequence[Residual], values: int) -> Assessment:
     probability = _misfit_probability(fit)
     if probability < DOUBT:
         largest = max(rows, key=lambda row: abs(row.standardised))
-        objections.append(Misfit(fit, probability, largest))
+        objections.append(CurveMisfit(fit, probability, largest))
     rigid = float(fit.parameters[0])
     t = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5

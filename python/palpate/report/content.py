@@ -19,18 +19,18 @@ from palpate.report.findings import (
     SpecimenResult,
 )
 from palpate.report.recording_facts import (
-    Entry,
+    NamedValue,
     RecordingFacts,
     Settings,
     SourceFile,
-    listed,
+    joined_once,
     shared_settings,
 )
 from palpate.report.tables import (
     ModulusStyle,
-    Row,
-    Table,
-    TouchTable,
+    ReportRow,
+    ReportTable,
+    TouchTableBuilder,
     budget_table,
     distance_table,
     event_table,
@@ -88,8 +88,8 @@ class CalibrationSection:
     calibration: Calibration
     picture: Markup
     rings: bool
-    parameters: Table
-    distances: Table
+    parameters: ReportTable
+    distances: ReportTable
     about: str
     in_other_unit: bool = False  # whether the moduli of the report are not in MPa
 
@@ -103,27 +103,27 @@ class SessionSections:
     doubts: list[str]
     named: list[str]
     verdict: str
-    head: list[Entry]
-    results: Table | None
+    head: list[NamedValue]
+    results: ReportTable | None
     kept: int
     repeatability: Repeatability | None
-    parts: Table | None
-    touches: Table | None
-    recordings: Table
-    events: Table | None
+    parts: ReportTable | None
+    touches: ReportTable | None
+    recordings: ReportTable
+    events: ReportTable | None
     settings: list[Settings]
-    sums: list[Entry]
+    sums: list[NamedValue]
     commands: list[str]
 
 
 @dataclass(frozen=True)
-class Page:
+class ReportPage:
     """A whole report: of recordings, or of a calibration with its specimens."""
 
     title: str
     session: SessionSections | None = None
     calibration: CalibrationSection | None = None
-    specimens: Table | None = None
+    specimens: ReportTable | None = None
     version: str = __version__
 
 
@@ -147,7 +147,7 @@ def calibration_section(
     )
 
 
-def page_of_session(found: Findings, options: ReportOptions, progress: Progress) -> Page:
+def page_of_session(found: Findings, options: ReportOptions, progress: Progress) -> ReportPage:
     """Return the report of recordings."""
     facts = [RecordingFacts(run) for run in found.runs]
     style = options.style
@@ -170,10 +170,10 @@ def page_of_session(found: Findings, options: ReportOptions, progress: Progress)
         events=event_table(facts),
         settings=[
             *shared_settings(facts),
-            Settings("Reported by", (Entry("palpate", __version__),)),
+            Settings("Reported by", (NamedValue("palpate", __version__),)),
         ],
         sums=[
-            Entry(file.name, element("code", f"sha256 {file.checksum()}"))
+            NamedValue(file.name, element("code", f"sha256 {file.checksum()}"))
             for file in [*sources, *options.files()]
         ],
         commands=_commands(found, options),
@@ -184,8 +184,8 @@ def page_of_session(found: Findings, options: ReportOptions, progress: Progress)
         calibration = calibration_section(
             found.calibration, found.results, in_other_unit=in_other_unit
         )
-    title = options.title or listed(run.plan.title for run in found.runs)
-    return Page(title or f"Report of {_recordings(found)}", session, calibration)
+    title = options.title or joined_once(run.plan.title for run in found.runs)
+    return ReportPage(title or f"Report of {_recordings(found)}", session, calibration)
 
 
 def _recordings(found: Findings) -> str:
@@ -229,32 +229,34 @@ class _RowCounts:
 
 def _head(
     facts: Sequence[RecordingFacts], options: ReportOptions, counts: _RowCounts
-) -> list[Entry]:
+) -> list[NamedValue]:
     """Return the entries of the head of a report; empty ones are not shown."""
     runs = [each.run for each in facts]
     begins = sorted(each.begin for each in facts if each.begin)
     return [
-        Entry("Operator", options.operator or listed(run.plan.operator for run in runs)),
-        Entry("Begin", listed([*begins[:1], *begins[-1:]], " to ") or "unknown"),
-        *(Entry("Note", note) for note in options.notes),
-        Entry("Probe", options.probe),
-        Entry("Site", options.site),
-        Entry("Calibration", options.calibration.name if options.calibration else "none"),
-        Entry("Board", listed(each.board for each in facts)),
-        Entry("Recordings", runs[0].name if len(runs) == 1 else counted(len(runs), "recording")),
-        Entry("Rows", str(counts)),
-        Entry("Check", listed(run.checked.verdict for run in runs)),
+        NamedValue("Operator", options.operator or joined_once(run.plan.operator for run in runs)),
+        NamedValue("Begin", joined_once([*begins[:1], *begins[-1:]], " to ") or "unknown"),
+        *(NamedValue("Note", note) for note in options.notes),
+        NamedValue("Probe", options.probe),
+        NamedValue("Site", options.site),
+        NamedValue("Calibration", options.calibration.name if options.calibration else "none"),
+        NamedValue("Board", joined_once(each.board for each in facts)),
+        NamedValue(
+            "Recordings", runs[0].name if len(runs) == 1 else counted(len(runs), "recording")
+        ),
+        NamedValue("Rows", str(counts)),
+        NamedValue("Check", joined_once(run.checked.verdict for run in runs)),
     ]
 
 
 def _touch_table(
     found: Findings, facts: Sequence[RecordingFacts], style: ModulusStyle, progress: Progress
-) -> Table | None:
+) -> ReportTable | None:
     """Return the table of the touches; of several recordings with their names; None: no touch."""
     if not found.touches:
         return None
-    table = TouchTable(found, facts, style)
-    rows: list[Row] = []
+    table = TouchTableBuilder(found, facts, style)
+    rows: list[ReportRow] = []
     name = found.runs[0].name if len(found.runs) == 1 else ""
     for one in found.touches:
         progress(f"touch {one.number} of {len(found.touches)}")
@@ -262,7 +264,7 @@ def _touch_table(
             name = one.run.name
             rows.append(table.heading(one))
         rows.append(table.row(one))
-    return Table.of(table.columns(), rows)
+    return ReportTable.of(table.columns(), rows)
 
 
 def _commands(found: Findings, options: ReportOptions) -> list[str]:

@@ -26,7 +26,7 @@ class Event(NamedTuple):
     text: str
 
 
-class Entry(NamedTuple):
+class NamedValue(NamedTuple):
     """A name and its value as text."""
 
     name: str
@@ -38,7 +38,7 @@ class Settings:
     """Settings that one or more recordings have."""
 
     title: str
-    entries: tuple[Entry, ...]
+    entries: tuple[NamedValue, ...]
 
 
 class SourceFile(NamedTuple):
@@ -84,7 +84,7 @@ class RecordingFacts:
         if not isinstance(inner, dict):
             inner = device
         chip = f"fingerprint {device['fingerprint']}" if "fingerprint" in device else ""
-        return listed([shortened(str(inner.get("name", ""))), shortened(chip)])
+        return joined_once([shortened(str(inner.get("name", ""))), shortened(chip)])
 
     @property
     def remarks(self) -> str:
@@ -92,7 +92,7 @@ class RecordingFacts:
         checked = self.run.checked
         notes = self.run.found.touches.notes
         first = [checked.verdict, checked.understood]
-        return listed([*first, *checked.faults, *checked.findings, *notes], "; ")
+        return joined_once([*first, *checked.faults, *checked.findings, *notes], "; ")
 
     @cached_property
     def events(self) -> list[Event]:
@@ -128,7 +128,7 @@ class RecordingFacts:
         return [SourceFile(name.with_name(file.name).as_posix(), file) for file in files]
 
 
-def listed(texts: Iterable[str], between: str = ", ") -> str:
+def joined_once(texts: Iterable[str], between: str = ", ") -> str:
     """Return texts in one line, each once, without empty ones."""
     return between.join(dict.fromkeys(filter(None, texts)))
 
@@ -148,13 +148,13 @@ def shared_settings(facts: Sequence[RecordingFacts]) -> list[Settings]:
     return shared
 
 
-def _entries(values: object, name: str = "") -> Iterator[Entry]:
+def _entries(values: object, name: str = "") -> Iterator[NamedValue]:
     """Yield names and values; a value in a table has both names."""
     if isinstance(values, Mapping):
         for key, value in values.items():
             yield from _entries(value, f"{name}.{key}" if name else str(key))
     elif values is not None:
-        yield Entry(name, shortened(str(values), _LONGEST))
+        yield NamedValue(name, shortened(str(values), _LONGEST))
 
 
 def _chip_conditions(conditions: Iterable[object]) -> dict[str, str]:

@@ -17,9 +17,9 @@ from palpate.errors import need
 from palpate.files import write_file
 from palpate.messages import unlike
 from palpate.report.content import (
-    Page,
     Progress,
     ReportOptions,
+    ReportPage,
     calibration_section,
     page_of_session,
 )
@@ -32,7 +32,7 @@ from palpate.report.findings import (
 from palpate.report.tables import (
     ModulusStyle,
     percent,
-    text_table,
+    table_of_texts,
 )
 
 _PathLike = str | os.PathLike[str]
@@ -183,12 +183,12 @@ def _named_paths(recordings: Sequence[_PathLike], table: Path | None) -> dict[st
 
 def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
-    table = text_table(specimen_table(specimens), of_text="specimen")
+    table = table_of_texts(specimen_table(specimens), of_text="specimen")
     section = calibration_section(calibration)
-    return _render(Page("Calibration of a probe", calibration=section, specimens=table))
+    return _render(ReportPage("Calibration of a probe", calibration=section, specimens=table))
 
 
-def _render(page: Page) -> str:
+def _render(page: ReportPage) -> str:
     """Return a page as HTML: all of its texts are escaped except markup."""
     jinja2 = need("jinja2", "report")
     pages = jinja2.Environment(

@@ -20,7 +20,7 @@ Cell = str | int
 """A cell of a table; `Markup` is a text that is not escaped."""
 
 
-class Column(NamedTuple):
+class ReportColumn(NamedTuple):
     """A column of a table."""
 
     name: str
@@ -29,7 +29,7 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
+class ReportRow:
     """A row of a table: a cell for each column, none for a row of remarks, and remarks below it."""
 
     cells: tuple[Cell, ...] = ()
@@ -37,14 +37,14 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table as text."""
 
-    columns: tuple[Column, ...]
-    rows: tuple[Row, ...]
+    columns: tuple[ReportColumn, ...]
+    rows: tuple[ReportRow, ...]
 
     @classmethod
-    def of(cls, columns: Sequence[Column], rows: Iterable[Row]) -> "Table":
+    def of(cls, columns: Sequence[ReportColumn], rows: Iterable[ReportRow]) -> "ReportTable":
         """Return a table without the columns that are empty in each row."""
         known = tuple(rows)
         full = [
@@ -68,10 +68,10 @@ class ModulusStyle:
     unit: ModulusUnit = ModulusUnit.MPA
     shore: bool = False
 
-    def columns(self) -> list[Column]:
+    def columns(self) -> list[ReportColumn]:
         """Return the columns of a modulus."""
-        hardness = [Column("Shore A")] if self.shore else []
-        return [Column(self.unit), *hardness, Column("95 % interval", of_text=True)]
+        hardness = [ReportColumn("Shore A")] if self.shore else []
+        return [ReportColumn(self.unit), *hardness, ReportColumn("95 % interval", of_text=True)]
 
     def cells(self, modulus: Modulus | None, missing: str) -> list[Cell]:
         """Return the cells of a modulus; without a value the interval says why."""
@@ -101,24 +101,24 @@ def signed(text: str) -> str:
     return text.replace("-", MINUS)
 
 
-def result_table(found: Findings, style: ModulusStyle) -> Table:
+def result_table(found: Findings, style: ModulusStyle) -> ReportTable:
     """Return the table of the specimens."""
     columns = [
-        Column("Specimen", of_text=True),
+        ReportColumn("Specimen", of_text=True),
         *style.columns(),
-        Column(f"Known, {style.unit}"),
-        Column("Inside", of_text=True),
-        Column("Ratio"),
-        Column("±"),
-        Column("CV, %"),
-        Column("Kept"),
-        Column("Left out"),
+        ReportColumn(f"Known, {style.unit}"),
+        ReportColumn("Inside", of_text=True),
+        ReportColumn("Ratio"),
+        ReportColumn("±"),
+        ReportColumn("CV, %"),
+        ReportColumn("Kept"),
+        ReportColumn("Left out"),
     ]
     missing = NONE if found.calibration else ""
-    return Table.of(columns, [_result_row(one, style, missing) for one in found.results])
+    return ReportTable.of(columns, [_result_row(one, style, missing) for one in found.results])
 
 
-def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> Row:
+def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> ReportRow:
     ratio = error = NONE
     if one.mean:
         ratio = number_format.number(one.mean.ratio, one.mean.standard_error)
@@ -137,53 +137,55 @@ def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> Row:
         len(one.kept),
         len(one.touches) - len(one.kept) or NONE,
     ]
-    return Row(tuple(cells))
+    return ReportRow(tuple(cells))
 
 
-def budget_table(results: Iterable[SpecimenResult]) -> Table | None:
+def budget_table(results: Iterable[SpecimenResult]) -> ReportTable | None:
     """Return the parts of the uncertainty of each modulus; None: there is no modulus."""
     known = [one for one in results if one.budget]
     if not known:
         return None
-    parts = [Column(part.name.capitalize()) for part in known[0].budget]
+    parts = [ReportColumn(part.name.capitalize()) for part in known[0].budget]
     rows = []
     for one in known:
         shares = [number_format.error(part.of_ratio) for part in one.budget]
         of_modulus = number_format.error(one.budget[-1].of_modulus)
-        rows.append(Row((one.name, *shares, of_modulus)))
-    return Table.of([Column("Specimen", of_text=True), *parts, Column("Of the modulus")], rows)
+        rows.append(ReportRow((one.name, *shares, of_modulus)))
+    return ReportTable.of(
+        [ReportColumn("Specimen", of_text=True), *parts, ReportColumn("Of the modulus")], rows
+    )
 
 
 TOUCH_COLUMNS = (
-    Column("Start"),
-    Column("Samples"),
-    Column("Ratio"),
-    Column("±"),
-    Column("Noise, %"),
-    Column("From mean, %"),
-    Column("Alarm, %"),
-    Column("Mark", of_text=True),
+    ReportColumn("Start"),
+    ReportColumn("Samples"),
+    ReportColumn("Ratio"),
+    ReportColumn("±"),
+    ReportColumn("Noise, %"),
+    ReportColumn("From mean, %"),
+    ReportColumn("Alarm, %"),
+    ReportColumn("Mark", of_text=True),
 )
 
 
 @dataclass(frozen=True)
-class TouchTable:
+class TouchTableBuilder:
     """The table of the touches of a report, row by row."""
 
     found: Findings
     facts: Sequence[RecordingFacts]
     style: ModulusStyle
 
-    def columns(self) -> list[Column]:
+    def columns(self) -> list[ReportColumn]:
         """Return the columns."""
-        first = [Column("Touch"), Column("Specimen", of_text=True)]
+        first = [ReportColumn("Touch"), ReportColumn("Specimen", of_text=True)]
         return [*first, *self.style.columns(), *TOUCH_COLUMNS]
 
-    def heading(self, one: ReportedTouch) -> Row:
+    def heading(self, one: ReportedTouch) -> ReportRow:
         """Return the row with the name of the recording of a touch."""
-        return Row(remarks=(element("b", one.run.name),))
+        return ReportRow(remarks=(element("b", one.run.name),))
 
-    def row(self, one: ReportedTouch) -> Row:
+    def row(self, one: ReportedTouch) -> ReportRow:
         """Return the row of a touch, with the sentences about it."""
         touch = one.touch
         known = one.uncertainty(self.found.scatter)
@@ -207,7 +209,7 @@ class TouchTable:
         ]
         left_out = [f"{LEFT_OUT} left out. {reason}" for reason in one.left_out]
         others = [advice for advice in one.advice if advice not in one.left_out]
-        return Row(tuple(cells), (*left_out, *others))
+        return ReportRow(tuple(cells), (*left_out, *others))
 
     def _from_mean(self, one: ReportedTouch) -> float:
         """Return the relative distance of a ratio from the mean of its specimen; nan: unknown."""
@@ -228,15 +230,15 @@ class TouchTable:
         ]
 
 
-def recording_table(facts: Iterable[RecordingFacts]) -> Table:
+def recording_table(facts: Iterable[RecordingFacts]) -> ReportTable:
     """Return the table of the recordings: begin, length, rows, lost samples, and remarks."""
     columns = [
-        Column("Recording", of_text=True),
-        Column("Begin"),
-        Column("Length"),
-        Column("Rows"),
-        Column("Missing", of_text=True),
-        Column("Check", of_text=True),
+        ReportColumn("Recording", of_text=True),
+        ReportColumn("Begin"),
+        ReportColumn("Length"),
+        ReportColumn("Rows"),
+        ReportColumn("Missing", of_text=True),
+        ReportColumn("Check", of_text=True),
     ]
     rows = []
     for each in facts:
@@ -250,52 +252,52 @@ def recording_table(facts: Iterable[RecordingFacts]) -> Table:
         if run.checked.timed:
             length = lasting(timedelta(seconds=counts.seconds))
         begin = each.begin or "unknown"
-        rows.append(Row((run.name, begin, length, counts.rows, missing, each.remarks)))
-    return Table.of(columns, rows)
+        rows.append(ReportRow((run.name, begin, length, counts.rows, missing, each.remarks)))
+    return ReportTable.of(columns, rows)
 
 
-def event_table(facts: Iterable[RecordingFacts]) -> Table | None:
+def event_table(facts: Iterable[RecordingFacts]) -> ReportTable | None:
     """Return the table of notes, marks, tares and gaps; None: there are none."""
     columns = [
-        Column("Recording", of_text=True),
-        Column("Time"),
-        Column("What", of_text=True),
-        Column("Text", of_text=True),
+        ReportColumn("Recording", of_text=True),
+        ReportColumn("Time"),
+        ReportColumn("What", of_text=True),
+        ReportColumn("Text", of_text=True),
     ]
     rows = []
     for each in facts:
         for event in each.events:
             time = clock(event.t_s - each.run.first_s)
-            rows.append(Row((each.run.name, time, event.kind, event.text)))
-    return Table.of(columns, rows) if rows else None
+            rows.append(ReportRow((each.run.name, time, event.kind, event.text)))
+    return ReportTable.of(columns, rows) if rows else None
 
 
-def parameter_table(calibration: Calibration) -> Table:
+def parameter_table(calibration: Calibration) -> ReportTable:
     """Return the parameters of a calibration."""
     names = ("Parameter", "Value", "95 % interval")
-    columns = [Column(name, of_text=True) for name in names]
-    return Table.of(columns, [Row(row) for row in calibration.parameter_rows()])
+    columns = [ReportColumn(name, of_text=True) for name in names]
+    return ReportTable.of(columns, [ReportRow(row) for row in calibration.parameter_rows()])
 
 
-def distance_table(calibration: Calibration) -> Table:
+def distance_table(calibration: Calibration) -> ReportTable:
     """Return the specimens of a fit: their values, their mean, and its distance from the curve."""
     columns = [
-        Column("MPa"),
-        Column("Touches"),
-        Column("Ratio"),
-        Column("Curve"),
-        Column("Distance, %"),
-        Column("In std. errors"),
-        Column("Values", of_text=True),
+        ReportColumn("MPa"),
+        ReportColumn("Touches"),
+        ReportColumn("Ratio"),
+        ReportColumn("Curve"),
+        ReportColumn("Distance, %"),
+        ReportColumn("In std. errors"),
+        ReportColumn("Values", of_text=True),
     ]
     rows = [_distance_row(calibration, one) for one in calibration.residuals]
-    return Table.of(columns, rows)
+    return ReportTable.of(columns, rows)
 
 
-def _distance_row(calibration: Calibration, one: Residual) -> Row:
+def _distance_row(calibration: Calibration, one: Residual) -> ReportRow:
     values = calibration.ratios[calibration.moduli == one.modulus].tolist()
     spread = calibration.touch_spread
-    return Row(
+    return ReportRow(
         (
             f"{one.modulus:g}",
             one.touches,
@@ -308,7 +310,7 @@ def _distance_row(calibration: Calibration, one: Residual) -> Row:
     )
 
 
-def text_table(rows: Sequence[Sequence[str]], of_text: str) -> Table:
+def table_of_texts(rows: Sequence[Sequence[str]], of_text: str) -> ReportTable:
     """Return a table of texts; the first row is the header, and names the column of text."""
-    columns = [Column(name, of_text=name == of_text) for name in rows[0]]
-    return Table.of(columns, [Row(tuple(row)) for row in rows[1:]])
+    columns = [ReportColumn(name, of_text=name == of_text) for name in rows[0]]
+    return ReportTable.of(columns, [ReportRow(tuple(row)) for row in rows[1:]])
