@@ -227,4 +227,6 @@ class Bus:
 def pair_of(driver: Ad7746, seq: int) -> Sample | None:
     """Return the next pair, without the events around it; None after an interruption."""
     samples = [item for item in driver.read(seq) if isinstance(item, Sample)]
-    return samples[0] if samples else None
+    if not samples:
+        return None
+    return samples[0]

@@ -368,7 +368,9 @@ def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
     ratios = pairs.y[high] / pairs.x[high]
     rows = pairs.row[high]
     parts = np.split(ratios, np.searchsorted(rows, alarms + 1))
-    starts = [int(pairs.hard.readings.row[0]), *(int(alarm) + 1 for alarm in alarms)]
+    starts = [int(pairs.hard.readings.row[0])]
+    for alarm in alarms:
+        starts.append(int(alarm) + 1)
     known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
     if not known:
         return None
