@@ -403,7 +403,7 @@ def advice(touch: "Touch") -> list[Advice]:
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
     >>> [offset] = palpate.advice(touch)
     >>> offset.flag.name, offset.text[:30]
-    ('OFFSET', 'the soft bump is reached 2.9 %')
+    ('OFFSET', 'the soft bump is reached 2.1 %')
     """
     result = [Advice(flag, flag.meaning.explain(touch)) for flag in touch.flags]
     if _is_swapped(touch, _FEWEST_SWAPPED):

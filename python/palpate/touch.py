@@ -80,7 +80,7 @@ class Touch:
     >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
     >>> touch.samples, round(touch.ratio, 2), "offset" in touch.flags
-    (250, 2.93, True)
+    (250, 2.79, True)
     """
 
     start: int

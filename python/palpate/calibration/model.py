@@ -104,7 +104,7 @@ class Calibration:
         soft_ratio: float | None = 1.0,
         about: About | None = None,
     ) -> "Calibration":
-        """CurveFit a calibration curve, equation (2), to ratios on specimens of known modulus.
+        """Fit a calibration curve, equation (2), to ratios on specimens of known modulus.
 
         The weights hold the standard errors, and the scatter from touch to touch and from specimen
         to specimen.
