@@ -71,7 +71,7 @@ def test_a_source_without_settings(tmp_path: Path) -> None:
 
 
 def test_nothing_is_set_in_contact_and_temperature_since_the_baseline() -> None:
-    played = Played(f"{SOURCE}&capf=7&idle=10").play(until_s=25)
+    played = Played(f"{SOURCE}&capf=7&idle=10").play(until_s=32)
     told = values(Device(played, played.page_state, "sim:").document())
     assert told["Temperature"] == "25.0 °C, +0.0 since the baseline"
     played = Played(SOURCE).play(until_s=4)

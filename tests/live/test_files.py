@@ -78,7 +78,7 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         path: Path,
         recordings: Sequence[Path],
         calibration: Path | None,
-        tell: Callable[[str], None],
+        progress: Callable[[str], None],
         *,
         unit: str,
     ) -> None:
@@ -87,7 +87,7 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         path.write_text("<p>gel</p>")
         with pytest.raises(RefusedCommand, match="one is being written"):
             files.report()
-        tell("touch 1 of 4")
+        progress("touch 1 of 4")
         assert files.as_dict()["progress"] == "Report: touch 1 of 4"
 
     def full(*_: object, **__: object) -> None:
@@ -98,10 +98,10 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         files.report()
     for name in ("one.csv", "two.csv"):
         files.made(files.next(name), "recording")
-    monkeypatch.setattr(module, "write", full)
+    monkeypatch.setattr(module, "write_report", full)
     with pytest.raises(RefusedCommand, match=r"report: cannot be written: No space left on device"):
         files.report()
-    monkeypatch.setattr(module, "write", write)
+    monkeypatch.setattr(module, "write_report", write)
     files.calibration = tmp_path / "probe.toml"
     files.settings(unit="kPa")
     (tmp_path / "two-report-2.html").write_text("precious")
@@ -144,7 +144,9 @@ def test_a_browser_shows_a_report_and_runs_nothing_in_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = begun(f"{OWN_FILE}?speed=100", tmp_path)
-    monkeypatch.setattr(module, "write", lambda path, *_, tell: path.write_text("<p>gel</p>"))
+    monkeypatch.setattr(
+        module, "write_report", lambda path, *_, progress: path.write_text("<p>gel</p>")
+    )
     name = bench.do("report")["file"]
     for beside in ("probe.toml", "odd.bin"):
         (tmp_path / beside).write_text("x")

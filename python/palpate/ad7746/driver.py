@@ -8,15 +8,13 @@ Not tried on hardware. What happens after an error:
    end, if an access of it failed for good, or if the registers that are read with its data are not
    as written. If that is the soft conversion, the hard one before it keeps its value.
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries,
-the
-   device is opened and configured again (with the firmware, if its path is known), counted in
+   the device is opened and configured again (with the firmware, if its path is known), counted in
    `reopened`. After `STREAK` more lost pairs the last error is raised.
 4. If the computer stopped so long that the difference of a pair's two times may be wrong by more
    than `limit_ns`, the pair is LOST and counted in `lost`; the hard reading keeps its value if its
    own time is good. Such pairs are no failures of the device: it is not opened again.
 5. If the device is unplugged, the driver waits for it, up to `replug_s`, and opens it again as
-often
-   as that fails. The pairs that the gap would have held are counted in `lost`, and their sequence
+   often as that fails. The pairs that the gap would have held are counted in `lost`, and their sequence
    numbers are skipped.
 6. Once a second the gains of the chip are read: a chip has no serial number, but its gains, set in
    the factory, differ from those of any other chip. If another program has changed them, the pair
