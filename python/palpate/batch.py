@@ -6,7 +6,17 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, cast, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Protocol,
+    TypeGuard,
+    TypeVar,
+    Unpack,
+    cast,
+    overload,
+    runtime_checkable,
+)
 
 import numpy as np
 
@@ -154,9 +164,24 @@ def _of_one(keywords: Mapping[str, Any], recording: Any, **options: Any) -> Touc
     return found
 
 
+@runtime_checkable
+class _SourceOfSamples(Protocol):
+    """The members that only a source has, which sources/base.py defines above this module."""
+
+    def describe(self) -> object:
+        """Return a description of the instrument."""
+
+    def interrupt(self) -> None:
+        """Stop an iteration in another thread."""
+
+
 def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:
-    """Return whether this is no recording, path or table, but may contain some."""
-    is_one = isinstance(given, str | bytes | np.ndarray) or is_frame(given)
+    """Return whether this is no recording, path or table, but may contain some.
+
+    A source is iterable, too. Its blocks are parts of one recording: as recordings of their own
+    they would lose touches and gaps.
+    """
+    is_one = isinstance(given, str | bytes | np.ndarray | _SourceOfSamples) or is_frame(given)
     return isinstance(given, Iterable) and not is_one and not is_like_recording(given)
 
 

@@ -61,6 +61,16 @@ def test_an_object_that_is_no_recording_is_refused_with_all_missing_members(wron
         palpate.touches(wrong)
 
 
+@pytest.mark.parametrize("uri", ["sim:four-specimens?seed=1", str(FOUR)])
+@pytest.mark.parametrize("estimate", [palpate.touches, palpate.offline])
+def test_a_source_is_refused_as_its_blocks_are_no_recordings(uri: str, estimate: Any) -> None:
+    with (
+        palpate.open(uri) as source,
+        pytest.raises(TypeError, match="a live source has to be recorded first"),
+    ):
+        estimate(source)
+
+
 def test_a_class_with_arrays_is_a_recording() -> None:
     run = scenarios.run("stiff-steady")
 
