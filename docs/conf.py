@@ -45,15 +45,12 @@ autodoc_typehints = "none"  # the docstrings say more
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_param = False
-napoleon_custom_sections = [
-    ("Attributes", "params_style")
-]  # "low, high : float" is one entry of two names
+# "low, high : float" is one entry of two names
+napoleon_custom_sections = [("Attributes", "params_style")]
 # Types are in words: shapes, units, ranges.
 nitpick_ignore_regex = [("py:.*", ".*"), ("cpp:.*", ".*")]
-suppress_warnings = [
-    "ref.python",
-    "duplicate_declaration.cpp",
-]  # the namespace, on each page of a header
+# the namespace, on each page of a header
+suppress_warnings = ["ref.python", "duplicate_declaration.cpp"]
 
 
 def setup(app: Any) -> None:

@@ -131,9 +131,8 @@ def information(setup: Setup, times: Array, is_hard: NDArray[np.bool_]) -> Array
     common = (is_hard[:, None] == is_hard) / setup.baseline
     root = np.linalg.cholesky(force + setup.noise_pF**2 * (np.eye(len(times)) + common))
     inverse = np.linalg.inv(root)
-    by = np.stack(
-        [is_hard / setup.ratio, np.full(len(times), 1 / setup.depth_pF)]
-    )  # d log(mean) by ratio and depth
+    # d log(mean) by ratio and depth
+    by = np.stack([is_hard / setup.ratio, np.full(len(times), 1 / setup.depth_pF)])
     z = inverse @ (by * mean).T
     turned = [inverse @ (force * (each[:, None] + each)) @ inverse.T for each in by]
     found = np.cumsum(z[:, :, None] * z[:, None, :], axis=0)

@@ -59,9 +59,8 @@ class ErrorTrace:
     error: Array
     alarm: NDArray[np.bool_]
     standard_error: Array  # relative; nan where unknown
-    result: float = (
-        math.nan
-    )  # error of the result, if it is not the last ratio: revised after the release
+    # error of the result, if it is not the last ratio: revised after the release
+    result: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -132,9 +131,8 @@ def pairs_aligned(run: Simulation) -> Pairs:
     made = matched_pair(*_times_ns(run), run.hard, run.soft)
     soft_at = np.flatnonzero(np.isfinite(run.soft))
     at = np.flatnonzero(made.valid)
-    middle = soft_at[
-        np.searchsorted(soft_at, at) - 1
-    ]  # a pair is of the time before its last reading
+    # a pair is of the time before its last reading
+    middle = soft_at[np.searchsorted(soft_at, at) - 1]
     at = at[run.t_hard_s[middle] >= run.presses[0].start_s]
     return _changes(run, at, made.hard[at], made.soft[at])
 

@@ -146,9 +146,8 @@ def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcom
         return Outcome("refused" if untouched else "partly refused", one.ratio)
     exact = exactly(output, regressor, 700 if "square" in case.name else 60, **settings)
     moved = abs(one.ratio - settings["initial_ratio"]) > 1e-3
-    held = (
-        one.covariance >= 0.9 * settings["initial_covariance"]
-    )  # the bound may be the initial covariance itself
+    # the bound may be the initial covariance itself
+    held = one.covariance >= 0.9 * settings["initial_covariance"]
     return Outcome(
         "unexcited" if held and not moved else "right",
         one.ratio,

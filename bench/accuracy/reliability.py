@@ -160,10 +160,8 @@ def judged(name: str, seed: int) -> tuple[Rows, Rows]:
     for label, method in METHODS.items():
         try:
             found = _characterised(method, paper if method.paper else handheld, modulus)
-        except (
-            ValueError,
-            palpate.errors.CalibrationError,
-        ):  # an object has no touch to choose from
+        # an object has no touch to choose from
+        except (ValueError, palpate.errors.CalibrationError):
             continue
         chosen.append({"hand": name, "method": label} | found)
     return known, chosen

@@ -62,9 +62,8 @@ def filterpy(output: Array, regressor: Array) -> Array:
             np.empty(len(output)),
         )
     kalman.x, kalman.P = np.ones((1, 1)), np.array([[COVARIANCE]])
-    kalman.Q = np.zeros(
-        (1, 1)
-    )  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
+    # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
+    kalman.Q = np.zeros((1, 1))
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         kalman.H = np.array([[x]])
         kalman.predict()
@@ -122,10 +121,8 @@ def sums(output: Array, regressor: Array) -> Array:
     return np.asarray(np.cumsum(output) / np.cumsum(regressor))
 
 
-DRIFT, THRESHOLD = (
-    4.0,
-    16.0,
-)  # less follows a slow change, more survives a converter with three times the noise
+# less follows a slow change, more survives a converter with three times the noise
+DRIFT, THRESHOLD = (4.0, 16.0)
 
 
 def restarted(output: Array, regressor: Array) -> Array:

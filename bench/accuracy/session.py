@@ -40,11 +40,8 @@ PARTS = {
     "gauges not bent": replace(WAY, bend=0.0),
     "1 degree": replace(WAY, angle=1.0),
 }
-ACCEPT = (
-    "drift",
-    "creep",
-    "offset",
-)  # flags that all touches of a specimen may have, without an age or a level ratio
+# flags that all touches of a specimen may have, without an age or a level ratio
+ACCEPT = ("drift", "creep", "offset")
 
 
 class Session(NamedTuple):

@@ -17,10 +17,8 @@ from bench.accuracy import error_vs_time as comparison
 from bench.accuracy.error_vs_time import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
-NEVER, LEFT_OUT = (
-    1e9,
-    100.0,
-)  # a threshold without alarms; more samples than a CUSUM side has at an alarm
+# a threshold without alarms; more samples than a CUSUM side has at an alarm
+NEVER, LEFT_OUT = (1e9, 100.0)
 
 
 def cost_table() -> str:

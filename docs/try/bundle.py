@@ -106,9 +106,8 @@ def page() -> bytes:
     text, live = (
         path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html")
     )
-    for empty in re.findall(
-        r'<(?:section|dialog) id="\w+"></\w+>', text
-    ):  # the same part of the live page
+    # the same part of the live page
+    for empty in re.findall(r'<(?:section|dialog) id="\w+"></\w+>', text):
         whole = re.search(
             rf"{empty.partition('>')[0]}.*?{empty[empty.index('</') :]}", live, re.DOTALL
         )

@@ -278,7 +278,9 @@ def _cut_out(
     Readings from the first to the second are left out: the contact that has begun before the window.
     Also returned is how often the baseline was wrong from the second row on.
     """
-    at, stage_before, retaken_before = 0, 0, 0
+    at = 0
+    stage_before = 0
+    retaken_before = 0
     counts = list[int]()
     for _, part in _parts(tracker, recording):
         edges = [0, *np.clip(np.array(rows) - at, 0, part.pairs).tolist()]

@@ -30,10 +30,8 @@ from palpate.sources.board import WatchedKit
 from recording_bench import SampleReader, soon
 
 FOREVER = math.inf
-PAIRS, ENOUGH = (
-    2,
-    20,
-)  # pairs to read after a fault: if the driver must continue, and at most until it must raise
+# pairs to read after a fault: if the driver must continue, and at most until it must raise
+PAIRS, ENOUGH = (2, 20)
 ANY = -1  # any count: it depends on the timing
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
@@ -188,9 +186,8 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
         driver.configuration.soft.capdac,
     )
     [sample] = bench.read(driver, 1)
-    assert (
-        max(abs(sample.hard), abs(sample.soft)) <= registers.DAC_STEP_PF
-    )  # half a step, and what the ramp adds
+    # half a step, and what the ramp adds
+    assert max(abs(sample.hard), abs(sample.soft)) <= registers.DAC_STEP_PF
     # 6.92 and 4.69 pF in steps of 0.171 pF, this chip's, within what the ramps and half a step add.
     assert driver.configuration.hard.capdac == pytest.approx(6.92 / 0.171, abs=8.0)
     assert driver.configuration.hard.capdac - driver.configuration.soft.capdac == pytest.approx(
@@ -215,9 +212,8 @@ def test_a_chip_that_does_not_acknowledge_its_reset_byte(bench: Bench) -> None:
         (FaultKind.NOT_ACKNOWLEDGED, 9, I2C_PLAIN),
         (FaultKind.NOT_ACKNOWLEDGED, 3, I2C),
     ):
-        bench.fail(
-            kind, request=request, times=tries
-        )  # the byte does not arrive; the next access fails, too
+        # the byte does not arrive; the next access fails, too
+        bench.fail(kind, request=request, times=tries)
         with pytest.raises(ProtocolError, match="not acknowledged"):
             driver.start()
         bench.kit.faults.clear()
@@ -272,9 +268,8 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
 def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
     """No pair is lost; the period is that of the simulated board; the driver leaves the processor to other threads."""
     driver, pairs = bench.open(), 250
-    for _ in range(
-        3 if bench.carrier.real else 1
-    ):  # in real time a busy machine may be late: then once more
+    # in real time a busy machine may be late: then once more
+    for _ in range(3 if bench.carrier.real else 1):
         before, used = (driver.counters.lost, driver.counters.retries), time.thread_time()
         samples = bench.read(driver, pairs)[-pairs:]
         used = time.thread_time() - used

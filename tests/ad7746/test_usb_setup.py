@@ -102,9 +102,8 @@ FILE = "tests/ad7746/test_evalkit.py"
 
 
 def attempt(cache: Path, *more: str) -> subprocess.CompletedProcess[str]:
-    with tempfile.TemporaryDirectory(
-        prefix="kit.", dir="/tmp"
-    ) as root:  # a Unix socket's path ends at 108 bytes
+    # a Unix socket's path ends at 108 bytes
+    with tempfile.TemporaryDirectory(prefix="kit.", dir="/tmp") as root:
         environment = os.environ | {
             "PALPATE_CARRIER": "usbfs",
             "UMOCKDEV_DIR": root,

@@ -60,9 +60,8 @@ def test_fig_10_to_12_scatter_as_the_hand_does_and_their_intervals_hold_the_trut
         np.array([[touch.ratio for touch in one.touches] for one in of])
         for of in (ten.paper, ten.handheld)
     ]
-    assert np.std(both[1] / truth[:, None]) == pytest.approx(
-        0.03, rel=0.4
-    )  # the hand's obliqueness
+    # the hand's obliqueness
+    assert np.std(both[1] / truth[:, None]) == pytest.approx(0.03, rel=0.4)
     assert both[0] == pytest.approx(both[1], rel=0.01)
     assert list(ten.chosen().values())[1:] == [pytest.approx(truth, rel=0.1)] * 2
     for fitted in (ten.smallest_p, ten.every_touch):

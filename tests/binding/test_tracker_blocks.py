@@ -107,9 +107,8 @@ def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: b
     """With a switch interval that never ends a thread runs only while another one gives the lock away."""
     run = scenarios.run("tremor", 1)
     columns = [column[:size] for column in (run.t_hard_s, run.t_soft_s, run.hard, run.soft)]
-    palpate.Tracker().take(
-        *columns
-    )  # the first one in a process gives the lock away once, of any size
+    # the first one in a process gives the lock away once, of any size
+    palpate.Tracker().take(*columns)
     ended, turns = threading.Event(), 0
 
     def count() -> None:

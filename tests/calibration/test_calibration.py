@@ -159,9 +159,8 @@ def test_verdicts() -> None:
         "A stiffer specimen or more specimens are needed"
         in Calibration.fit(data[few], FOUR[few]).verdict
     )
-    mixed = Calibration.fit(
-        np.roll(data, 1), FOUR
-    ).verdict  # a touch in four is under the next specimen
+    # a touch in four is under the next specimen
+    mixed = Calibration.fit(np.roll(data, 1), FOUR).verdict
     assert "much for a hand (some 3 %): is a touch under the wrong specimen?" in mixed
     single = Calibration.fit(data[::4], MODULI)
     assert "cannot be separated" in single.verdict
@@ -413,11 +412,8 @@ def test_less_knowledge_is_a_wider_interval(
 
 
 PROBES = 2000 if NIGHTLY else 500
-SHARES = (
-    0.5,
-    0.9,
-    0.98,
-)  # of the rigid ratio: objects of 1.6, 16 and 88 MPa, the specimens ending at 8.68
+# of the rigid ratio: objects of 1.6, 16 and 88 MPa, the specimens ending at 8.68
+SHARES = (0.5, 0.9, 0.98)
 
 # Hits of probability 0.95 scatter by sqrt(0.95 * 0.05 / PROBES), one sigma: 0.5 % for 2,000, 1 % for 500. Four are allowed.
 NOMINAL = 0.95

@@ -129,9 +129,8 @@ def test_the_share_of_the_errors_that_shows() -> None:
         groups = [
             [(4 + 0.01 * factor * e, 0.01) for e in random.standard_normal(4)] for _ in range(50)
         ]
-        assert error_share(groups) == pytest.approx(
-            min(factor, 1.0), rel=0.2
-        )  # 150 degrees of freedom: 6 %
+        # 150 degrees of freedom: 6 %
+        assert error_share(groups) == pytest.approx(min(factor, 1.0), rel=0.2)
     assert error_share([[(4.0, 0.1), (4.1, 0.1)], []]) == 1.0
 
 

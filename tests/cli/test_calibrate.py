@@ -38,9 +38,8 @@ def test_the_session(folder: Path, tmp_path: Path) -> None:
     ]
     assert lines[11].split() == ["rises", "yes", "yes", "yes", "yes"]
     assert lines[-1].startswith("The curve fits. 10 specimens, ")
-    assert (
-        36 <= values(lines[-1]) <= 40
-    )  # the gauges are not quite linear: some touches have the flag "curve"
+    # the gauges are not quite linear: some touches have the flag "curve"
+    assert 36 <= values(lines[-1]) <= 40
     for name, true in {"rigid_ratio": 10.0, "half_modulus": 2.0}.items():
         [(low, high)] = re.findall(
             rf"^{name} .*?([\d.]+) to ([\d.]+)", "\n".join(lines), re.MULTILINE

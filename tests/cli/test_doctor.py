@@ -184,9 +184,8 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
         raise PermissionError(13, "Permission denied", str(file))
 
     monkeypatch.setattr(udev, "install", refuse)
-    assert (
-        run("doctor", "--install-udev").exit_code == 4
-    )  # root itself is refused: sudo would not help
+    # root itself is refused: sudo would not help
+    assert run("doctor", "--install-udev").exit_code == 4
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     result = run("doctor", "--install-udev")
     command = f"      sudo {sys.executable} -P -m palpate doctor --install-udev\n"

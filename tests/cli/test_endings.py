@@ -147,15 +147,13 @@ def test_an_error_is_a_document_too(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             False,
         )
     monkeypatch.setattr("palpate.recording.writer.write", no_space)
-    found = document(
-        "record", "sim:step-up", "-o", "b.csv"
-    )  # one document with what was measured until then
+    # one document with what was measured until then
+    found = document("record", "sim:step-up", "-o", "b.csv")
     assert found["error"]["code"] == 4
 
 
-@pytest.mark.parametrize(
-    "name", sorted({*COMMANDS} - {"live"})
-)  # which ends when it is interrupted
+# which ends when it is interrupted
+@pytest.mark.parametrize("name", sorted({*COMMANDS} - {"live"}))
 def test_json_is_one_document(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     arguments = JSON[name]

@@ -130,9 +130,8 @@ def arrivals(n: int, late_ms: float = 3.0, seed: int = 0) -> NDArray[np.float64]
 def test_the_first_stamps_are_a_least_squares_line(n: int) -> None:
     times = arrivals(n)
     line = np.polyfit(np.arange(n), times - times[0], 1)
-    assert smoothed(times)[-1] - times[0] == pytest.approx(
-        np.polyval(line, n - 1), abs=2 * n
-    )  # whole ns each time
+    # whole ns each time
+    assert smoothed(times)[-1] - times[0] == pytest.approx(np.polyval(line, n - 1), abs=2 * n)
 
 
 @pytest.mark.parametrize("lost", [2, 500])

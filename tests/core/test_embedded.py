@@ -13,9 +13,8 @@ from project import ROOT, kept_json, need
 from bench.embedded import firmware
 
 EMBEDDED = ROOT / "bench" / "embedded"
-SIMULATED = (
-    ("m0", "m3", "m4f", "m7") if ALL else ("m0", "m4f")
-)  # without and with arithmetic of its own
+# without and with arithmetic of its own
+SIMULATED = ("m0", "m3", "m4f", "m7") if ALL else ("m0", "m4f")
 
 
 @cache
@@ -67,9 +66,8 @@ def test_the_same_bits_as_on_this_machine(target: str) -> None:
         "HandheldFull",
         "Sliding",
     ):
-        expected = (
-            4 if scene in ("HandheldTilted", "HandheldFull") else 2
-        )  # each one again when it is revised
+        # each one again when it is revised
+        expected = 4 if scene in ("HandheldTilted", "HandheldFull") else 2
         assert sum(line.startswith(f"{scene} touch ") for line in found["results"]) == expected
 
 

@@ -113,9 +113,8 @@ def amplification(terms: dict[str, NDArray[np.float64]], noise: float) -> float:
 
 def squares_to_noise(rows: list[list[float]], noise: float, ratio: float) -> float:
     """Return the mean square of the outputs over the least that the residuals can have."""
-    outputs = np.array(
-        [output for output, _, number in rows if number >= 0]
-    )  # the rest are hand-overs
+    # the rest are hand-overs
+    outputs = np.array([output for output, _, number in rows if number >= 0])
     return float((outputs**2).mean() / (NOISE_GAIN * (1 + ratio**2) * noise**2))
 
 

@@ -49,9 +49,8 @@ def test_a_drift_of_a_baseline_is_told_with_the_correction_that_was_made() -> No
     tracker.process(*(column[~pressed] for column in columns))
     [touch] = tracker.touches
     made = touch.ratio / touch.first_ratio - 1
-    assert size(of(touch)["drift"]) == pytest.approx(
-        made, abs=0.006 * abs(made) + 5e-5
-    )  # two digits
+    # two digits
+    assert size(of(touch)["drift"]) == pytest.approx(made, abs=0.006 * abs(made) + 5e-5)
 
 
 @pytest.mark.parametrize("lag_s", [0.1, -0.05])
@@ -72,11 +71,8 @@ def test_a_lag_is_told_in_milliseconds_and_as_the_cause_of_the_rest(lag_s: float
         ("tilt-ramp", "drift", "the ratio changed during the touch"),
         ("power-gauge", "curve", "a bump bottoms out, or a gauge is not linear"),
         ("bottoms-out", "offset", "because of the curve"),
-        (
-            "bottoms-out",
-            "curve",
-            "more than 100 %",
-        ),  # an effect larger than the signal has no number
+        # an effect larger than the signal has no number
+        ("bottoms-out", "curve", "more than 100 %"),
         ("creep", "creep", "not corrected"),
         ("saturating", "saturated", "TOUCH.saturated readings are outside"),
         ("lost-10", "refused", "TOUCH.refused of"),

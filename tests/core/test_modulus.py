@@ -198,9 +198,8 @@ def test_creep_is_the_same_at_one_age(name: str) -> None:
     reached, missed = (longest_touch(Way(hold=hold), 1, age=AGE_s) for hold in (2.0, 1.0))
     assert (reached.age_s, "short" in reached.flags) == (AGE_s, False)
     assert "short" in missed.flags
-    assert (
-        "short" in longest_touch(Way(hold=9.0), 1, age=60.0).flags
-    )  # at its length, before this age
+    # at its length, before this age
+    assert "short" in longest_touch(Way(hold=9.0), 1, age=60.0).flags
 
 
 @pytest.mark.parametrize("period", [0.01, 0.0125, 0.016, 0.02])

@@ -20,18 +20,10 @@ CHAIN = 5e-4  # error of a run length by a chain of 400 states, relative, where 
 @pytest.mark.parametrize(
     ("regressor", "output", "slope", "deviation"),
     [
-        (
-            np.arange(60.0, 71),
-            np.arange(130.0, 141),
-            2.07438016528926,
-            0.0165289256198347,
-        ),  # NoInt1
-        (
-            np.array([4.0, 5, 6]),
-            np.array([3.0, 4, 4]),
-            0.727272727272727,
-            0.0420827318078432,
-        ),  # NoInt2
+        # NoInt1
+        (np.arange(60.0, 71), np.arange(130.0, 141), 2.07438016528926, 0.0165289256198347),
+        # NoInt2
+        (np.array([4.0, 5, 6]), np.array([3.0, 4, 4]), 0.727272727272727, 0.0420827318078432),
     ],
 )
 @pytest.mark.parametrize("covariance", [1e6, 1e300])
@@ -121,11 +113,9 @@ def test_noise_on_both_channels() -> None:
             palpate.Rls(forgetting=0.995).process(*samples),
         )
         ends.append([estimate[-1] / ratio - 1 for estimate in estimates])
-    allowed = (
-        4 * np.std(ends, axis=0) / math.sqrt(len(ends))
-    )  # 0.25 %; a bias of 2nd order, the variance, is 0.01 %
-    biased = -(noise**2) / (
-        0.25**2 * (1 + 0.2**2 / 2) + noise**2
-    )  # E[level^2] = 0.25^2 (1 + 0.2^2 / 2)
+    # 0.25 %; a bias of 2nd order, the variance, is 0.01 %
+    allowed = 4 * np.std(ends, axis=0) / math.sqrt(len(ends))
+    # E[level^2] = 0.25^2 (1 + 0.2^2 / 2)
+    biased = -(noise**2) / (0.25**2 * (1 + 0.2**2 / 2) + noise**2)
     assert biased < -0.01
     assert (np.abs(np.mean(ends, axis=0) - [0, biased]) < allowed).all()

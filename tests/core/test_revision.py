@@ -25,9 +25,8 @@ def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     noise, level = draw(noises), draw(st.sampled_from([0.62, -0.41, 3.9]))
     variances = [noise**2 * draw(st.floats(0.01, 0.05)) for _ in range(2)]
     moved = draw(changes) * (variances[0] + variances[1]) ** 0.5
-    moved = draw(
-        st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))])
-    )  # far below: measured in contact
+    # far below: measured in contact
+    moved = draw(st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))]))
     ages = [draw(st.floats(0, 63)) for _ in range(2)]
     return (
         Known(level, variances[0], ages[0], noise),

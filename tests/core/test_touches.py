@@ -77,10 +77,8 @@ def test_a_baseline_of_a_contact_is_flagged_until_the_release_shows_it() -> None
     run(tracker, columns, 0, 200)
     tracker.gap()
     run(tracker, columns, 200, 590)
-    assert [("gap" in touch.flags) for touch in tracker.touches] == [
-        False,
-        True,
-    ]  # one before, one after
+    # one before, one after
+    assert [("gap" in touch.flags) for touch in tracker.touches] == [False, True]
     run(tracker, columns, 590)
     assert tracker.touches[-1].revised
     assert tracker.touches[-1].flags[-1] == "baseline"

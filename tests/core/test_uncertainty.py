@@ -37,9 +37,8 @@ def test_linearity_is_that_of_the_levels_of_the_touch(name: str) -> None:
     wanted = math.hypot(error_pF, error_pF * touch.ratio) / press.depth_pF
     found = Uncertainty.of(touch, linearity_pF=linearity_pF(SATURATED_PF))
     assert wanted < found.linearity < 1.15 * wanted
-    assert (
-        Uncertainty.of(touch, linearity_pF=linearity_pF(math.inf)).linearity == 0
-    )  # another converter, another unit
+    # another converter, another unit
+    assert Uncertainty.of(touch, linearity_pF=linearity_pF(math.inf)).linearity == 0
 
 
 def test_repeated_touches_of_a_session_show_their_scatter() -> None:

@@ -46,9 +46,8 @@ def test_it_agrees_with_the_reference_in_decimal_digits(
     size: int, settings: dict[str, float]
 ) -> None:
     output, regressors = data(size, 90, size)
-    bounded = {
-        "max_covariance": 1e12
-    } | settings  # so that 80 digits hold the prior beside the samples
+    # so that 80 digits hold the prior beside the samples
+    bounded = {"max_covariance": 1e12} | settings
     bounded = {"initial_covariance": bounded["max_covariance"]} | bounded
     trace = palpate.VectorRls(size, **bounded).trace(output, regressors)  # type: ignore[arg-type]
     with localcontext(prec=80):

@@ -132,9 +132,8 @@ def test_the_page_has_the_udev_rule_of_the_driver() -> None:
     assert UDEV_RULE in (DOCS / "kit.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in of("cpp") if page.id != "compiler_errors"]
-)  # they must not
+# they must not
+@pytest.mark.parametrize("page", [page for page in of("cpp") if page.id != "compiler_errors"])
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
 def test_cpp_compiles(page: Path, compiler: str, tmp_path: Path) -> None:
     for text in (text for language, text in blocks(page) if language == "cpp"):

@@ -171,9 +171,8 @@ def test_a_named_time_wins_over_a_unit_that_may_be_a_minimum(tmp_path: Path) -> 
 
 
 def test_a_capital_t_is_a_temperature(tmp_path: Path) -> None:
-    rows = "".join(
-        f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40)
-    )  # rises as a time does
+    # rises as a time does
+    rows = "".join(f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40))
     assert "rate unknown" in read(table(tmp_path, "T,C1,C2", rows)).understood
     assert "time = t" in read(table(tmp_path, "t,C1,C2", rows)).understood
 
@@ -279,9 +278,8 @@ def test_channels_that_are_read_in_turn_lose_nothing(offset: float) -> None:
         even + (offset + rng.uniform(-0.05, 0.05, 500)) * PERIOD,
     )
     first, second = partners(hard, soft)
-    assert (
-        len(first) >= 499
-    )  # at half a period, the partner may be the one before or after: one at an end is left
+    # at half a period, the partner may be the one before or after: one at an end is left
+    assert len(first) >= 499
     assert len({*(first - second).tolist()}) == 1
     assert np.abs(hard[first] - soft[second]).max() < PERIOD
 

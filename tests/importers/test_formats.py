@@ -54,9 +54,8 @@ def test_a_workbook(tmp_path: Path) -> None:
     clock = rows(lambda t: (BEGUN + timedelta(seconds=t)).time(), ("time", "C1 (pF)", "C2 (pF)"))
     found = palpate.read(book(tmp_path, one=[["Logger 7"], [], *clock]))
     assert found.hard.tolist() == [6 + n / 100 for n in range(50)]
-    assert (
-        np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3
-    )  # openpyxl has dates to 1 ms
+    # openpyxl has dates to 1 ms
+    assert np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3
     assert (
         found.understood
         == "time = time, times of day; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"

@@ -160,9 +160,8 @@ def test_what_is_not_possible_is_said(
     bench.done = len(bench.order)
     reverse = Bench(tmp_path, dict(zip(MODULI, reversed(touches.values()), strict=True)))
     reverse.part.calibrating(on=True)
-    found = reverse.touch(
-        len(reverse.order)
-    )  # ratios that do not rise are an objection, not a failure
+    # ratios that do not rise are an objection, not a failure
+    found = reverse.touch(len(reverse.order))
     assert found["verdict"]
     assert not found["sound"]
     (tmp_path / "probe.toml").write_text("precious")

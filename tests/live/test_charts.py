@@ -82,9 +82,8 @@ def test_the_wheel_and_two_fingers_zoom_and_a_drag_pans(page: Browser, live: Can
     fire(page, "detail", "wheel", at, deltaY=-200)
     begin, end = window(page)
     assert end - begin < 25
-    assert share_of(page, "detail", moment) == pytest.approx(
-        at, abs=0.002
-    )  # a wheel has whole pixels
+    # a wheel has whole pixels
+    assert share_of(page, "detail", moment) == pytest.approx(at, abs=0.002)
     drag(page, "detail", 0.4, 0.6)
     moved = window(page)
     assert moved[1] - moved[0] == pytest.approx(end - begin)

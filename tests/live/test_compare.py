@@ -67,10 +67,8 @@ def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> 
     with pytest.raises(RefusedCommand, match="compare: got 1 recordings, allowed: two or more"):
         compared(three[:1], None)
     unnamed = compared([named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")], None)
-    assert (unnamed["of"], [one["name"] for one in unnamed["specimens"]]) == (
-        0,
-        ["x", "y"],
-    )  # by the names of the files
+    # by the names of the files
+    assert (unnamed["of"], [one["name"] for one in unnamed["specimens"]]) == (0, ["x", "y"])
     for files in (three * 2, three[:1] * 2, [three[0], "sim:tremor"]):
         assert "allowed: 4 recordings at most, each once" in run("live", *files).stderr
 

@@ -27,15 +27,13 @@ def is_up(page: Browser) -> bool:
 
 def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
-    live = serve(
-        "--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1"
-    )  # no pair of it comes late
+    # no pair of it comes late
+    live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
     truth = palpate.touches(OWN_FILE)[0].ratio
-    page.until(
-        lambda: abs(float(page.text("number")) / truth - 1) < 0.01
-    )  # the first pairs have a large error
+    # the first pairs have a large error
+    page.until(lambda: abs(float(page.text("number")) / truth - 1) < 0.01)
     page.press("m")
     page.until(lambda: page["marking"].is_displayed())
     page["marktext"].send_keys("first specimen", Keys.ENTER)
@@ -82,9 +80,8 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
         "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'r', bubbles: true }))"
     )
     once = f"if (!document.all.record.disabled) clearInterval(once), {press_r}"
-    page.run(
-        f"const once = setInterval(() => {{ {once} }}, 10)"
-    )  # from here it may come after the end: that is 6 s away
+    # from here it may come after the end: that is 6 s away
+    page.run(f"const once = setInterval(() => {{ {once} }}, 10)")
     page["again"].click()
     page.press("k")
     page.until(

@@ -148,9 +148,8 @@ def test_a_wrong_list_of_specimens_stays_with_its_reasons(
 def test_record_under_the_proposed_name_or_another(page: Browser, idle: Canned) -> None:
     page["openfiles"].click()
     assert page["proposed"].get_attribute("value") == "palpate-2026-11-22-2.csv"
-    page["proposed"].send_keys(
-        Keys.CONTROL, "a", Keys.NULL, "gels.csv"
-    )  # it keeps the focus: a state changes nothing
+    # it keeps the focus: a state changes nothing
+    page["proposed"].send_keys(Keys.CONTROL, "a", Keys.NULL, "gels.csv")
     page.press(Keys.ESCAPE)
     page["record"].click()
     heard(page, idle, do="record", name="gels.csv")

@@ -183,9 +183,8 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser, shown: Shown) -
     page.run(f"window.said = 0; {watch}")
     told = server.state.told["state"]
     for share in (0.63, 0.64, 0.65):
-        server.state.told["state"] = told | {
-            "now": told["now"] | {"share": share}
-        }  # it is sent again each second
+        # it is sent again each second
+        server.state.told["state"] = told | {"now": told["now"] | {"share": share}}
         server.tell("state", **server.state.told["state"])
     page.until(lambda: page.run("return document.querySelector('#bar b').style.width") == "65%")
     assert page.run("return said") == 0

@@ -49,9 +49,8 @@ def test_it_is_a_source(sender: Sender) -> None:
 
 
 def test_a_stream_is_chosen_by_its_type(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        lsl_source, "_OTHERS_S", 3.0
-    )  # the other one may answer late on a machine that is busy
+    # the other one may answer late on a machine that is busy
+    monkeypatch.setattr(lsl_source, "_OTHERS_S", 3.0)
     senders = [Sender(name, ("C1_nF", "x", "C2"), ("", "", "fF"), kind=kind) for kind in ("A", "B")]
     with pytest.raises(
         DeviceNotFound, match=r"2 streams have name .*\(A, on .*\), .*\(B, on .*\); choose one"

@@ -179,10 +179,8 @@ def test_two_units_of_one_program(folder: Path, tmp_path: Path, compiler: str) -
     ids=lambda target: str(target.name),
 )
 def test_microcontrollers(folder: Path, tmp_path: Path, target: Target) -> None:
-    for program in (
-        target.compiler[0],
-        "arm-none-eabi-g++",
-    ):  # which has the C++ headers for those that have none
+    # which has the C++ headers for those that have none
+    for program in (target.compiler[0], "arm-none-eabi-g++"):
         need(program)
     source, made = tmp_path / "scene.cpp", tmp_path / "scene.o"
     source.write_text(SCENE)

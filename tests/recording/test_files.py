@@ -71,10 +71,8 @@ def test_what_is_replaced(tmp_path: Path) -> None:
         assert stat.S_IMODE(path.stat().st_mode) == 0o640  # as the umask says
         path.chmod(0o4604)
         write(path, b"newer")
-        assert (path.read_bytes(), stat.S_IMODE(path.stat().st_mode)) == (
-            b"newer",
-            0o604,
-        )  # as before, but no set-id
+        # as before, but no set-id
+        assert (path.read_bytes(), stat.S_IMODE(path.stat().st_mode)) == (b"newer", 0o604)
         other.write_bytes(b"other")
         other.chmod(0o666)
         path.unlink()

@@ -139,9 +139,8 @@ def test_a_frame_in_a_file_is_the_same_recording(
 def test_the_status_of_rows_in_a_frame_is_heeded() -> None:
     rows = pd.read_csv("tests/data/four-specimens.csv")
     found = palpate.read(rows)
-    assert np.allclose(
-        found.hard, PLAIN.hard, rtol=0, atol=1e-6
-    )  # the text has fewer digits than the codes
+    # the text has fewer digits than the codes
+    assert np.allclose(found.hard, PLAIN.hard, rtol=0, atol=1e-6)
     assert (
         [touch.start for touch in palpate.touches(rows)]
         == [touch.start for touch in palpate.touches(PLAIN)]

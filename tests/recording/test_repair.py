@@ -37,9 +37,8 @@ def test_zeros_in_the_middle_cost_the_rows_that_they_hit(tmp_path: Path) -> None
         1,
         0,
     )
-    [doubt] = (
-        again.doubts
-    )  # the checkpoint was of rows that are gone: the new checksum must not hide it
+    # the checkpoint was of rows that are gone: the new checksum must not hide it
+    [doubt] = again.doubts
     assert doubt.startswith("before the repair: the rows were changed after they were written")
     assert any(
         note.startswith(f"repaired: removed {place.bytes} bytes of 1 damaged place")

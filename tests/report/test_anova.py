@@ -56,22 +56,16 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
         within.append(found.within)
         between.append((found.between - found.within) / found.per_specimen)
     assert abs(held / count - 0.95) < 5 * (0.0475 / count) ** 0.5 + 0.01
-    for values, true in (
-        (within, 1.0),
-        (between, 4.0),
-    ):  # both estimates of a variance have no bias
+    # both estimates of a variance have no bias
+    for values, true in ((within, 1.0), (between, 4.0)):
         assert abs(np.mean(values) - true) < 5 * np.std(values) / count**0.5
 
 
 @pytest.mark.parametrize(
     ("groups", "freedom", "error", "icc"),
     [
-        (
-            [[0.0, 1.0], [1.1, 0.0], [0.1, 0.9]],
-            3,
-            0.689,
-            -0.993,
-        ),  # specimens differ by less than their touches scatter
+        # specimens differ by less than their touches scatter
+        ([[0.0, 1.0], [1.1, 0.0], [0.1, 0.9]], 3, 0.689, -0.993),
         ([[1.0, 1.1, 0.9]], 2, 0.1, math.nan),
         ([[1.0, 1.0], [2.0, 2.0], []], 2, 0.0, 1.0),
         ([[1.0]], 0, math.nan, math.nan),

@@ -102,9 +102,8 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     *parts, whole, of_modulus = map(float, ten.row("Uncertainty, in words", "gel")[1:])
     assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
     assert parts[2] == pytest.approx(2.9 / 2, rel=0.05)  # of four touches
-    assert of_modulus == pytest.approx(
-        2.04 * whole, rel=0.1
-    )  # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
+    # at a ratio of 4.2, by eq. (2) with 10, 2 MPa and 1
+    assert of_modulus == pytest.approx(2.04 * whole, rel=0.1)
 
 
 def test_repeatability_of_the_session(folder: Path, ten: Page, tmp_path: Path) -> None:
@@ -239,9 +238,8 @@ def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
     value = float(mega.row("Results", "gel")[1])
     row = kilo.row("Results", "gel")
     assert float(row[1]) == pytest.approx(1000 * value, rel=1e-12)
-    assert float(row[2]) == pytest.approx(
-        shore_a_of_modulus(value), abs=0.6
-    )  # of a rounded modulus
+    # of a rounded modulus
+    assert float(row[2]) == pytest.approx(shore_a_of_modulus(value), abs=0.6)
     assert kilo.rows["Every touch"][0][2:4] == ["kPa", "Shore A"]
     assert ["Probe", "P3"] in kilo.rows[""]
     assert "palpate report gel.csv --calibration probe.toml --probe P3 --site 'Lab 2' --unit kPa --shore" in kilo.text["Sources, and how to do it again"]  # fmt: skip

@@ -35,9 +35,8 @@ from palpate.simulation.scenarios import PROBE
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
 WITHIN = 5 / np.sqrt(2 * MANY)
-FAST = ConverterModel(
-    jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019
-)  # averages nothing
+# averages nothing
+FAST = ConverterModel(jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019)
 
 seeds = st.integers(0, 2**31)
 
@@ -202,9 +201,8 @@ def test_a_baseline_wanders_by_its_rms_and_time_constant(
     """Of independent courses: the level, and the change in a time t, whose variance is 2 rms^2 (1 - exp(-t / tau))."""
     random = np.random.default_rng(seed)
     step_s = min(0.01, tau / 10)
-    lag = (
-        max(round(lag / 50 / step_s), 1) * step_s
-    )  # on the grid: between its points the course is a line
+    # on the grid: between its points the course is a line
+    lag = max(round(lag / 50 / step_s), 1) * step_s
     courses = (
         BaselineModel(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random)
         for _ in range(MANY)
@@ -281,9 +279,8 @@ def test_ten_specimens() -> None:
     assert begins[0] > 5  # s: a list of specimens is entered, and a busy computer has its baseline
     found = palpate.touches(simulate(scenario, seed=1))
     assert len(found) == 40
-    assert (
-        sum(bool(touch.flags) for touch in found) <= 4
-    )  # the gauges bend a little: the firmest presses are flagged
+    # the gauges bend a little: the firmest presses are flagged
+    assert sum(bool(touch.flags) for touch in found) <= 4
     means = np.array([touch.ratio for touch in found]).reshape(10, 4).mean(axis=1)
     truth = [PROBE.ratio(modulus) for modulus in SORBOTHANE_MPA.values()]
     assert np.abs(means / truth - 1).max() < 0.05

@@ -107,9 +107,8 @@ def soft_baseline(seed: int = 0, duration_s: float = 10.0, **settings: Any) -> S
 def test_a_drift_has_its_slope_from_its_begin_on() -> None:
     run = soft_baseline(drift_pF_per_s=3e-4, drift_from_s=4.0)
     expected = SOFT_PF + 3e-4 * np.maximum(run.t_soft_s - 4.0, 0)
-    assert run.soft == pytest.approx(
-        expected, abs=2 * STEP_PF
-    )  # in one conversion the corner is averaged
+    # in one conversion the corner is averaged
+    assert run.soft == pytest.approx(expected, abs=2 * STEP_PF)
     later = run.t_soft_s > 4.1
     assert np.polyfit(run.t_soft_s[later], run.soft[later], 1)[0] == pytest.approx(3e-4, rel=1e-3)
     assert run.hard == pytest.approx(HARD_PF, abs=STEP_PF)
@@ -153,9 +152,8 @@ def test_host_stamps_are_wrong_and_the_readings_are_not() -> None:
         assert np.abs(wrong).max() < 0.003
         # A uniform error of +-a has an s.d. of a / sqrt(3); from n = 2300 values it is known to 1 %.
         assert wrong.std() == pytest.approx(0.003 / np.sqrt(3), rel=0.05)
-        assert abs(np.corrcoef(wrong[1:], wrong[:-1])[0, 1]) < 5 / np.sqrt(
-            wrong.size
-        )  # they do not add up
+        # they do not add up
+        assert abs(np.corrcoef(wrong[1:], wrong[:-1])[0, 1]) < 5 / np.sqrt(wrong.size)
     assert (run.hard == true.hard).all()
     assert np.array_equal(run.true_ratio, true.true_ratio, equal_nan=True)
     skewed = simulate(replace(base, stamps=Stamps(skew_s=0.003)))
@@ -225,9 +223,8 @@ def test_the_board_has_the_effect(name: str) -> None:
     )
     inside = held(run) & (run.t_hard_s > 7.0) & (run.t_hard_s < 8.5)
     expected = (run.hard[inside].mean() - 0.62) / (run.soft[inside].mean() + 0.41)
-    assert hard / soft == pytest.approx(
-        expected, rel=2e-3
-    )  # the driver begins up to 0.1 s after the scenario
+    # the driver begins up to 0.1 s after the scenario
+    assert hard / soft == pytest.approx(expected, rel=2e-3)
 
 
 def test_what_a_board_cannot_be_is_refused() -> None:

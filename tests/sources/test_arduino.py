@@ -18,10 +18,8 @@ pytest.importorskip("pty")
 from arduino import uno
 
 PAIRS = 10_000 if NIGHTLY else 300
-CAPDAC = {
-    "capdac_hard": int(6.92 / 0.171),
-    "capdac_soft": int(4.69 / 0.171),
-}  # idle gauges, a step: chip.hpp
+# idle gauges, a step: chip.hpp
+CAPDAC = {"capdac_hard": int(6.92 / 0.171), "capdac_soft": int(4.69 / 0.171)}
 UNTOUCHED = 140  # pairs before the first press, at 4 s
 
 
@@ -137,9 +135,8 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
 
 def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
     """While the probe is pressed: the hard channel moves by more than a step."""
-    with uno.board(
-        built, tmp_path, UNTOUCHED + 60, "await=4.75"
-    ) as port:  # pressed; waits for the letter
+    # pressed; waits for the letter
+    with uno.board(built, tmp_path, UNTOUCHED + 60, "await=4.75") as port:
         pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, UNTOUCHED + 20))
     assert_true(pairs, uno.conversions(tmp_path))
     again = [pair["seq"] for pair in pairs].index(0, 1)

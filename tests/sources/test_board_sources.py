@@ -29,9 +29,8 @@ def test_usb(tmp_path: Path) -> None:
     assert {s.status for s in samples} == {Status.OK}
     device = source.describe()
     described = recorded(tmp_path / "run.csv").describe()
-    assert described == device | {
-        "period_s": described["period_s"]
-    }  # a median of the last conversions
+    # a median of the last conversions
+    assert described == device | {"period_s": described["period_s"]}
     assert described["period_s"] == pytest.approx(device["period_s"], rel=0.02)
     assert (device["stamps"], stream.tracker.settings["host_stamps"]) == ("converter", False)
     capdacs = [device["configuration"][name]["capdac"] for name in ("hard", "soft")]

@@ -216,13 +216,10 @@ def test_real_files(tree: Path) -> None:
         described = source.describe()
     assert first[3:] == (8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0, 0)
     assert first.t_soft_ns - first.t_hard_ns == 2000
-    assert (described["capdac"], source.zero_ns) == (
-        {"hard": 41, "soft": 0},
-        None,
-    )  # of another clock
-    assert (
-        palpate.open("iio:", root=tree).describe()["period_s"] == 0.042
-    )  # of the table, before it is measured
+    # of another clock
+    assert (described["capdac"], source.zero_ns) == ({"hard": 41, "soft": 0}, None)
+    # of the table, before it is measured
+    assert palpate.open("iio:", root=tree).describe()["period_s"] == 0.042
     with palpate.Stream(f"iio:{folder}?hard_input=2") as stream:
         assert next(iter(stream)).sample.soft_raw == 8387374
         assert stream.epoch

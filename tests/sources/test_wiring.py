@@ -55,12 +55,8 @@ REFUSED = {
     "excb-shorted": ["EXCB (socket P2) is shorted or overloaded (the chip reports EXCERR)"],
 }
 MEASURED = {"demo": [f"1.400 pF on EXCA and about 4.4 pF on EXCB, {DEMO}", "on EXCB goes on"]}
-QUIET = {
-    "guide",
-    "swapped",
-    "exca-shorted",
-    "differential",
-}  # EXCA is not driven; swapped needs a press
+# EXCA is not driven; swapped needs a press
+QUIET = {"guide", "swapped", "exca-shorted", "differential"}
 
 
 def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
@@ -110,9 +106,8 @@ def test_an_option_that_is_named_gives_the_true_ratio(wiring: str, excitation: s
         assert ratio_of(wiring, excitation=option, **right) == pytest.approx(
             ratio_of("guide"), rel=0.05
         )
-    if "may not be connected" in " ".join(
-        said
-    ):  # the length sensor alone: it cannot be told from a small bump
+    # the length sensor alone: it cannot be told from a small bump
+    if "may not be connected" in " ".join(said):
         assert wiring == "demo-alone"
     elif not refusal:
         assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(

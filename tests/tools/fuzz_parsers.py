@@ -175,9 +175,8 @@ def uri(data: bytes) -> None:
         split(text)
     refused = (ValueError, SourceError, RecordingError)
     no_port = patch("serial.Serial", side_effect=OSError("no port"))
-    no_plugins = patch(
-        "palpate.sources.registry.entry_points", return_value=[]
-    )  # reads the metadata of each package
+    # reads the metadata of each package
+    no_plugins = patch("palpate.sources.registry.entry_points", return_value=[])
     with no_port, no_plugins, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # warning of Python for a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):

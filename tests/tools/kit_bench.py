@@ -26,9 +26,8 @@ from palpate.source_events import Gap, SourceEvent
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
-CENTRED = Configuration(
-    hard=Channel(capdac=41), soft=Channel(capdac=27)
-)  # about the result of `auto_capdac`
+# about the result of `auto_capdac`
+CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))
 
 
 def pins(pin: int, begin_s: float, end_s: float) -> float:
@@ -124,9 +123,8 @@ class Bench(ExitStack):
     def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
         """Open and configure the driver."""
         kit, clock = self.open_kit(**where), self.carrier.clock
-        limit_ns = (
-            10**9 if self.carrier.real else LIMIT_NS
-        )  # the servers of real carriers may be late
+        # the servers of real carriers may be late
+        limit_ns = 10**9 if self.carrier.real else LIMIT_NS
         options: dict[str, Any] = {
             "replug_s": self.replug_s,
             "notify": self.notes.append,

@@ -99,9 +99,8 @@ class Canned:
             if kind != "state":
                 page.send(json.dumps({"type": kind, **document}))
         page.send(pack(1, self.state.rows, Kind.ANEW))
-        page.send(
-            json.dumps({"type": "state", **self.state.told["state"]})
-        )  # last: a page that shows it has all
+        # last: a page that shows it has all
+        page.send(json.dumps({"type": "state", **self.state.told["state"]}))
 
     def _hear(self, page: ServerConnection, command: dict[str, Any]) -> None:
         self.heard.append(command)

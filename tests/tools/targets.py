@@ -23,11 +23,8 @@ WASI = """import {readFileSync} from 'node:fs'; import {WASI} from 'node:wasi';
 const wasi = new WASI({version: 'preview1', returnOnExit: true});
 const {instance} = await WebAssembly.instantiate(readFileSync(process.argv[1]), wasi.getImportObject());
 process.exitCode = wasi.start(instance);"""
-WINE = (
-    "usr/lib/*/wine",
-    "usr/lib*/wine",
-    "opt/wine*/lib*/wine",
-)  # where distributions have its libraries
+# where distributions have its libraries
+WINE = ("usr/lib/*/wine", "usr/lib*/wine", "opt/wine*/lib*/wine")
 NODE = ("node", "--no-warnings", "--input-type=module", "-e", WASI)
 
 
@@ -48,9 +45,8 @@ class Target:
         triples = [
             word.removeprefix("--target=") for word in self.compiler if word.startswith("--target=")
         ]
-        crosses = (
-            f"{triple}-g++" for triple in triples if triple.endswith("linux-gnu")
-        )  # whose libraries clang++ uses
+        # whose libraries clang++ uses
+        crosses = (f"{triple}-g++" for triple in triples if triple.endswith("linux-gnu"))
         return (self.compiler[0], *self.runner[:1], *crosses)
 
 
@@ -97,9 +93,8 @@ def outputs(target: Target) -> dict[str, list[str]]:
             program: folder / f"{program}.exe" for program in (*target.printing, *target.checking)
         }
         for program, path in made.items():
-            size = (
-                ("-Os",) if program == "scenes" else ()
-            )  # as on a microcontroller, and faster to compile
+            # as on a microcontroller, and faster to compile
+            size = ("-Os",) if program == "scenes" else ()
             run(
                 *target.compiler,
                 *FLAGS,
@@ -137,9 +132,8 @@ def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:
         "WINEDEBUG": "-all",
     }
     environment |= {"WINEDLLOVERRIDES": "mscoree=;mshtml="}
-    said = (
-        home / "said.txt"
-    )  # a file: Wine's own processes inherit a pipe, and its reader would wait for them, too
+    # a file: Wine's own processes inherit a pipe, and its reader would wait for them, too
+    said = home / "said.txt"
     found = {}
     try:
         for name, program in programs.items():

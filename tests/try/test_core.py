@@ -41,9 +41,8 @@ def require_same_touches(found: Any, path: Path) -> None:
         names = sorted(row.keys() & touch.keys() - {"advice", "uncertainty"})
         assert len(names) >= 18
         assert {name: row[name] for name in names} == {name: touch[name] for name in names}
-        assert row["uncertainty"] == pytest.approx(
-            touch["uncertainty"], rel=1e-12
-        )  # two roots of sums of squares
+        # two roots of sums of squares
+        assert row["uncertainty"] == pytest.approx(touch["uncertainty"], rel=1e-12)
         for name in ("offset", "drift", "lag", "curve", "tilt", "shift"):
             assert row[name] == touch["effects"][name]
         assert [text.split(":")[0] for text in row["advice"]] == [

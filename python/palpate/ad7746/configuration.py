@@ -6,7 +6,9 @@ from palpate.ad7746 import registers
 from palpate.errors import ProtocolError
 from palpate.samples import Status
 
-HARD, SOFT = 0, 1  # Numbers of the two channels, in the order in which a pair is read.
+# Numbers of the two channels, in the order in which a pair is read.
+HARD = 0
+SOFT = 1
 NAMES = ("hard", "soft")
 SATURATION = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 

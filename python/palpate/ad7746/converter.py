@@ -28,7 +28,8 @@ _SHORTEST = 0.9
 _UNSEEN_NS = 500_000
 # A conversion is overdue after this multiple of the data sheet's duration (about 2 with CAPCHOP)
 # and this time.
-_OVERDUE, _OVERDUE_NS = 2.5, 20_000_000
+_OVERDUE = 2.5
+_OVERDUE_NS = 20_000_000
 # Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a
 # second.
 _DRIFT = 2e-5
@@ -96,7 +97,8 @@ class Pace:
             before = f"{shortest / 1e6:.2f} to {longest / 1e6:.2f} ms"
             why = "another program uses the board, or the clock of the chip changed"
             raise ProtocolError(f"a conversion took {took}, those before it {before}: {why}")
-        self.shortest_ns, self.longest_ns = shortest, longest
+        self.shortest_ns = shortest
+        self.longest_ns = longest
 
     def middle(self, seen: Seen) -> Middle:
         """Return the time of the middle of a conversion that was learned, with its bounds."""

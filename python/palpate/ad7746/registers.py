@@ -42,7 +42,8 @@ CAPDIFF: Final = 0x20
 CAPCHOP: Final = 0x01
 # VT_SETUP: VTMD, bits 6-5, chooses what is measured; VTCHOP must be set.
 VTEN: Final = 0x80
-VT_TEMPERATURE, VT_SUPPLY = 0x00, 0x40
+VT_TEMPERATURE = 0x00
+VT_SUPPLY = 0x40
 VTCHOP: Final = 0x01
 # EXC_SETUP: the two excitation pins, and the level in the lowest two bits.
 EXCB: Final = 0x20

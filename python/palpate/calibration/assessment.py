@@ -116,7 +116,8 @@ class RigidRatioUndetermined:
 
     def __str__(self) -> str:
         """Return the objection as sentences."""
-        low, high = self.rigid_ratio - self.reach, self.rigid_ratio + self.reach
+        low = self.rigid_ratio - self.reach
+        high = self.rigid_ratio + self.reach
         needed = " or more specimens are" if self.few else " is"
         return (
             f"The rigid ratio is not determined ({low:.2g} to {high:.2g}, 95 %): the stiffest "

@@ -46,8 +46,10 @@ def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
     agrees = np.flatnonzero(np.abs(_distance(fit, measured, x)) <= 1)
     if not len(agrees):
         return np.nan, np.nan
-    low, high = -np.inf, np.inf
-    first, last = agrees[0], agrees[-1]
+    low = -np.inf
+    high = np.inf
+    first = agrees[0]
+    last = agrees[-1]
     if first > 0:
         low = _crossing(fit, measured, inside=x[first], outside=x[first - 1])
     if last < len(x) - 1:

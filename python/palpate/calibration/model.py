@@ -422,7 +422,8 @@ class Calibration:
         _check_touches(touches)
         check_level(level)
         low_x, high_x = bounds(self.fitted, MeasuredRatio(ratio, error, touches, level))
-        low, high = _modulus_at(low_x), _modulus_at(high_x)
+        low = _modulus_at(low_x)
+        high = _modulus_at(high_x)
         reason = _outside(self.probe, ratio)
         if reason:
             if isnan(low):

@@ -95,7 +95,8 @@ class Modulus:
         >>> Modulus(1.1, 1.0, float("inf")).texts().interval
         'stiffer than 1.00 MPa'
         """
-        low, high = unit.of(self.low), unit.of(self.high)
+        low = unit.of(self.low)
+        high = unit.of(self.high)
         if self.high == inf and self.low > 0:
             return ModulusText("", f"stiffer than {number_format.number(low)} {unit}")
         if self.low == 0 and self.high < inf:

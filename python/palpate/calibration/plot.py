@@ -125,7 +125,11 @@ class MeasuredObject(NamedTuple):
     modulus: Modulus
 
 
-_LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
+# edges of the curve in the picture
+_LEFT = 42.0
+_RIGHT = 442.0
+_TOP = 12.0
+_FOOT = 208.0
 _GRID: dict[str, object] = {"stroke": "currentColor", "stroke_opacity": 0.15}
 _BAR: dict[str, object] = {"stroke": "currentColor", "stroke_width": 1.2}
 
@@ -196,7 +200,8 @@ def _curve_and_band(scales: _Scales) -> list[Markup]:
 
 def _ring(scales: _Scales, one: MeasuredObject) -> list[Markup]:
     """Return the ring of an object, the interval of its modulus, and its name on the freer side."""
-    x, y = scales.x(one.modulus.value), scales.y(one.ratio)
+    x = scales.x(one.modulus.value)
+    y = scales.y(one.ratio)
     ends = scales.x(one.modulus.low), scales.x(one.modulus.high)
     name = markup.label(x + 8, y + 14, one.name)
     if x > (_LEFT + _RIGHT) / 2:

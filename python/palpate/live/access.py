@@ -21,12 +21,8 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 NO_TOKEN = "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
-_LOOPBACK = [
-    "localhost",
-    "127.0.0.1",
-    "[::1]",
-    "[",
-]  # "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
+# "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
+_LOOPBACK = ["localhost", "127.0.0.1", "[::1]", "["]
 _ANYWHERE = ("0.0.0.0", "::")
 
 

@@ -161,9 +161,8 @@ class PageApp:
             told = message_of("done", do=do, **answer)
         except (ValueError, RuntimeError, PalpateError) as error:
             told = message_of("refused", message=str(error))
-        page.tell(
-            object(), told
-        )  # behind the state, so that the page shows it when the answer arrives
+        # behind the state, so that the page shows it when the answer arrives
+        page.tell(object(), told)
 
 
 @asynccontextmanager
@@ -174,9 +173,8 @@ async def _beside(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
         yield
     finally:
         running.cancel()
-        with suppress(
-            asyncio.CancelledError, WebSocketDisconnect, RuntimeError
-        ):  # the page may be gone
+        # the page may be gone
+        with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
             await running
 
 

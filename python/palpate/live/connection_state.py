@@ -26,10 +26,8 @@ from palpate.sources import Conditions, Gap, Source, TroubleBegan, TroubleEnded,
 from palpate.stream import Listener, Stream, StreamCounters
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
-RATE_S, LATE_S = (
-    2.0,
-    10.0,
-)  # pairs a second are known from then on; they, and late pairs, are counted over this time
+# pairs a second are known from then on; they, and late pairs, are counted over this time
+RATE_S, LATE_S = (2.0, 10.0)
 HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
 SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1
@@ -48,9 +46,8 @@ class ConnectionState(Listener):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._measurement, self._plan, self._table, self._clock = measurement, plan, table, clock
-        self._slow_s = (
-            math.inf
-        )  # when the computer was found to be slow; -inf: that was understood, or is over
+        # when the computer was found to be slow; -inf: that was understood, or is over
+        self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self]
@@ -190,9 +187,8 @@ class ConnectionState(Listener):
         since_s, before = self._reads[0]
         read, long_s = counters.read - before.read, at_s - since_s
         per_s = read / long_s if long_s >= RATE_S else math.nan
-        refused = (
-            counters.refused - before.refused - (counters.errors - before.errors)
-        )  # not by an error of the board
+        # not by an error of the board
+        refused = counters.refused - before.refused - (counters.errors - before.errors)
         share = 1 - max(refused, 0) / max(read, 1)
         return PairRate(per_s * share, 1 / self._period_s, read, counters.dropped - before.dropped)
 
@@ -226,11 +222,8 @@ class SteadyLine:
     def __init__(self) -> None:
         self._line: StatusLine | None = None
         self._began_s = self._caused_s = 0.0
-        self._heard = self._pending = (
-            "",
-            "",
-            "",
-        )  # of a screen reader: the word, the line, the last result
+        # of a screen reader: the word, the line, the last result
+        self._heard = self._pending = ("", "", "")
         self._since_s = -math.inf
         self._announce = ""
 

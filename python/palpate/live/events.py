@@ -14,10 +14,8 @@ from palpate.stream import Batch, Listener, Stream
 
 HOLE_S = 0.25  # a hole in the samples without a message of the source is shown from here on; all are counted
 _MOST_GAPS, _FLAGGED = 1000, 1000  # gaps, touches; the newest
-_AT_FIRST = {
-    "saturated": Flag.SATURATED,
-    "refused": Flag.REFUSED,
-}  # shown at their first sample; the rest: at the end
+# shown at their first sample; the rest: at the end
+_AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}
 
 
 class Events(Listener):

@@ -112,9 +112,8 @@ class Levels:
         from_s, to_s = min(max(from_s, low), high), max(min(to_s, high), low)
         with self._lock:
             parts = self._earlier, self._finest.rows
-        few = [
-            _thinned_to(4 * most, _cut(part, from_s, to_s)) for part in parts
-        ]  # a copy of all would take longer
+        # a copy of all would take longer
+        few = [_thinned_to(4 * most, _cut(part, from_s, to_s)) for part in parts]
         return _thinned_to(most, _cut(np.concatenate(few), from_s, to_s))
 
 

@@ -39,9 +39,8 @@ from palpate.tracking import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
-_PAUSE_S = (
-    1 / 120
-)  # after a batch: the next pair of a slow source comes later, those of a fast one come together
+# after a batch: the next pair of a slow source comes later, those of a fast one come together
+_PAUSE_S = 1 / 120
 _BEHIND = 256  # pairs that wait: no pause
 PRESSED = ("contact", "done")  # states in contact
 
@@ -90,9 +89,8 @@ class Measurement(Listener):
         self.listeners: list[Listener] = self.events.all  # the measurement itself, and its parts
         self.listeners.append(self)
         self.recording_begun: list[Callable[[Recorder], None]] = []
-        self.on_rows: Callable[[], None] = lambda: (
-            None
-        )  # called from any thread when there is something to show
+        # called from any thread when there is something to show
+        self.on_rows: Callable[[], None] = lambda: None
         self.commands: Any = Lock()  # held while a command runs
         self.say, self._whole = tell, whole  # show a message in the terminal
         self._forget()
@@ -101,9 +99,8 @@ class Measurement(Listener):
         self.touches: list[Touch] = []  # completed; a revised one in place of its first result
         self.ends: dict[int, float] = {}  # number of a touch -> time of its last sample, s
         self.marks: deque[Mark] = deque(maxlen=MOST)
-        self.tares: deque[float] = deque(
-            maxlen=MOST
-        )  # times after which the baseline was measured again, s
+        # times after which the baseline was measured again, s
+        self.tares: deque[float] = deque(maxlen=MOST)
         self.levels: Levels = Levels(whole=self._whole)
         self.moment: Moment = Moment()
         self.newest_recorder: Recorder | None = None  # of this measurement, also after its end
@@ -112,9 +109,8 @@ class Measurement(Listener):
         """Keep the rows of a batch, and where its touches end."""
         rows = rows_of(batch)
         last = self.levels.span[1] if self.levels.span else -math.inf
-        rows["t_s"] = np.maximum.accumulate(
-            np.maximum(rows["t_s"], last)
-        )  # times of a file may go back
+        # times of a file may go back
+        rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))
         self.levels.add(rows)
         self.ends |= ends_of(batch)
 
@@ -160,9 +156,8 @@ class LiveMeasurement(Measurement):
         self.demo = demo
         self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
-        self.records: bool = (
-            files.first is not None
-        )  # whether this measurement, and so the next one, is recorded
+        # whether this measurement, and so the next one, is recorded
+        self.records: bool = files.first is not None
         self.outlets: Outlets | None = None
         self._open, self.how, self._lsl = open_source, how, lsl
         self._options: dict[str, Any] = {}
@@ -373,10 +368,8 @@ class LiveMeasurement(Measurement):
     def _put(self, mark: Mark, recorder: Recorder) -> None:
         try:
             mark.within = (recorder, recorder.mark(mark.text, mark.sample))
-        except (
-            ValueError,
-            PalpateError,
-        ) as error:  # a recording with 10,000 marks, or one that fails
+        # a recording with 10,000 marks, or one that fails
+        except (ValueError, PalpateError) as error:
             self.say(str(error))
 
     def _begin_recording(self, recorder: Recorder) -> None:

@@ -104,18 +104,15 @@ class TouchPlan(Listener):
         self._recorded = isinstance(measurement, RecordedMeasurement)
         # Title, operator, notes and the kind of ratio; of a recording also the touches before it is read.
         self._plan = plan = measurement.sidecar.session
-        self._stored: tuple[Recorder | None, stored.Plan] = (
-            None,
-            plan,
-        )  # a recorder, and what it has
+        # a recorder, and what it has
+        self._stored: tuple[Recorder | None, stored.Plan] = (None, plan)
         self._wanted = max(
             (one.wanted for one in plan.specimens), default=1 if self._recorded else 4
         )
         self.progress = Progress(calibration, plan)
         self._lock = RLock()
-        self._unmatched: list[
-            stored.Entry
-        ] = []  # of a recording: of touches that are not found with these settings
+        # of a recording: of touches that are not found with these settings
+        self._unmatched: list[stored.Entry] = []
         self._files = 0
         if isinstance(measurement, LiveMeasurement) and measurement.demo:
             self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
@@ -379,9 +376,8 @@ class Progress:
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
         self.kind = plan.ratio  # that counts without a calibration
-        self.name_at: Callable[[float], str] = lambda _: (
-            ""
-        )  # what is touched at a time, whatever is next
+        # what is touched at a time, whatever is next
+        self.name_at: Callable[[float], str] = lambda _: ""
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self.kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen

@@ -13,10 +13,8 @@ _GRACE_S = 1
 _SWITCH_S = (
     1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
 )
-_NOWHERE = (
-    "192.0.2.1",
-    9,
-)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
+# RFC 5737: an address without a host; connecting a datagram socket sends nothing
+_NOWHERE = ("192.0.2.1", 9)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -79,9 +77,8 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         await super().shutdown(sockets)
-        if (
-            self.force_exit
-        ):  # by a second Ctrl-C: the pages are not waited for, but the application ends in order
+        # by a second Ctrl-C: the pages are not waited for, but the application ends in order
+        if self.force_exit:
             await self.lifespan.shutdown()
 
 

@@ -21,10 +21,8 @@ _SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
 _MEDIAN_STEP = (
     0.954  # of the absolute difference of two samples, in standard deviations of the noise
 )
-_ADAPTS, _MOST = (
-    0.03,
-    32,
-)  # change of the noise with each sample, relative; of so many samples of a batch at most
+# change of the noise with each sample, relative; of so many samples of a batch at most
+_ADAPTS, _MOST = (0.03, 32)
 _BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
 _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
 # A touch while the baseline is measured: one channel moves by so many times its usual noise, and both by so many.

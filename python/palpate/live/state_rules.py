@@ -15,10 +15,8 @@ from palpate.uncertainty import Uncertainty
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
 LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
-SILENT_S, SILENT_PERIODS = (
-    1.0,
-    10,
-)  # without a pair for this time, and for so many periods, a measurement is silent
+# without a pair for this time, and for so many periods, a measurement is silent
+SILENT_S, SILENT_PERIODS = (1.0, 10)
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
 SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
 DAMAGED = {
@@ -135,9 +133,8 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
     now, line = demo(facts, facts.hand) if facts.hand else calm(facts)
-    found = (
-        view for view in urgent(facts) if not facts.hand or view[0].level == "fault"
-    )  # the hand obeys no order
+    # the hand obeys no order
+    found = (view for view in urgent(facts) if not facts.hand or view[0].level == "fault")
     line, do = next(found, (line, None))
     return do or now, line
 

@@ -27,9 +27,8 @@ class TouchTable:
         self, measurement: AnyMeasurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER
     ) -> None:
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
-        self._rows: dict[
-            int, tuple[tuple[object, ...], Document]
-        ] = {}  # by touch: what it is made of, and the row
+        # by touch: what it is made of, and the row
+        self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}
         self._shown: tuple[tuple[object, ...], Document] | None = None
         self._assumed = None if plan.progress.calibration else scatter
 
@@ -70,9 +69,8 @@ class TouchTable:
         measured = moment.state in PRESSED
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
         known, modulus = Uncertainty.of_ratio(ratio, error, self._scatter_now()), None
-        if (
-            self.calibration and self.calibration.ratio == "hold" and math.isfinite(ratio)
-        ):  # a level ratio: at the end only
+        # a level ratio: at the end only
+        if self.calibration and self.calibration.ratio == "hold" and math.isfinite(ratio):
             noise = known.noise if math.isfinite(known.noise) else None
             modulus = self.calibration.modulus(ratio, noise).as_dict()
         return {
@@ -103,10 +101,8 @@ class TouchTable:
         if self._shown is None or any(
             one is not other for one, other in zip(self._shown[0], made_of, strict=True)
         ):
-            self._shown = (
-                made_of,
-                self._document(touches[: len(known)], known),
-            )  # the plan may lack the newest one yet
+            # the plan may lack the newest one yet
+            self._shown = (made_of, self._document(touches[: len(known)], known))
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:

@@ -11,11 +11,14 @@ from palpate.offline_touches.idle import IdleLevel, Readings
 Array = NDArray[np.float64]
 Levels = tuple[IdleLevel, IdleLevel]
 
-HARD, SOFT = 5, 6
+HARD = 5
+SOFT = 6
 """Readings of each channel in a window."""
 BAND_Hz = (0.2, 13.0)
 """Sway and tremor of a hand."""
-_LINES_Hz, _SLOW = 3.0, 0.3  # as for the live filters: weight 1 from 3 Hz on, 0.3 below
+# as for the live filters: weight 1 from 3 Hz on, 0.3 below
+_LINES_Hz = 3.0
+_SLOW = 0.3
 _NOISE = 1e-6  # weight of the power gain of white noise, against a mean square mismatch
 _AT_ONCE = 4096  # windows solved together: some 10 MB
 
@@ -53,7 +56,8 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
     # With A = sum a_i exp(j w t_i) of the hard readings at t_i, and B of the soft ones likewise, the weights are the
     # minimum of the mean of |A - B|^2 over the band, plus 1e-6 (sum a_i^2 + sum b_i^2), with sum a_i = sum b_i = 1. The
     # mean of cos w (t_i - t_j) over the band has a closed form; so no even grid is needed.
-    t_hard_s, t_soft_s = all_hard.t, all_soft.t
+    t_hard_s = all_hard.t
+    t_soft_s = all_soft.t
     before = HARD // 2
     half = SOFT // 2
     centre = np.arange(before, len(t_hard_s) - before)

@@ -13,8 +13,12 @@ Array = NDArray[np.float64]
 # The level ratio, for any exponent of the contact: a line with an intercept over rise, hold and fall. A probe held off by
 # an angle presses one bump deeper than the other by g: hard = r K (z + g/2)^p, soft = K (z - g/2)^p at depth z. So
 # hard^(1/p) = r^(1/p) soft^(1/p) + c, whatever g is. As in palpate/stage/level_ratio.hpp.
-_SETTLED_S, _GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
-_HELD, _EDGE = 0.75, 1 / 8  # shares of the height: the hold, and the ends of rise and fall
+# the press has settled if for so long it has not grown by a tenth
+_SETTLED_S = 0.1
+_GROWS = 1.1
+# shares of the height: the hold, and the ends of rise and fall
+_HELD = 0.75
+_EDGE = 1 / 8
 _FEWEST = 3  # pairs of the hold, and of the rise or the fall
 _SPIKE = 8.0 * 1.4826  # median absolute residuals of a pair that is left out
 _LARGEST = 0.1  # relative error of a level ratio

@@ -186,7 +186,8 @@ def offline(
     tracker.finish()
     if whole is None or not tracker.touches:
         return []
-    t_hard, t_soft = whole.t_hard_s, whole.t_soft_s
+    t_hard = whole.t_hard_s
+    t_soft = whole.t_soft_s
     if tracker.settings.get("host_stamps"):
         t_hard = smooth(t_hard)
         t_soft = smooth(t_soft)

@@ -174,7 +174,8 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
     [250, 250, 250, 250]
     """
-    wanted, file = ReadOptions(**asked), Path(path)
+    wanted = ReadOptions(**asked)
+    file = Path(path)
     if wanted == ReadOptions() and is_own(file):
         return RecordingFile(file)
     from palpate.importers.formats import read_table  # a recording of palpate does not need it

@@ -25,7 +25,8 @@ from palpate.recording.sidecar import Json, marked
 from palpate.recording.writer import SidecarFile, Writer
 from palpate.samples import DTYPE, Block, Sample, block_of, samples_of
 
-FLUSH_S, SYNC_S = 0.1, 1.0
+FLUSH_S = 0.1
+SYNC_S = 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
 _HANGS_S = 3.0  # a disk may hang this long at any rate, within the next limit
 _MOST = 2**20  # samples

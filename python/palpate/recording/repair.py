@@ -66,7 +66,8 @@ def _is_packed(recording: RecordingFile) -> bool:
 
 def repair_files(recording: RecordingFile) -> None:
     """Take out what `blocks()` has left out, and write the end; after a RecordingError all files are as they were."""
-    path, beside = recording.path.resolve(), sidecar.sidecar_path(recording.path).resolve()
+    path = recording.path.resolve()
+    beside = sidecar.sidecar_path(recording.path).resolve()
     try:
         with open_regular(path) as file:
             before = file.read()

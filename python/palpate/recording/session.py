@@ -15,7 +15,8 @@ LONGEST_NAME = 200
 """Characters of a name, a title and a reason, at most."""
 LONGEST_NOTE = 2000
 """Characters of a note, at most."""
-MOST_TOUCHES, MOST_WANTED = 10_000, 99
+MOST_TOUCHES = 10_000
+MOST_WANTED = 99
 PERIOD_S = 0.026
 """From pair to pair, s, of an AD7746 with conversions of 11 ms; for the length of a touch whose recording is not known."""
 

@@ -30,7 +30,9 @@ from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.sidecar import Json
 from palpate.samples import Block
 
-_WAIT_S, _AGAIN_S = 1.0, 0.005  # a reader that asks has the lock for some microseconds
+# a reader that asks has the lock for some microseconds
+_WAIT_S = 1.0
+_AGAIN_S = 0.005
 
 if sys.platform == "win32":  # pragma: no cover: Windows only
     import msvcrt

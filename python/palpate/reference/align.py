@@ -240,9 +240,8 @@ def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, floa
         return None
     period = (softs[3][0] - softs[0][0]) // 3
     places = {-2: -period, 2: period, -3: -period - period // 2, -1: -(period // 2), 1: period // 2}
-    places[3] = (
-        period + period // 2
-    )  # in half periods from the middle: even ones hard, odd ones soft
+    # in half periods from the middle: even ones hard, odd ones soft
+    places[3] = period + period // 2
     readings = dict(zip((-2, 0, 2, -3, -1, 1, 3), [*hards, *softs], strict=True))
     late = {place: readings[place][0] - readings[0][0] - step for place, step in places.items()}
     if period > SLOWEST_NS or any(abs(ticks) >= period // 4 for ticks in late.values()):

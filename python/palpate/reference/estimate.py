@@ -91,9 +91,8 @@ class Estimate:
     _squares: list[float] = field(default_factory=list)  # of the regressors since the last one
     _down: bool = False  # their mean is not much less than before
     _state: _Handover = field(default_factory=estimator)
-    _numbers: NDArray[np.float64] = field(
-        default_factory=lambda: np.zeros(0)
-    )  # of the readings, and their weights
+    # of the readings, and their weights
+    _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -155,12 +154,10 @@ class Estimate:
         if state.drifting and not (drifted and self._unconfirmed):
             self._keep(before, time_s, alarm=False)
         before_change = self._confirm(soft, time_s)
-        if (
-            not alarm and state.squares != before["squares"]
-        ):  # an outlier changes no sum, unless the ratio drifts
-            self._weights *= (state.weight - 1) / max(
-                self._weights.sum(), 1
-            )  # forgotten, a little or much
+        # an outlier changes no sum, unless the ratio drifts
+        if not alarm and state.squares != before["squares"]:
+            # forgotten, a little or much
+            self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)
             self._weights = np.append(self._weights, 1.0)
             self._numbers = np.append(self._numbers, float(number))
             if matched and not state.outlier:

@@ -15,9 +15,8 @@ def solved(columns: dict[str, Array], y: Array) -> tuple[dict[str, float], dict[
     """Return coefficients of y = sum of coefficient times column by least squares, their variances, and the squared residuals."""
     # The variances are for noise of variance 1: the diagonal of (X' X)^-1.
     matrix = np.column_stack(list(columns.values()))
-    scale = np.sqrt(
-        (matrix**2).sum(axis=0)
-    )  # columns of size 1: so that no singular value is lost beside another's
+    # columns of size 1: so that no singular value is lost beside another's
+    scale = np.sqrt((matrix**2).sum(axis=0))
     scale[scale == 0] = 1
     inverse = np.linalg.pinv(matrix / scale, rcond=1e-15) / scale[:, None]
     found = inverse @ y

@@ -18,10 +18,8 @@ TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
 FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
 MEMORY = 0.995  # forgetting factor of the noise model
 ALLOWED_OFFSET = 2  # of the innovations, in units of their roughness; above it the ratio drifts
-DRIFT_FROM, MATURE = (
-    16,
-    48,
-)  # innovations: until a drift is seen; until what the press itself disturbs is past
+# innovations: until a drift is seen; until what the press itself disturbs is past
+DRIFT_FROM, MATURE = (16, 48)
 EXPECTED = 64  # innovations after a drift until the whole offset is allowed again, from half of it
 MOST = 0.9  # share of a new sample in the ratio, while the ratio drifts
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
@@ -205,9 +203,8 @@ class _Handover:
         self.up, self.down, self.seen = _Side(), _Side(), 0
         self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
         self.row: list[Any] = []  # innovations of the last outliers in a row
-        self.lag = self.lead = number(
-            0
-        )  # while the ratio drifts: the mean innovation, and what it adds to the ratio
+        # while the ratio drifts: the mean innovation, and what it adds to the ratio
+        self.lag = self.lead = number(0)
 
     @property
     def ratio(self) -> Any:

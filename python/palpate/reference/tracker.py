@@ -13,10 +13,8 @@ from palpate.reference.handover import _Handover
 from palpate.reference.idle import Idle
 from palpate.reference.level import Sweep
 
-SURE, SIGNIFICANT = (
-    3.0,
-    8.0,
-)  # standard deviations: the baselines drifted; the ratio is known to be wrong
+# standard deviations: the baselines drifted; the ratio is known to be wrong
+SURE, SIGNIFICANT = (3.0, 8.0)
 FALLEN = 0.05  # share of the touch
 RECOVERY_VALUES = 16  # over which a recovery is seen, between two medians of as many values
 RECOVERED = 4.0  # standard errors of the change

@@ -86,9 +86,8 @@ _CONVERTERS = {
         tremor=0.08, converter=ConverterModel(jitter_s=0.0), stamps=Stamps(host_s=0.003)
     ),
     "skew": _with(tremor=0.03, stamps=Stamps(skew_s=0.003)),
-    "slow-converter": _with(
-        converter=ConverterModel(capf=2, bus_s=1 / 36 - 0.02)
-    ),  # 18 pairs a second
+    # 18 pairs a second
+    "slow-converter": _with(converter=ConverterModel(capf=2, bus_s=1 / 36 - 0.02)),
     # 1,000 pairs a second; white noise of a conversion grows with 1 / sqrt(its time).
     "fast-converter": _with(
         converter=ConverterModel(

@@ -59,7 +59,9 @@ def follow(x: Array, step_s: float, constant_s: float) -> Array:
     return recursion(start, pole)
 
 
-LOWEST_HZ, HIGHEST_HZ = 3.0, 12.0  # band of physiological tremor
+# band of physiological tremor
+LOWEST_HZ = 3.0
+HIGHEST_HZ = 12.0
 SWAY_HZ = (0.1, 1.0)  # band of the sway
 
 Course = Callable[[Array], Array]  # times, s -> tremor with an rms of 1

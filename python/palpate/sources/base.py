@@ -256,7 +256,8 @@ def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[
     yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
     yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
     for name in ("hard", "soft"):
-        raw, time_ns = fields[f"{name}_raw"], fields[f"t_{name}_ns"]
+        raw = fields[f"{name}_raw"]
+        time_ns = fields[f"t_{name}_ns"]
         yield (
             f"t_{name}_ns",
             (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS),

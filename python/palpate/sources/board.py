@@ -214,7 +214,9 @@ class WatchedKit(BoardSource):
         look: "BoardSearch | None" = None,
     ) -> None:
         super().__init__(kit, options, clock)
-        self._evalkit, self._look, self._hotplug = kit, look, ExitStack()
+        self._evalkit = kit
+        self._look = look
+        self._hotplug = ExitStack()
 
     def __enter__(self) -> Self:
         """Configure the converter, as `BoardSource`, and begin to watch."""
@@ -232,9 +234,8 @@ class WatchedKit(BoardSource):
 
     def _tell(self, before: "set[Board]", now: "set[Board]") -> None:
         for board in sorted(before ^ now):
-            if (
-                board in now or board[::2] != self._evalkit.board[::2]
-            ):  # the driver reports that its own is gone
+            # the driver reports that its own is gone
+            if board in now or board[::2] != self._evalkit.board[::2]:
                 self.notify(f"usb:{board} was {'plugged in' if board in now else 'unplugged'}.")
 
 
@@ -249,7 +250,8 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError(
             f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing"
         )
-    clock, backend = given.get("clock") or RealClock(), given.get("backend")
+    clock = given.get("clock") or RealClock()
+    backend = given.get("backend")
     place = map(int, filter(None, address.split("/")))
     try:
         kit = EvalKit(*place, firmware=given.get("firmware"), backend=backend, clock=clock)

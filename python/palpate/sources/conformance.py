@@ -182,7 +182,8 @@ def _wrong_samples(samples: list[Sample], codes: Codes) -> list[str]:
                     f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall"
                 )
     for sample in samples:
-        lost, has_both = bool(sample.status & Status.LOST), math.isfinite(sample.hard + sample.soft)
+        lost = bool(sample.status & Status.LOST)
+        has_both = math.isfinite(sample.hard + sample.soft)
         if lost == has_both or (lost and sample.status != Status.LOST):
             allowed = "LOST (8) alone if a channel has no value, and only then"
             found.append(

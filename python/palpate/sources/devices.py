@@ -44,7 +44,8 @@ def devices() -> tuple[list[Found], list[str]]:
 
 def look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
     """Return what some of the searches of this module find, in the same form as `devices`."""
-    found, notes = [], []
+    found = []
+    notes = []
     for search in searches:
         try:
             found += search()

@@ -65,10 +65,8 @@ class KernelDevice:
                 f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*SLEEPS_MS]}"
             )
         conversion_s = registers.CONVERSION_S[[*SLEEPS_MS].index(int(frequency))]
-        self.conversion_ns, self.sleep_ns = (
-            round(conversion_s * 1e9),
-            SLEEPS_MS[int(frequency)] * 1_000_000,
-        )
+        self.conversion_ns = round(conversion_s * 1e9)
+        self.sleep_ns = SLEEPS_MS[int(frequency)] * 1_000_000
 
     def code(self, channel: int) -> int:
         """Convert channel 0 or 1; return the 24-bit code."""
@@ -91,7 +89,9 @@ class KernelDevice:
 
     def centre(self, channel: int) -> None:
         """Set the CAPDAC by halving until the reading is in range, then to its middle; a signal beyond it stays out."""
-        low, high, steps = 0, LAST_STEP, self.steps()[channel]
+        low = 0
+        high = LAST_STEP
+        steps = self.steps()[channel]
         self.move(channel, steps)
         while registers.is_saturated(code := self.code(channel)):
             low, high = (steps + 1, high) if code > registers.ZERO_CODE else (low, steps - 1)
@@ -134,7 +134,8 @@ class IioSource(Stoppable, SampleSource):
         self._to_centre = Event()
         if centre:
             self._to_centre.set()
-        self._period_ns, self._longest_ns = 2.0 * self._device.sleep_ns, math.inf
+        self._period_ns = 2.0 * self._device.sleep_ns
+        self._longest_ns = math.inf
         self._steps = self._device.steps()
         self._is_unjudged = True  # since the CAPDACs were moved
         self._same = {"hard": (-1, 0), "soft": (-1, 0)}  # the last code, and how often it came
@@ -149,7 +150,9 @@ class IioSource(Stoppable, SampleSource):
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
         """Yield the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
-        start_ns, streak, seq = self._clock_ns(), 0, 0
+        start_ns = self._clock_ns()
+        streak = 0
+        seq = 0
         self.zero_ns = start_ns if self._clock_ns is time.monotonic_ns else None
         while not self._stopped.is_set():
             item: Sample | Gap | None = None
@@ -200,7 +203,8 @@ class IioSource(Stoppable, SampleSource):
             text = (
                 f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
             )
-            self._steps, self._is_unjudged = steps, True
+            self._steps = steps
+            self._is_unjudged = True
             return Gap(GapCause.RANGE, text)
         self._judge("hard", hard)
         self._judge("soft", soft)
@@ -242,7 +246,8 @@ class IioSource(Stoppable, SampleSource):
         before, count = self._same[name]
         count = count + 1 if code == before else 1
         self._same[name] = code, count
-        pin, value = f"{name}: CIN{self._channels[name] + 1}", registers.capacitance_pF(code)
+        pin = f"{name}: CIN{self._channels[name] + 1}"
+        value = registers.capacitance_pF(code)
         if registers.is_saturated(code):
             if self._is_unjudged:
                 out = f"{'above' if value > 0 else 'below'} the range of {2 * registers.FULL_SCALE_PF:g} pF"

@@ -33,10 +33,9 @@ WHOLE = {
 # Words in place of a number, in any case and with any sign: the instrument has no value.
 MARKS = frozenset(["OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVF", "NAN", "INF"])
 OVERLOAD = 1e30  # Numbers from this size on say that there is no value, too: SCPI instruments send 9.9E+37.
-SMALLEST_PF, LARGEST_PF = (
-    0.01,
-    100.0,
-)  # Range of the first capacitance of a channel whose unit is not given.
+# Range of the first capacitance of a channel whose unit is not given.
+SMALLEST_PF = 0.01
+LARGEST_PF = 100.0
 LONGEST = 1000  # Bytes of a line, at most: anything longer is not text.
 _LONGEST_NS = 2**62
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
@@ -44,10 +43,9 @@ _DECIMALS = re.compile(r"[-+]?[0-9]*(\.[0-9]*)?")
 _CHANGED = (
     8  # Values in a row with another number of decimals: the instrument has changed its range.
 )
-_VARYING, _USUAL = (
-    3,
-    0.05,
-)  # Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
+# Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
+_VARYING = 3
+_USUAL = 0.05
 _ENDS = 5  # where values have ended with as many digits, and none with 0, which a varying number leaves out.
 _CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
@@ -121,7 +119,8 @@ class Grammar:
         )
         self.by_order = False
         self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
-        self._given, self._pattern = columns, pattern
+        self._given = columns
+        self._pattern = pattern
         self.unit = "pF" if isinstance(unit, float) else unit_read(unit)
         self._unit_pF = unit if isinstance(unit, float) else PICOFARADS.get(unit, 1.0)
         self._sized = False
@@ -143,13 +142,13 @@ class Grammar:
         }
         self._check_sizes(columns, values)
         padded = any(each.padded for each in self._decimals.values())
-        for each, (_, cell) in zip(
-            columns, cells, strict=True
-        ):  # of both channels as many decimals as before
+        # of both channels as many decimals as before
+        for each, (_, cell) in zip(columns, cells, strict=True):
             if not summed and each.role in CHANNELS and not math.isnan(values[each.role]):
                 self._decimals[each.role].require_usual(each.role, cell, padded=padded)
         if self.form is None:
-            self.form, self.columns = form, self.columns or columns
+            self.form = form
+            self.columns = self.columns or columns
             self.by_order = not (self._given or self._pattern or any(form[1]))
         return values
 

@@ -54,9 +54,8 @@ def library() -> Any:
         said = str(error).strip().split("\n")[0]
         do = "type: pip install --force-reinstall 'palpate[lsl]', or set PYLSL_LIB to the library"
         raise errors.MissingExtra(f"pylsl finds no liblsl ({said:.100}); {do}") from error
-    with suppress(
-        RuntimeError
-    ):  # liblsl before 1.17.7 has no such call; or there is no home folder
+    # liblsl before 1.17.7 has no such call; or there is no home folder
+    with suppress(RuntimeError):
         files = [
             Path("lsl_api.cfg"),
             Path("~/lsl_api/lsl_api.cfg").expanduser(),
@@ -86,12 +85,14 @@ def _resolver(wanted: Mapping[str, str]) -> Any:
 
 def search(wanted: Mapping[str, str], limit_s: float) -> list[Any]:
     """Return all streams with these properties, sorted, without their descriptions; empty after the limit."""
-    resolver, found = _resolver(wanted), list[Any]()
+    resolver = _resolver(wanted)
+    found = list[Any]()
     until = time.monotonic() + limit_s
     while time.monotonic() < until:
         answered = resolver.results()
         if len(answered) > len(found):
-            found, until = answered, time.monotonic() + _OTHERS_S
+            found = answered
+            until = time.monotonic() + _OTHERS_S
         time.sleep(_POLL_S)
     return sorted(found, key=told)
 
@@ -113,10 +114,9 @@ class Channels:
         own: bool = False,
     ) -> None:
         there = [f"{i} ({label})" if label else f"{i}" for i, label in enumerate(labels, 1)]
-        self.names, self._found = (
-            dict[str, str](),
-            list[tuple[int, float]](),
-        )  # position, and pF of its unit
+        # position, and pF of its unit
+        self.names = dict[str, str]()
+        self._found = list[tuple[int, float]]()
         for name in ("hard", "soft"):
             place = _place(name, labels, asked.get(name), there)
             unit = asked.get("unit") or units[place] or _column(labels[place]).unit
@@ -173,10 +173,11 @@ def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
         raise ValueError(
             f"lsl: the stream {quoted(info.name())} has no numbers, allowed: a stream of numbers"
         )
-    channel, labels, units = info.desc().child("channels").child("channel"), [], []
-    for _ in range(
-        info.channel_count()
-    ):  # a description with fewer of them has empty texts for the rest
+    channel = info.desc().child("channels").child("channel")
+    labels = []
+    units = []
+    # a description with fewer of them has empty texts for the rest
+    for _ in range(info.channel_count()):
         labels.append(channel.child_value("label"))
         units.append(channel.child_value("unit"))
         channel = channel.next_sibling("channel")
@@ -192,13 +193,17 @@ class LslSource(Stoppable, SampleSource):
         self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0
     ) -> None:
         self._pylsl = library()
-        self._asked, self._stamps, self._replug_s = asked, stamps, replug
+        self._asked = asked
+        self._stamps = stamps
+        self._replug_s = replug
         super().__init__()
         self.zero_ns = time.monotonic_ns()
         self._to_t_ns = -ahead_ns(self._pylsl) - self.zero_ns
         self._streak = 0  # of samples whose stamps go back: they are refused
         self._away = ""  # why the next sample comes after a gap
-        self._seq, self._t_ns = -1, -(2**62)  # of the last sample
+        # of the last sample
+        self._seq = -1
+        self._t_ns = -(2**62)
         self._base = self._sender_gaps = (
             0  # the sender's number of sample 0; the sender's gaps so far
         )
@@ -216,7 +221,8 @@ class LslSource(Stoppable, SampleSource):
             try:
                 row, stamp_s = inlet.pull_sample(_TURN_S)
             except self._pylsl.util.LostError:
-                row, heard_s = None, -math.inf
+                row = None
+                heard_s = -math.inf
             if row is not None:
                 heard_s = time.monotonic()
                 yield from self._read(row, stamp_s)
@@ -226,10 +232,10 @@ class LslSource(Stoppable, SampleSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the stream, its channels, and what its description says of the instrument."""
-        info, acquisition = self._info, self._info.desc().child("acquisition")
-        said = (
-            acquisition.child_value if self._channels.numbered else (lambda _: "")
-        )  # of palpate's own streams
+        info = self._info
+        acquisition = self._info.desc().child("acquisition")
+        # of palpate's own streams
+        said = acquisition.child_value if self._channels.numbered else (lambda _: "")
         rate = info.nominal_srate()
         period_s = _positive(said("period_s")) or (1 / rate if rate > 0 else None)
         numbers = {"period_s": period_s, "full_scale_pF": _positive(said("full_scale_pF"))}
@@ -286,7 +292,8 @@ class LslSource(Stoppable, SampleSource):
 
     def _reconnect(self) -> None:
         """Look for a stream that was lost, or is silent."""
-        info, self._inlet = self._info, None
+        info = self._info
+        self._inlet = None
         name = told(info)
         if not self._away:
             self.notify(
@@ -316,17 +323,17 @@ class LslSource(Stoppable, SampleSource):
             )
         t_ns = round(stamp_s * 1e9) + self._to_t_ns
         if t_ns < self._t_ns - _STEP_NS:
-            self._errors, self._streak = self._errors + 1, self._streak + 1
+            self._errors = self._errors + 1
+            self._streak = self._streak + 1
             if self._streak == _STREAK:
                 raise ProtocolError(
                     f"lsl: the time stamps of {_STREAK} samples in a row go back, allowed: rising ones"
                 )
             return
-        self._streak, self._t_ns = 0, max(t_ns, self._t_ns)
-        values, offset_s = (
-            self._channels.values(row),
-            self._channels.own(row, "soft_offset_s", -1, 1),
-        )
+        self._streak = 0
+        self._t_ns = max(t_ns, self._t_ns)
+        values = self._channels.values(row)
+        offset_s = self._channels.own(row, "soft_offset_s", -1, 1)
         status = (
             int(Status.LOST)
             if math.isnan(sum(values))
@@ -348,10 +355,13 @@ class LslSource(Stoppable, SampleSource):
         if seq < following or not following:
             if following and not gap:
                 gap = Gap(GapCause.RESTARTED, "the sender began again")
-            self._base, seq = number - following, following
+            self._base = number - following
+            seq = following
         elif gaps > self._sender_gaps and not gap:
             gap = Gap(GapCause.UPSTREAM, "the sender had a gap")
-        self._seq, self._sender_gaps, self._away = seq, gaps, ""
+        self._seq = seq
+        self._sender_gaps = gaps
+        self._away = ""
         return gap
 
 
@@ -379,10 +389,8 @@ def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
             "lsl: got no stream, allowed: lsl:NAME or lsl:?type=TYPE; see `palpate devices --lsl`"
         )
     limit_s: float = given.get("wait", WAIT_S)
-    found, said = (
-        search(wanted, limit_s),
-        ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items()),
-    )
+    found = search(wanted, limit_s)
+    said = ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
     if not found:
         ask = "is it running, in the same network? `palpate devices --lsl` lists those that answer"
         raise DeviceNotFound(f"lsl: no stream with {said} answered within {limit_s:g} s: {ask}")

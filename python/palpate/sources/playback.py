@@ -49,7 +49,8 @@ class FileSource(Stoppable):
             yield block[begin:]
 
     def _blocks(self) -> Iterator[Block]:
-        recording, whole = self.recording, False
+        recording = self.recording
+        whole = False
         if recording.understood:
             self.notify(f"{recording.path}: {recording.understood}")
         try:
@@ -66,7 +67,8 @@ class FileSource(Stoppable):
 
     def _due(self) -> Generator[Block, None, bool]:
         """Yield the samples, with `speed` at their times; return whether all of them."""
-        begun, first_ns = time.monotonic(), None
+        begun = time.monotonic()
+        first_ns = None
         for block in self.recording.blocks():
             if self._stopped.is_set():
                 return False
@@ -79,7 +81,8 @@ class FileSource(Stoppable):
             while begin < len(block):
                 late_s = time.monotonic() - due[begin]
                 if late_s > _STOOD_S:  # the machine stood still: it goes on where it was
-                    begun, due = begun + late_s, due + late_s
+                    begun = begun + late_s
+                    due = due + late_s
                 self._stopped.wait(max(due[begin] - time.monotonic(), 0))
                 if self._stopped.is_set():
                     return False
@@ -112,7 +115,6 @@ def _marked(block: Block) -> Block:
     return block
 
 
-_ALLOWED: dict[str, Check] = dict.fromkeys(
-    (each.name for each in fields(ReadOptions)), anything
-)  # which checks its values
+# which checks its values
+_ALLOWED: dict[str, Check] = dict.fromkeys((each.name for each in fields(ReadOptions)), anything)
 _ALLOWED |= {"unit": checked_unit, **dict.fromkeys(("rate", "speed"), number(0, above=True))}

@@ -28,14 +28,14 @@ from palpate.sources.line_protocol import (
 )
 from palpate.sources.options import Check, checked, number, yes_no
 
-WRAPS = {
-    "ms": 10**6 * 2**32,
-    "us": 10**3 * 2**32,
-}  # ns after which a counter of 32 bits begins again.
+# ns after which a counter of 32 bits begins again.
+WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}
 AHEAD_NS = 2 * 10**9  # A device's clock that gets ahead of the computer's by more was set.
 APART_NS = 10**10  # Longest time between the channels of a pair.
 RESTARTS = 20  # Pairs in a row that look like a restart of the board are an error.
-PACE, PACE_S = 3, 10.0  # No clock is that wrong in this time, but a unit is.
+# No clock is that wrong in this time, but a unit is.
+PACE = 3
+PACE_S = 10.0
 SILENCE_S = 10.0
 PATIENCE_S = 10.0
 SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
@@ -47,9 +47,8 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
     """Return the error of palpate for one of pyserial."""
     said = str(error)
     denied = "Permission" in said
-    if (
-        "exclusively lock" in said or "busy" in said or (denied and system == "win32")
-    ):  # there a port has one user
+    # there a port has one user
+    if "exclusively lock" in said or "busy" in said or (denied and system == "win32"):
         text = (
             "another program reads it, and each would get a part of the lines: close that program"
         )
@@ -65,11 +64,11 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
 class Numbering:
     """Numbers and times of the samples; after a restart of the board both go on from the last sample."""
 
-    def __init__(
-        self, unit: str = ""
-    ) -> None:  # "": no times in the lines; a time is the arrival of a line
+    # "": no times in the lines; a time is the arrival of a line
+    def __init__(self, unit: str = "") -> None:
         self.next = self.lost = 0
-        self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
+        self._unit = unit
+        self._wrap_ns = WRAPS.get(unit, 0)
         self._before: Values = {}  # of the last pair
         self._clock_ns: int | None = None  # as the board counts
         self._begun_ns = self._arrived_ns = self._last_ns = self._restarts = 0
@@ -81,7 +80,8 @@ class Numbering:
         """Return the sample of a line, and the gap before it, if there is one; raises Refused."""
         sample = sample_of(values)
         t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
-        before, self._before = self._before, values
+        before = self._before
+        self._before = values
         restart = self._count(values.get("seq"), before.get("seq")) or jump
         self._restarts = self._restarts + 1 if restart else 0
         if self._restarts >= RESTARTS:
@@ -94,7 +94,9 @@ class Numbering:
             for each in (before, values)
         )
         moved = f"CAPDAC {old[0]}, {old[1]} -> {new[0]}, {new[1]}" if before and old != new else ""
-        self._arrived_ns, self._last_ns, self.next = arrived_ns, t_hard_ns, self.next + 1
+        self._arrived_ns = arrived_ns
+        self._last_ns = t_hard_ns
+        self.next = self.next + 1
         sample = sample._replace(seq=self.next - 1, t_hard_ns=t_hard_ns, t_soft_ns=t_soft_ns)
         return sample, _gap_of(away, restart, moved)
 
@@ -104,19 +106,23 @@ class Numbering:
             return ""
         if seq <= before:
             return f"the board restarted: seq {seq} after {before}"
-        self.next, self.lost = self.next + seq - before - 1, self.lost + seq - before - 1
+        self.next = self.next + seq - before - 1
+        self.lost = self.lost + seq - before - 1
         return ""
 
     def _times(self, values: Values, arrived_ns: int) -> tuple[int, int, str]:
         """Return the times of both channels, and why the board must have restarted."""
         if not self._unit:
             return arrived_ns, arrived_ns, ""
-        before, (clock_ns, apart), jump = self._clock_ns, self._clock(values), ""
+        before = self._clock_ns
+        (clock_ns, apart) = self._clock(values)
+        jump = ""
         if before is None:
             self._begun_ns = arrived_ns
             now = max(arrived_ns, -apart)
             return now, now + apart, ""
-        waited, step = max(arrived_ns - self._arrived_ns, 1), clock_ns - before
+        waited = max(arrived_ns - self._arrived_ns, 1)
+        step = clock_ns - before
         if step < 0 and self._wrap_ns:
             step %= self._wrap_ns
         if not 0 < step <= waited + AHEAD_NS:
@@ -167,13 +173,11 @@ class SerialSource(Stoppable, SampleSource):
         replug: float = 30.0,
         reset: bool = True,
     ) -> None:
-        self._name, self._grammar, self._baud, self._replug_s, self._reset = (
-            name,
-            grammar,
-            baud,
-            replug,
-            reset,
-        )
+        self._name = name
+        self._grammar = grammar
+        self._baud = baud
+        self._replug_s = replug
+        self._reset = reset
         super().__init__()
         self._begun_ns = fine_ns()
         self._port = self._open()
@@ -192,10 +196,9 @@ class SerialSource(Stoppable, SampleSource):
         self._value_ns: float = (
             0.0  # arrival of the last pair with both values; infinity: silence was reported
         )
-        self._unshown, self._last = (
-            0,
-            "",
-        )  # lines not read since the last message about them, and the last one
+        # lines not read since the last message about them, and the last one
+        self._unshown = 0
+        self._last = ""
         self._came = False  # any line
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
@@ -272,7 +275,8 @@ class SerialSource(Stoppable, SampleSource):
 
     def _read_lines(self) -> Iterator[tuple[bytes, int]]:
         """Yield each line but the first one, which may have been cut, and when it came; an empty one after each read."""
-        rest, is_cut = b"", True
+        rest = b""
+        is_cut = True
         while not self._stopped.is_set():
             try:
                 data = self._port.read(max(self._port.in_waiting, 1))
@@ -284,7 +288,8 @@ class SerialSource(Stoppable, SampleSource):
                 self._wait_for_replug(
                     self._reopen, self._replug_s, f"{self._name} was unplugged: plug it in again"
                 )
-                rest, is_cut = b"", True
+                rest = b""
+                is_cut = True
                 continue
             arrived_ns = fine_ns() - self._begun_ns
             # What is too long stays too long, and takes no more room.
@@ -316,7 +321,8 @@ class SerialSource(Stoppable, SampleSource):
         except Refused as refused:
             self._refuse(line, arrived_ns, refused)
             return None, None
-        self._away_s, self._unread_ns = 0.0, None
+        self._away_s = 0.0
+        self._unread_ns = None
         if not self._is_read:
             self._is_read = True
             self._unshown = 0  # what a board sends when it starts is no error
@@ -339,7 +345,8 @@ class SerialSource(Stoppable, SampleSource):
         hint = (
             "" if line.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
         )
-        self._last, self._unshown = f"{_quoted(line)}. Reason: {refused}{hint}", self._unshown + 1
+        self._last = f"{_quoted(line)}. Reason: {refused}{hint}"
+        self._unshown = self._unshown + 1
         if self._is_read and not self._away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":

@@ -46,11 +46,9 @@ class SimSource(BoardSource):
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = board_scenarios()[name]
-        speed, seed, wiring = (
-            options.get("speed"),
-            options.get("seed", 0),
-            options.get("wiring", "guide"),
-        )
+        speed = options.get("speed")
+        seed = options.get("seed", 0)
+        wiring = options.get("wiring", "guide")
         self.live: bool = speed is not None
         self.real_time: bool = speed == 1
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
@@ -99,7 +97,8 @@ class SimSource(BoardSource):
 
 def faults(name: str, value: Any) -> list[Incident]:
     """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash."""
-    kinds, found = {_plain(kind): kind for kind in FaultKind}, list[Incident]()
+    kinds = {_plain(kind): kind for kind in FaultKind}
+    found = list[Incident]()
     for text in _plain(str(value)).split(","):
         match = _FAULT.fullmatch(text)
         if not match or match["kind"] not in kinds:

@@ -11,7 +11,9 @@ from palpate.recording.sidecar import BEGUN, marked
 from palpate.samples import DTYPE, Block, samples_of
 from palpate.source_events import SourceEvent
 
-_FEWEST, _MOST, _MOST_MARKS = 1024, 2**24, 10_000
+_FEWEST = 1024
+_MOST = 2**24
+_MOST_MARKS = 10_000
 _BYTES = np.dtype((np.void, DTYPE.itemsize))
 NO_BASELINE = "a replay has no baseline from them"
 BEGIN = "begin of the recording"  # text of the tare mark of a recording that was started later than the measurement
@@ -35,9 +37,8 @@ class Memory:
     def __init__(self, most: int) -> None:
         if not _FEWEST <= most <= _MOST:
             raise ValueError(f"keep: got {most}, allowed: {_FEWEST} to {_MOST} samples")
-        self.marks: deque[dict[str, Any]] = deque(
-            maxlen=_MOST_MARKS
-        )  # tares and gaps, as in the sidecar
+        # tares and gaps, as in the sidecar
+        self.marks: deque[dict[str, Any]] = deque(maxlen=_MOST_MARKS)
         self._rows = np.zeros(most, DTYPE)
         self._count = 0  # of all samples so far
 
@@ -90,7 +91,8 @@ class SampleQueue:
         self._pushed = 0
         self._popped = 0
         self._ahead = min(_AHEAD, self.ring.capacity)
-        self._arrived, self._taken = Event(), Event()
+        self._arrived = Event()
+        self._taken = Event()
 
     @property
     def room(self) -> int:
@@ -100,9 +102,8 @@ class SampleQueue:
     def push_many(self, block: Block) -> None:
         """Add samples, drop those that have no room, and wake the consumer."""
         self._pushed += self.ring.push_many(block)
-        if (
-            not self._arrived.is_set()
-        ):  # for each sample again, the two threads would wait for the lock of the event
+        # for each sample again, the two threads would wait for the lock of the event
+        if not self._arrived.is_set():
             self._arrived.set()
 
     def push_event(self, event: SourceEvent) -> None:

@@ -88,7 +88,8 @@ allowed: one in real time
                 "lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), "
                 "allowed: one in real time"
             )
-        self._stream, self._zero_ns = stream, 0
+        self._stream = stream
+        self._zero_ns = 0
         self._gaps = 0
         self._gap_texts: list[str] = []  # gaps before the next sample
         self._last_s: float | None = None
@@ -165,7 +166,8 @@ allowed: one in real time
 
     def _touches(self, batch: Batch) -> Iterator[tuple[int, str]]:
         """Yield the place in the batch, and the text, of each touch that ended or was revised in it."""
-        rows, zero_s = batch.rows, self._zero_ns / 1e9
+        rows = batch.rows
+        zero_s = self._zero_ns / 1e9
         for number, touch in enumerate(batch.touches, batch.first):
             own = np.flatnonzero(rows["touch"] == number)
             first = (touch.first_ratio, touch.first_standard_error)  # also if it was revised
@@ -174,9 +176,8 @@ allowed: one in real time
                 _touch_text("touch", number, touch, *first, zero_s),
             )
         places = np.flatnonzero(rows["revised"]).tolist()
-        places += [len(rows) - 1] * (
-            len(batch.revised) - len(places)
-        )  # at the end of the stream there may be no row
+        # at the end of the stream there may be no row
+        places += [len(rows) - 1] * (len(batch.revised) - len(places))
         for at, (number, touch) in zip(places, batch.revised, strict=True):
             yield (
                 at,

@@ -27,7 +27,8 @@ from palpate.stream.listeners import Listeners
 from palpate.touch import Touch
 
 # Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples.
-IDLE_S, PRESSED_S = 2.0, 10.0
+IDLE_S = 2.0
+PRESSED_S = 10.0
 _CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
 _PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
@@ -42,11 +43,12 @@ class Feeding:
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
         self.delivered = self.refused = self.saturated = 0  # as in `StreamCounters`
         self.last: Sample | None = None
-        self._queue, self._tracker, self._listeners = queue, tracker, listeners
-        self._touches, self._revisions = (
-            tracker.touch_count,
-            tracker.revision_count,
-        )  # in batches so far
+        self._queue = queue
+        self._tracker = tracker
+        self._listeners = listeners
+        # in batches so far
+        self._touches = tracker.touch_count
+        self._revisions = tracker.revision_count
         self._retaken = self._reported = tracker.retaken
         self._ended: list[Touch] = []
         self._revised: list[tuple[int, Touch]] = []
@@ -125,10 +127,8 @@ class Feeding:
             self._note_touches()
 
     def _note_touches(self) -> None:
-        touches, numbers = (
-            self._tracker.touches_since(self._touches),
-            self._tracker.revisions_since(self._revisions),
-        )
+        touches = self._tracker.touches_since(self._touches)
+        numbers = self._tracker.revisions_since(self._revisions)
         self._touches += len(touches)
         self._revisions += len(numbers)
         self._ended += touches
@@ -137,8 +137,10 @@ class Feeding:
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended, and those that were revised, since the last one."""
         self._note_touches()
-        ended, self._ended = self._ended, []
-        revised, self._revised = self._revised, []
+        ended = self._ended
+        self._ended = []
+        revised = self._revised
+        self._revised = []
         return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)
 
 
@@ -146,10 +148,10 @@ class RangeWatch:
     """Follows which channels are outside the range of the converter, and for how long."""
 
     def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
-        self.channels: tuple[
-            str, ...
-        ] = ()  # of "hard" and "soft": outside the range, and not because of a touch
-        self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
+        # of "hard" and "soft": outside the range, and not because of a touch
+        self.channels: tuple[str, ...] = ()
+        self._full_scale_pF = full_scale_pF
+        self._initial_ratio = initial_ratio
         self._since_ns: dict[str, int] = {}
 
     def follow(self, block: Block, rows: NDArray[Any]) -> list[str]:

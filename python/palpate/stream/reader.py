@@ -43,11 +43,11 @@ class Reader:
         # Held while samples are counted and stored: a caller that has it sees complete samples, and may change the recorder.
         self.lock: RLock = RLock()
         self.error: BaseException | None = None  # that ended the thread
-        self._source, self._queue, self._memory = source, queue, memory
-        self._late_ns, self._codes = (
-            _LATE * float(device.get("period_s", math.nan)) * 1e9,
-            codes_of(device),
-        )
+        self._source = source
+        self._queue = queue
+        self._memory = memory
+        self._late_ns = _LATE * float(device.get("period_s", math.nan)) * 1e9
+        self._codes = codes_of(device)
         self._outlives_recording = outlives
         self._stopping = Event()
         self._waiting: list[SourceEvent] = []  # a gap, and the events after it, until its sample
@@ -176,7 +176,9 @@ class Reader:
             self._recorder.conditions = [each.as_dict() for each in chosen]
 
     def _count(self, block: Block) -> None:
-        times, newest, before = block["t_hard_ns"], samples_of(block[-1:])[0], self.last
+        times = block["t_hard_ns"]
+        newest = samples_of(block[-1:])[0]
+        before = self.last
         steps = np.diff(times, prepend=before.t_hard_ns if before else times[0])
         self.late += int(np.count_nonzero(steps > self._late_ns))
         if before is None and self._source.live:

@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 
 STOP_S = 0.5
 _BATCH = 1024  # samples at a time, at most
-_LAG_S, _LEAST = 1.0, 4096  # the consumer may be late by so long, and by so many samples
+# the consumer may be late by so long, and by so many samples
+_LAG_S = 1.0
+_LEAST = 4096
 _POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
 _LONGEST_ERROR = 2000  # characters in the sidecar
 
@@ -149,15 +151,15 @@ class Stream:
             self._queue = queue or SampleQueue(capacity_for(device, _LAG_S, _LEAST))
             on_failure.pop_all()
         self._feeding = Feeding(self._queue, self.tracker, self._listeners)
-        self._first_recording, self._outlives_recording = (record, notes or []), outlives_recording
+        self._first_recording = (record, notes or [])
+        self._outlives_recording = outlives_recording
         self._recorder: Recorder | None = None
         self._reader: Reader | None = None
         self._before = StreamCounters()  # when the recording began
         self._recorded: int | None = None  # number of the last sample of the recording before
         self._switching = RLock()  # held while a recording begins or ends, which waits for the disk
-        self._remarking = (
-            RLock()
-        )  # held while something is written beside the samples; before the lock of the reader
+        # held while something is written beside the samples; before the lock of the reader
+        self._remarking = RLock()
         self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
         self._begun = self._stop_asked = self._closed = self._raised = False
 
@@ -237,9 +239,12 @@ class Stream:
         """Numbers of samples so far; may be read from any thread."""
         if self._reader is None:
             return StreamCounters()
-        feeding, reader, recorder = self._feeding, self._reader, self._recorder
+        feeding = self._feeding
+        reader = self._reader
+        recorder = self._recorder
         of_source = self.source.counters
-        delivered, dropped = feeding.delivered, self._queue.ring.dropped
+        delivered = feeding.delivered
+        dropped = self._queue.ring.dropped
         read = reader.read  # read last: so `waiting` cannot be negative
         return StreamCounters(
             read=read,
@@ -490,9 +495,8 @@ class Stream:
         if self._closed:
             return
         self._closed = True
-        with (
-            ExitStack() as steps
-        ):  # they run from the last one to the first, each also after an error
+        # they run from the last one to the first, each also after an error
+        with ExitStack() as steps:
             steps.push(
                 lambda _, error, __: self._listeners.ended(failure or error or self._source_error)
             )

@@ -54,9 +54,8 @@ _COMPILERS = {
 
 def _compiled(source: Path, folder: Path) -> Path:
     made = folder / f"{source.name}.o"
-    if (
-        source == SKETCH
-    ):  # its warnings are errors; those of Arduino's own files are not of this project
+    # its warnings are errors; those of Arduino's own files are not of this project
+    if source == SKETCH:
         command = ["avr-g++", *_CPP, *_COMMON, *_INCLUDES, *_STRICT]
     else:
         command = [*_COMPILERS[source.suffix], *_COMMON, *_INCLUDES]
@@ -117,9 +116,8 @@ def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]
         os.close(end)
         try:
             yield name
-            assert (
-                process.wait(3600) == 0
-            )  # the board itself ends if its sketch is too slow in simulated time
+            # the board itself ends if its sketch is too slow in simulated time
+            assert process.wait(3600) == 0
         finally:
             process.kill()
 

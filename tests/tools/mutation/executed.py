@@ -12,9 +12,8 @@ from typing import Any
 import pytest
 
 RECORD, RUN = os.environ.get("MUTATION_RECORD"), os.environ.get("MUTATION_RUN")
-BYTES = os.environ.get(
-    "PALPATE_EXECUTED"
-)  # of mutants.hpp; without it the lines of Python are recorded
+# of mutants.hpp; without it the lines of Python are recorded
+BYTES = os.environ.get("PALPATE_EXECUTED")
 tests: dict[str, Any] = {}
 measured: Any = None
 if RECORD and not BYTES:

@@ -69,11 +69,8 @@ class Site:
             part.replace("%d", str(number)).encode()
             for part in WRITTEN[self.text if len(self.operands) > 1 else ""]
         ]
-        yield (
-            (self.start, 2, -self.end),
-            self.start,
-            written[0],
-        )  # at one place the outer one is before the inner one
+        # at one place the outer one is before the inner one
+        yield ((self.start, 2, -self.end), self.start, written[0])
         for (_, left), (right, _), part in zip(
             self.operands, self.operands[1:], written[1:], strict=False
         ):
@@ -133,9 +130,8 @@ def _walk(node: Any, text: bytes) -> Iterator[Site]:
     if node.kind.name in OPERATORS and len(parts) > 1 and parts[0][0] == start:
         between = text[parts[0][1] : parts[1][0]].decode()
         operator = between.strip(" \n()")
-        written = (
-            f" {operator}" in between or f"\n{operator}" in between
-        )  # not the brackets of a template
+        # not the brackets of a template
+        written = f" {operator}" in between or f"\n{operator}" in between
         if (
             written
             and operator in FLIPPED

@@ -172,9 +172,8 @@ class Disk:
             moment = random.randint(number * last // cuts, (number + 1) * last // cuts)
             cut(image := bytearray(before), writes[:moment], random)
             tally += self.compare(image, said(moment))
-        for _ in range(
-            max(1, cuts // 10)
-        ):  # a disk that ignores flushes has only the writes up to an earlier moment
+        # a disk that ignores flushes has only the writes up to an earlier moment
+        for _ in range(max(1, cuts // 10)):
             moment = random.randint(last // 2, last)
             apply(image := bytearray(before), writes[: random.randint(0, moment)])
             control += self.compare(image, said(moment))
@@ -192,9 +191,8 @@ class Disk:
         for name, line in said.items():
             tally += look(files / name, self.whole[name][: line["bytes"]], closed=line["closed"])
         for path in files.glob("*.csv"):
-            with suppress(
-                RecordingError
-            ):  # nothing may be synced yet: a report, or a documented error
+            # nothing may be synced yet: a report, or a documented error
+            with suppress(RecordingError):
                 check(path)
         return tally
 
@@ -249,9 +247,8 @@ def record(folder: Path, device: str, seconds: float) -> None:
     of the device's writes has it in its place.
     """
     disk = os.open(device, os.O_WRONLY | os.O_DIRECT)
-    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[
-        :512
-    ]  # O_DIRECT takes whole sectors from an aligned address
+    # O_DIRECT takes whole sectors from an aligned address
+    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[:512]
 
     def say(path: Path, size: int, *, closed: bool) -> None:
         sector[:] = (

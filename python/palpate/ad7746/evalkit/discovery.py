@@ -25,7 +25,9 @@ core = need("usb.core", "usb")
 util = need("usb.util", "usb")
 
 REPLUG = "unplug the board for a moment"
-VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
+# USB identity, the same before and after the firmware is loaded.
+VENDOR = 0x0456
+PRODUCT = 0xB481
 POLL_S = 1.0  # from one search for boards that come and go to the next
 _END_S = 1.0
 _DEVICE_LISTS = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}

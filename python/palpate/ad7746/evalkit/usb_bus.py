@@ -92,8 +92,13 @@ def transfer(
 
 TIMEOUT_MS = 200
 # Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware.
-PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
-IN, OUT = 0xC0, 0x40
+PORTS = 0xDB
+I2C_PLAIN = 0xDC
+I2C = 0xDD
+ERROR_COUNT = 0xDF
+RAM = 0xA0
+IN = 0xC0
+OUT = 0x40
 # wValue of a transfer. 0x50 to 0x57 is the memory with the board's identity: never use it.
 _ON_BUS = registers.I2C_ADDRESS << 1
 RDY_PIN = 0x08  # Bit of port A; low: ready.

@@ -16,7 +16,9 @@ from palpate.ad7746 import registers
 # times, s.
 BumpCapacitance = Callable[[int, float, float], float]
 
-HARD, SOFT = 1, 2  # Numbers of the bumps, and of their inputs.
+# Numbers of the bumps, and of their inputs.
+HARD = 1
+SOFT = 2
 STRAY_PF = 0.003  # Capacitance of an input without a wire to a driven excitation pin [?].
 # The board's length sensor between CIN2+ and EXCA, which R1 and R2 connect; the value is from its
 # schematic.
