@@ -24,6 +24,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from palpate import check, read, recorded
 from palpate.errors import RecordingError
 from palpate.recording import sidecar, writer
+from palpate.recording.rows import HEADERS
 from palpate.recording.writer import unlock
 from palpate.samples import block_of
 from recording_bench import DAMAGES, damaged, rows_of, sample, survivors
@@ -174,7 +175,9 @@ class Life(RuleBasedStateMachine):
                 report = check(self.path, repair=True, remove_damage=agreed)
         except REFUSED:
             assert self._files() == before
-            assert syncs < 99 or (self.damaged and not there)
+            # A file whose first line is damaged is none of palpate: the error asks what it is.
+            headed = data.partition(b"\n")[0].removesuffix(b"\r") in HEADERS
+            assert syncs < 99 or (self.damaged and not (headed and there))
             return
         after = self._files()
         assert report.running == self.writing
