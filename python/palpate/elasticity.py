@@ -30,7 +30,7 @@ uncertainty.
 class Elasticity:
     """Conversion between ratio and modulus, equation (2), for an object much larger than the bumps.
 
-    The results have the same bits as those of `palpate::Elasticity<double>`.
+    The results have the same bits as `palpate::Elasticity<double>`.
 
     Attributes
     ----------

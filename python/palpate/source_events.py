@@ -1,4 +1,4 @@
-"""What a source yields besides samples: gaps, troubles, conditions; in order with the samples around them."""
+"""Events of a source: gaps, troubles and measured conditions, yielded in order with the samples."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class GapCause(Enum):
 
 
 class TroubleKind(Enum):
-    """What is wrong at present.
+    """Kinds of trouble.
 
     Attributes
     ----------
@@ -80,13 +80,13 @@ class Gap:
 
 @dataclass(frozen=True)
 class TroubleBegan:
-    """Something is wrong from now on; a second one of the same kind has a newer text.
+    """A trouble has begun; another event of the same kind updates its text.
 
     Attributes
     ----------
     kind : TroubleKind
     text : str
-        What is wrong, and what to do.
+        The fault, and what to do.
     """
 
     kind: TroubleKind
@@ -107,7 +107,7 @@ class TroubleEnded:
 
 @dataclass(frozen=True)
 class Conditions:
-    """Values that were measured besides the samples.
+    """Values that a source measured, other than the samples.
 
     Attributes
     ----------
@@ -131,6 +131,6 @@ class Conditions:
 
 
 SourceEvent = Gap | TroubleBegan | TroubleEnded | Conditions
-"""All that a source yields besides samples."""
+"""An event of a source."""
 SourceItem = Block | SourceEvent
-"""All that a source yields: blocks of samples, and events."""
+"""An item of a source's iteration: a block of samples, or an event."""

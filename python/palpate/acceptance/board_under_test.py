@@ -1,6 +1,6 @@
 """The board under test, measured without the driver, and what the steps have found so far.
 
-Not tried on hardware. Single conversions are those of the driver. Its other results (pairs, their
+Not tried on hardware. Single conversions are made by the driver. Its other results (pairs, their
 times, the CAPDAC) are measured separately.
 """
 

@@ -273,7 +273,7 @@ def _noise_pF(values: Sequence[float]) -> float:
 
 
 def _changes(pairs: Iterator[Pair], idle: Pair, limit_pF: float) -> list[Pair]:
-    """Return the changes from the idle values, from the begin of a press until its end."""
+    """Return the changes from the idle values during one press."""
     changes: list[Pair] = []
     moved = 0
     quiet = 0

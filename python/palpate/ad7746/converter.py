@@ -104,10 +104,10 @@ class Pace:
         """Return the time of the middle of a conversion that was learned, with its bounds."""
         # With begin B, end E and duration D the middle is B + D/2 = E - D/2 = (B + E)/2. Each form
         # with the bounds of its two terms is a bound of the middle, and the narrowest of the three
-        # is exact (linear programming: one of the forms is the dual solution). A write normally
-        # returns as late after the begin as the shortest duration is too short, in each case half
-        # of a transfer, or a little more. So the time is `begun` plus half of that, if the bounds
-        # allow it.
+        # is exact (linear programming: one of the forms is the dual solution). A write usually
+        # returns half a transfer, or a little more, after the conversion begins, and the shortest
+        # duration is too short by the same amount. So the time is `begun` plus half of the shortest
+        # duration, if the bounds allow it.
         short = self.shortest_ns // 2
         long = -(-self.longest_ns // 2)
         earliest = max(seen.asked + short, seen.busy - long, (seen.asked + seen.busy) // 2)
@@ -118,7 +118,7 @@ class Pace:
 
 _SOONER_NS = 500_000  # polls begin up to this before the earliest possible end
 _SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
-_PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin too uncertain
+_PROMPT = 0.75  # part of the limit: after a longer write the start is too uncertain
 # Time that bus and USB add to a conversion, until one was measured: of the kit's bus at 85 kHz.
 _BUS_S = 0.0047
 _STEPS = 15  # conversions whose median is the time of one

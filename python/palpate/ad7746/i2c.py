@@ -1,4 +1,4 @@
-"""The AD7746 on a Linux I2C bus, as of a Raspberry Pi, through i2c-dev. Not tried on hardware."""
+"""The AD7746 on an I2C bus of Linux, as on a Raspberry Pi, by i2c-dev. Not tried on hardware."""
 
 import errno
 from typing import Any

@@ -23,8 +23,7 @@ CAP_OFFSET: Final = 0x0D
 CAP_GAIN: Final = 0x0F
 VOLT_GAIN: Final = 0x11
 REGISTERS: Final = 0x13  # Number of registers.
-# This byte in place of a register address resets the chip; then it does not answer for up to
-# `RESET_S`.
+# Sent instead of a register address, this byte resets the chip, which then needs up to `RESET_S`.
 RESET_POINTER: Final = 0xBF
 RESET_S: Final = 200e-6
 # STATUS to CAP_OFFSET after a reset; the registers after them are set in the factory.
@@ -40,7 +39,7 @@ CAPEN: Final = 0x80
 CIN2: Final = 0x40
 CAPDIFF: Final = 0x20
 CAPCHOP: Final = 0x01
-# VT_SETUP: VTMD, bits 6-5, chooses what is measured; VTCHOP must be set.
+# VT_SETUP: VTMD, bits 6-5, selects the measured quantity; VTCHOP must be set.
 VTEN: Final = 0x80
 VT_TEMPERATURE = 0x00
 VT_SUPPLY = 0x40
@@ -81,13 +80,13 @@ LINEARITY_PF: Final = 1e-4 * FULL_SCALE_PF
 def linearity_pF(full_scale_pF: float) -> float:
     """Return the standard deviation of a reading by the linearity of the chip, pF.
 
-    The limit of the data sheet is taken as that of a uniform distribution (JCGM 100:2008, 4.3.7).
+    The limit of the data sheet is taken as the limit of a uniform distribution (JCGM 100:2008, 4.3.7).
     For another converter it is not known: 0.
 
     Parameters
     ----------
     full_scale_pF : float
-        That of the readings; it is `SATURATED_PF` for those of the chip only.
+        Full scale of the readings; `SATURATED_PF` for readings of the chip only.
 
     Returns
     -------

@@ -208,7 +208,7 @@ def _total(
 def _excess(
     rows: MeanRatios, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
 ) -> float:
-    """Return the variance of the specimens; with one touch each, that of touches and specimens."""
+    """Return the variance between specimens; with one touch each, it includes the touches' own."""
 
     def squares(excess: float) -> float:
         total = _total(rows, variance, excess, level, touch_freedom)

@@ -118,7 +118,7 @@ def save_plot(curve: CalibrationCurve, path: Path) -> None:
 
 
 class MeasuredObject(NamedTuple):
-    """An object that is drawn beside the data: its name, mean ratio and modulus."""
+    """Another object in the plot: its name, mean ratio and modulus."""
 
     name: str
     ratio: float

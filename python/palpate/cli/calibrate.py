@@ -240,7 +240,7 @@ def _usable_specimens(
     accept: tuple[str, ...],
     chosen: RatioChoice,
 ) -> list[SpecimenTouches]:
-    """Return the specimens with a usable touch, in order of modulus; print what is left out."""
+    """Return the specimens with a usable touch, in order of modulus; print the others with the reason."""
     touches_of = _touches_of_specimens(runs, moduli, accept, chosen)
     flags = {flag for touches in touches_of.values() for touch in touches for flag in touch.flags}
     for flag in set(accept) - flags:

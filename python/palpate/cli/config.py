@@ -41,7 +41,7 @@ class DefaultsTable:
         Raises
         ------
         click.UsageError
-            An unknown key, a table in place of a value, or a key in `GUARDED` that is not allowed.
+            The key is unknown or in `GUARDED`, or its value is a table.
         """
         options = configurable_parameters(command)
         inner_commands = _subcommands(command)

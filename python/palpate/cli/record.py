@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from palpate.cli.printer import MeasurementPrinter
     from palpate.stream import Stream
 
-_GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
+_GRACE_S = 1.0  # --seconds counts from the first sample, which comes after the start
 
 
 @click.command("record")
@@ -100,7 +100,7 @@ def record_command(
     outlets = None
     with usage_errors():
         opened = sources.open(source, **reading.keywords())
-        # A file or simulation is read ahead, and what is read is recorded. Read little ahead if
+        # A file or simulation is read ahead, and each sample that was read is recorded. Read little ahead if
         # the recording ends before it, or if its range may change.
         capacity = 2 if limits.is_any() and not opened.live else None
         stream = Stream(

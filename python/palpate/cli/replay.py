@@ -161,7 +161,7 @@ class ReplayOptions:
 
 @dataclass(frozen=True)
 class Replay:
-    """The touches of one recording, and what is known of each."""
+    """The touches of one recording, with specimen, modulus and advice of each."""
 
     file: Path
     tracking: Mapping[str, Any]

@@ -60,7 +60,7 @@ class TrackerOptions:
             )
 
     def keywords(self) -> dict[str, Any]:
-        """Return keywords of `palpate.Stream`; a length replaces that of scene and recording.
+        """Return keywords of `palpate.Stream`; a given length replaces the one of scene and recording.
 
         Examples
         --------

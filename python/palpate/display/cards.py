@@ -213,7 +213,7 @@ def stream_card(shown: "Stream") -> Markup:
 
 
 def _card(title: str, facts: dict[str, object], *below: object) -> Markup:
-    """Return a heading, a table of names and values without the empty ones, and what is below."""
+    """Return a heading, a table of names and non-empty values, and the parts below it."""
     parts: list[object] = [element("strong", title)]
     rows = []
     for name, value in facts.items():

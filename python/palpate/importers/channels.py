@@ -340,7 +340,7 @@ def _wanted_units(columns: tuple[Column, Column], wanted: str) -> _Units:
     notes = []
     for column in columns:
         stated = column.stated_unit or wanted
-        # Units of one scale are equal, as uF and µF; those of other signals have none.
+        # Units of one scale are equal (uF and µF); units of other signals have no scale.
         if PICOFARADS.get(stated, stated) != PICOFARADS.get(wanted, wanted):
             header = f"the header of {column.label} says {stated}"
             notes.append(f"{header}: {wanted} is used, as asked")

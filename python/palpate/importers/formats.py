@@ -41,7 +41,7 @@ _USUAL_MESSAGE = "Segments and clock-segments differ"
 
 
 def readable(path: Path) -> bool:
-    """Return whether a file has a name as those of formats that are read."""
+    """Return whether the suffix of a file belongs to a format that can be read."""
     return Path(unpacked_name(path)).suffix.lower() in _SUFFIXES
 
 

@@ -7,7 +7,8 @@ Array = NDArray[np.float64]
 _USUAL_RATES = (5.0, 2000.0)  # pairs a second of a probe
 _ROWS_OF_A_RATE = 50  # fewer do not show an unusual rate
 _LONG_RUN = 20  # equal readings, in a row or at an end of a range, that are no coincidence
-_PILE = 5  # readings at an end of a range: more than so many times any other value
+# A value at an end of the range is clipped if it is this many times as frequent as any other.
+_PILE = 5
 _MOVES = 0.01  # of its range, for a channel that changes; at rest it moves by a thousandth
 _NO_VALUE_CODES = (0.0, -1.0, -9.0, -99.0, -999.0, -9999.0, 999.0, 9999.0, 99999.0)
 _FEWEST_CODES = 3  # readings of a code that are no coincidence
@@ -52,7 +53,7 @@ def rate_of(times: Array) -> float:
 def channel_notes(
     t_hard_s: Array, t_soft_s: Array, hard: Array, soft: Array, rate: float
 ) -> list[str]:
-    """Return notes on the times and missing values of two channels; `rate` as of `rate_of`."""
+    """Return notes on the times and missing values of two channels; `rate` comes from `rate_of`."""
     rows = len(hard)
     slowest, fastest = _USUAL_RATES
     notes = []

@@ -35,7 +35,7 @@ SECONDS = {
 OVERLOAD = 1e30
 """Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
 
-# Last letters of other units, as of "mm" and "nN", which differ by one letter from mF and nF.
+# Last letters of other units: "mm" and "nN" differ by one letter from mF and nF.
 _OTHER_UNITS = frozenset("mgsANVWJCTKLlHSΩ%1")
 _TIME_WORDS = {
     "second": "s",

@@ -127,7 +127,7 @@ class Aligned:
     y, x : numpy.ndarray, shape (n,)
         Filtered hard and soft change, pF.
     z : numpy.ndarray, shape (n,)
-        The instrument: mean of the soft readings around those of x, without them.
+        The instrumental variable: mean of the soft readings around each reading in x, without it.
     good : numpy.ndarray of bool, shape (n,)
         Windows without a gap.
     """

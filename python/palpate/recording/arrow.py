@@ -68,7 +68,7 @@ def to_arrow(recording: Recording) -> Any:
 
 
 def own_frame(table: Table) -> Recording | None:
-    """Return the recording of a frame that palpate made, or of its rows as text; None: another one. Errors as of `read`."""
+    """Return the recording of a frame that palpate made, or of its rows as text; None: another frame. Errors as in `read`."""
     names = {column.name for column in table.columns}
     stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
     is_own = names >= {"hard_pF", "soft_pF"} and (stamps or "full_scale_pF" in names)
@@ -117,7 +117,7 @@ def own_frame(table: Table) -> Recording | None:
 
 
 def _full_scale_pF(table: Table, names: Collection[str]) -> float:
-    """Return the full scale in the rows; without it that of the AD7746, unless the rows have no codes."""
+    """Return the full scale in the rows, else the one of the AD7746 if the rows have codes."""
     if "full_scale_pF" in names:
         cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
         return float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))

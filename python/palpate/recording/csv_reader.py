@@ -56,7 +56,7 @@ class _Position:
 
 
 class RecordingFile(OpenedRecording):
-    """A recording made by palpate, read in blocks; more attributes are those of `OpenedRecording`.
+    """A recording made by palpate, read in blocks; see `OpenedRecording` for the other attributes.
 
     Parameters
     ----------
@@ -326,7 +326,7 @@ class RecordingFile(OpenedRecording):
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and the begin of a header."""
+    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and a truncated header."""
     with file_errors(path, "cannot be read"), open_unpacked(path) as file:
         begin = file.read(_BEGIN)
     if begin.partition(b"\n")[0].removesuffix(b"\r") in HEADERS:

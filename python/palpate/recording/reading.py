@@ -31,7 +31,7 @@ AS_TABLE = (
 
 
 class ImportedRecording(OpenedRecording):
-    """A recording of another program, read into memory; more attributes are those of `OpenedRecording`.
+    """A recording of another program, read into memory; see `OpenedRecording` for the other attributes.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class ImportedRecording(OpenedRecording):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return nothing: what is doubtful is in `notes`."""
+        """Return nothing: doubts about a table are in `notes`."""
         return ()
 
     def skip_damage(self) -> None:
@@ -117,7 +117,7 @@ def _ns(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording:
-    """Return a table of another program, or a data frame of palpate's own, as a recording; errors as of `read`."""
+    """Return a table of another program, or a data frame of palpate's own, as a recording; errors as in `read`."""
     from palpate.importers.channels import find_channels
     from palpate.importers.formats import read_table
     from palpate.recording.arrow import own_frame

@@ -1,7 +1,7 @@
 """Writes a recording during the measurement, in its own thread: a slow disk does not delay the source.
 
 Rows are written every 0.1 s; they survive if the process is killed. Each second they are synced to the disk, and then a
-checkpoint of what is synced goes to the sidecar: so a recording without an end can be verified up to it.
+checkpoint of the synced rows goes to the sidecar: so a recording without an end can be verified up to it.
 """
 
 import os
@@ -58,7 +58,7 @@ class Recorder:
     first_s : float or None
         Time of the first sample of the recording, s; None: there is none yet.
     conditions : list of dict
-        What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
+        Conditions measured so far (temperature, supply); a longer list replaces it. It goes to the sidecar with
         each checkpoint, and at the end.
     popped : callable
         Called, in the thread that writes, when there is room again.
@@ -210,7 +210,7 @@ class Recorder:
         self._change(lambda file: file.rename(number, text))
 
     def session(self, plan: Plan) -> None:
-        """Store what is touched; it goes to the sidecar with the next checkpoint, and at the end. Errors as in `note`."""
+        """Store the touched specimen; it goes to the sidecar with the next checkpoint, and at the end. Errors as in `note`."""
         self._change(lambda file: file.set("session", plan.as_dict()))
 
     def _change(self, change: Callable[[SidecarFile], Any]) -> Any:

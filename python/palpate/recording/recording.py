@@ -144,7 +144,7 @@ class Recording(ArrayRecording, Framed):
         )
 
     def value_notes(self) -> Iterator[str]:
-        """Yield remarks on times and values; none of a table, which was checked when it was read."""
+        """Yield remarks on times and values; a table yields none, as it was checked when it was read."""
         if not self.understood:
             yield from super().value_notes()
 

@@ -201,7 +201,7 @@ def plan_of(document: Mapping[str, Any]) -> Plan:
 
 
 def _parsed(place: str, given: Any, kind: type[Any]) -> Any:
-    """Return a dataclass made of names and values, and of lists of them; ValueError with the place of what is wrong."""
+    """Return a dataclass made of names and values, and of lists of them; ValueError with the place of the fault."""
     if not isinstance(given, Mapping):
         raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
     known = dict[str, object]()

@@ -49,7 +49,7 @@ def sidecar_path(path: Path) -> Path:
 
 def fresh(device: Json, settings: Json, notes: list[str]) -> Json:
     """Return the sidecar of a new recording."""
-    # Later there are checkpoint (rows, bytes, crc32 of what is on the disk), or in its place end; in clock the time t = 0
+    # Later it has checkpoint (rows, bytes, crc32 of the data on the disk), replaced by end; in clock the time t = 0
     # (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known; session (session.Plan.as_dict); conditions.
     return {
         "schema": SCHEMA,

@@ -40,7 +40,7 @@ if sys.platform == "win32":  # pragma: no cover: Windows only
     _PLACE = 2**31 - 2  # nobody else can read a locked byte: one that only a recording of 2 GB has
 
     def _take(descriptor: int, *, shared: bool) -> None:
-        """Lock, for a moment also for those who only ask: Windows has no shared lock in the standard library."""
+        """Take the lock; `is_locked` takes it for a moment, too: the standard library has no shared lock on Windows."""
         os.lseek(descriptor, _PLACE, os.SEEK_SET)
         msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
 
@@ -52,7 +52,7 @@ else:
     import fcntl
 
     def _take(descriptor: int, *, shared: bool) -> None:
-        """Lock the whole file, only for those who ask."""
+        """Lock the whole file; the lock only marks it as in use."""
         fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
 
     def _release(descriptor: int) -> None:
@@ -251,7 +251,7 @@ class SidecarFile:
             return len(longer)
 
     def rename(self, number: int, text: str) -> None:
-        """Give a mark another text; its number, from 1, is as `add` returned it. Errors as of `add`."""
+        """Give a mark another text; its number, from 1, is as `add` returned it. Errors as in `add`."""
         with self._lock:
             marks = list(self._document["marks"])
             if not 1 <= number <= len(marks):

@@ -74,7 +74,7 @@ def analyse_recording(
     name : str
         Its name in a report.
     tracking : mapping, optional
-        Scene and settings of the tracker; default: those of the recording.
+        Scene and settings of the tracker; default: from the recording.
     progress : callable
         Receives the progress as a text; an error that it raises ends the work.
     **reading

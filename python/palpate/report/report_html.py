@@ -90,7 +90,7 @@ def write_report(
         Table of known moduli as for `palpate calibrate`: for recordings whose sidecar names no
         specimens.
     title, operator : str
-        Default: those of the sessions in the sidecars.
+        Default: from the sessions in the sidecars.
     probe, site : str
         For the head of the report.
     unit : str

@@ -92,7 +92,7 @@ def percent(share: float) -> str:
 
 
 def clock(seconds: float) -> str:
-    """Return a time since the begin of a recording; `NONE`: unknown."""
+    """Return a time since the start of a recording; `NONE`: unknown."""
     return NONE if isnan(seconds) else lasting(timedelta(seconds=seconds))
 
 

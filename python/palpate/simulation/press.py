@@ -133,7 +133,7 @@ class Tilt:
 def tilting(
     tilt: Tilt, duration_s: float, random: np.random.Generator
 ) -> Callable[[float, Array], Array]:
-    """Return the factor on the ratio, as a function of the begin of a press, s, and of times, s."""
+    """Return the factor on the ratio, as a function of the start of a press, s, and of times, s."""
     steps = np.zeros(1)
     if tilt.walk:
         steps = random.standard_normal(int(duration_s / _STEP_S) + 1)

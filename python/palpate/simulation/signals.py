@@ -27,7 +27,7 @@ def require_positive(**settings: float) -> None:
 
 
 def random_of(seed: int, effect: str) -> np.random.Generator:
-    """Return the random numbers of one effect, so that no effect changes those of another."""
+    """Return the random generator of one effect, so that no effect changes another one's numbers."""
     return np.random.default_rng([seed, *effect.encode()])
 
 

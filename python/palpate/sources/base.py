@@ -251,7 +251,7 @@ def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None
 
 
 def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
-    """Yield each field, whether it is good, and what is allowed; of one sample as numbers, or of many as arrays."""
+    """Yield each field, whether it is valid, and the allowed values; for one sample (numbers) or many (arrays)."""
     yield "seq", fields["seq"] > before, "above the one before"
     yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
     yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"

@@ -98,7 +98,7 @@ def check_source(
 
 
 def _called(name: str, call: Callable[[], object]) -> list[str]:
-    """Call a method that may not raise; return what is wrong."""
+    """Call a method that may not raise; return the findings."""
     try:
         call()
     except Exception as error:  # noqa: BLE001
@@ -109,7 +109,7 @@ def _called(name: str, call: Callable[[], object]) -> list[str]:
 def _read(
     source: Source, count: int, read: list[Sample], enough: threading.Event, findings: list[str]
 ) -> None:
-    """Begin and iterate until the source ends; keep the first samples, and say what is wrong with the reading."""
+    """Begin and iterate until the source ends; keep the first samples, and report findings."""
     try:
         source.__enter__()
         for item in source:

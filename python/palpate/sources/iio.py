@@ -31,7 +31,7 @@ CODES_PER_STEP: Final = 338646
 LAST_STEP: Final = (
     126  # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
 )
-FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
+FIRST_PAIRS = 4  # Pairs that are read first, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
@@ -242,7 +242,7 @@ class IioSource(Stoppable, SampleSource):
         self._longest_ns = self._period_ns / 2 + LATE_NS
 
     def _judge(self, name: str, code: int) -> None:
-        """Report a channel that measures nothing: saturated at the begin, or the same code again and again."""
+        """Report a channel that measures nothing: saturated at the start, or the same code again and again."""
         before, count = self._same[name]
         count = count + 1 if code == before else 1
         self._same[name] = code, count

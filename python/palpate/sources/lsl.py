@@ -1,4 +1,4 @@
-"""A stream of Lab Streaming Layer as a source, `lsl:NAME`; and the library, with its clock beside the computer's."""
+"""A stream of Lab Streaming Layer as a source, `lsl:NAME`; and the library, with the offset of its clock."""
 
 import math
 import os

@@ -27,7 +27,7 @@ _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
 class Incident(NamedTuple):
-    """A fault and its time, s after the begin."""
+    """A fault and its time, s after the start."""
 
     time_s: float
     fault: Fault

@@ -46,7 +46,7 @@ class Listener:
         """Take notice that a trouble is over."""
 
     def conditions(self, conditions: Conditions) -> None:
-        """Take values that were measured besides the samples."""
+        """Take conditions that the source measured."""
 
     def batch(self, batch: Batch) -> None:
         """Take samples with their estimates."""

@@ -81,7 +81,7 @@ allowed: one in real time
         self.close()
 
     def follow(self, stream: Stream) -> None:
-        """Send another measurement from now on, of the same source; errors as of a new one."""
+        """Send another measurement from now on, of the same source; errors as in the constructor."""
         source = stream.source
         if not (source.live and getattr(source, "real_time", True)):
             raise ValueError(
@@ -128,7 +128,7 @@ allowed: one in real time
             self._push(said, self._last_s)
 
     def close(self) -> None:
-        """Close the streams, after what is on its way has been sent."""
+        """Close the streams after the pending samples have been sent."""
         if any(outlet.have_consumers() for outlet in self._outlets):
             for _ in range(10):  # a process that stands still loses one part, not all of the time
                 time.sleep(_LAST_S / 10)

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 STOP_S = 0.5
 _BATCH = 1024  # samples at a time, at most
-# the consumer may be late by so long, and by so many samples
+# how late the consumer may be, in seconds and in samples
 _LAG_S = 1.0
 _LEAST = 4096
 _POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
@@ -158,7 +158,7 @@ class Stream:
         self._before = StreamCounters()  # when the recording began
         self._recorded: int | None = None  # number of the last sample of the recording before
         self._switching = RLock()  # held while a recording begins or ends, which waits for the disk
-        # held while something is written beside the samples; before the lock of the reader
+        # held while notes and marks are written; taken before the lock of the reader
         self._remarking = RLock()
         self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
         self._begun = self._stop_asked = self._closed = self._raised = False

@@ -176,7 +176,7 @@ class SimulatedChip:
     overload_pF : float, pF
         Added to all readings.
     disturbance : callable
-        Returns what is added to a reading, pF; called for each conversion.
+        Returns the disturbance to add to a reading, pF; called for each conversion.
     conversions : deque of Conversion
         The last conversions.
     """

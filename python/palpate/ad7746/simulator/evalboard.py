@@ -1,7 +1,7 @@
 """Simulated evaluation kit: a board that answers the vendor requests, with a simulated AD7746.
 
 Not compared with hardware: it follows the same description of the board as
-`palpate.ad7746.evalkit.usb_bus`; what is marked [?] is an assumption. Faults happen on demand.
+`palpate.ad7746.evalkit.usb_bus`; statements marked [?] are assumptions. Faults happen on demand.
 `palpate.ad7746.simulator.usb_backend` connects the board to the driver inside this process.
 """
 
@@ -99,7 +99,7 @@ class SimulatedBoard:
     loaded : bool
         Whether the firmware is loaded.
     keeps_firmware : bool
-        Whether it survives unplugging; that of a real board, supplied by the cable, does not.
+        Whether the firmware survives unplugging. On a real board, which the cable supplies, it does not.
     locked : bool
         Whether the firmware answers no request any more.
     stuck : bool or None
