@@ -1,4 +1,4 @@
-"""The code of no room becomes denser than tests/style/limits.csv allows: a limit may be lowered, and none is raised."""
+"""No room becomes denser than tests/style/limits.csv allows, but for a small headroom."""
 
 import density
 
