@@ -35,6 +35,12 @@ def touched(
         (("drift",), ("drift",), {}),
         (("drift", "curve"), ("curve",), {"revised": True}),
         (("refused", "lag"), ("refused", "lag"), {}),
+        (("late",), (), {"samples": 16}),
+        (("late",), ("late",), {"samples": 15}),
+        (("tilt", "changed"), (), {}),
+        (("creep",), ("creep",), {"age_s": 0.0}),
+        (("creep", "drift"), (), {"age_s": 1.3}),
+        (("short",), ("short",), {"age_s": 1.3}),
     ],
 )
 def test_flags_that_exclude(
