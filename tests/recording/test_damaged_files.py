@@ -80,6 +80,38 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "offset"),
+    [(b"hard_pF", b"h\xffrd_pF", 1), (b",soft_pF", b"\nsoft_pF", 0), (b"status\n", b"status ", 6)],
+)
+def test_a_damaged_header_is_named_if_the_sidecar_is_intact(
+    right: bytes, wrong: bytes, offset: int, tmp_path: Path
+) -> None:
+    path = five(tmp_path)
+    data = path.read_bytes()
+    path.write_bytes(data.replace(right, wrong, 1))
+    for reader in (read, check):
+        with pytest.raises(
+            RecordingError, match=r"header of this recording is damaged at byte (\d+)"
+        ):
+            reader(path)
+    with pytest.raises(RecordingError) as refusal:
+        read(path)
+    assert refusal.value.line == 1
+    assert f"at byte {data.index(right) + 1 + offset}:" in str(refusal.value)
+    assert data.decode().partition("\n")[0] in str(refusal.value)
+    path.write_bytes(data)
+    assert len(read(path)) == 5
+
+
+def test_a_damaged_header_without_a_sidecar_is_a_table_of_another_program(tmp_path: Path) -> None:
+    path = five(tmp_path)
+    path.write_bytes(path.read_bytes().replace(b"hard_pF", b"harx_pF", 1))
+    sidecar.sidecar_path(path).unlink()
+    with pytest.raises(ValueError, match="none for a table of another program"):
+        read(path)
+
+
 def _sidecar(device: str, marks: str = "") -> str:
     return f'{{"schema": "palpate-recording-1", "device": {device}, "settings": {{}}, "notes": [], "marks": [{marks}]}}'
 

@@ -5,6 +5,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from itertools import groupby
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -14,6 +15,7 @@ import numpy as np
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.files import file_errors, open_unpacked
+from palpate.messages import quoted
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
 from palpate.recording.opened import Damage, GapMark, OpenedRecording
@@ -33,6 +35,7 @@ from palpate.samples import DTYPE, Block
 
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
 _BEGIN = 256  # bytes in which a file is recognised
+_LIKE_HEADER = 0.9  # share of the header: a few damaged bytes; with other delimiters it is below
 _FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
 # Bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block.
 _CHUNK = 1 << 18
@@ -327,12 +330,42 @@ class RecordingFile(OpenedRecording):
 
 def is_own(path: Path) -> bool:
     """Return whether a file is a recording made by palpate: by its header, or by its sidecar and a truncated header."""
-    with file_errors(path, "cannot be read"), open_unpacked(path) as file:
-        begin = file.read(_BEGIN)
-    if begin.partition(b"\n")[0].removesuffix(b"\r") in HEADERS:
+    begin = _begin(path)
+    if _first_line(begin) in HEADERS:
         return True
+    truncated = begin.rstrip(b"\0")
+    return _has_sidecar(path) and any(header.startswith(truncated) for header in HEADERS)
+
+
+def header_damage(path: Path) -> str:
+    """Return what is wrong with the header of a recording whose sidecar is intact; empty: it is none of palpate's."""
+    if not _has_sidecar(path):
+        return ""
+    begin = _begin(path)
+    for header in HEADERS:
+        held = begin[: len(header)]
+        if SequenceMatcher(None, header, held).ratio() < _LIKE_HEADER:
+            continue
+        pairs = enumerate(zip(header, held, strict=False), 1)
+        place = next((place for place, (a, b) in pairs if a != b), len(held) + 1)
+        got = quoted(_first_line(begin).decode(errors="replace"))
+        found = f"the header of this recording is damaged at byte {place}: got {got}"
+        advice = "write it so, and nothing else, into the first line of a copy; the rows follow it"
+        return f"{found}, allowed: {header.decode()}; {advice}"
+    return ""
+
+
+def _begin(path: Path) -> bytes:
+    with file_errors(path, "cannot be read"), open_unpacked(path) as file:
+        return file.read(_BEGIN)
+
+
+def _first_line(begin: bytes) -> bytes:
+    return begin.partition(b"\n")[0].removesuffix(b"\r")
+
+
+def _has_sidecar(path: Path) -> bool:
     try:
-        has_sidecar = load(path) is not None
+        return load(path) is not None
     except RecordingError:
         return False
-    return has_sidecar and any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from palpate.dataframe import Frame
 from palpate.errors import RecordingError
-from palpate.importers.table import ReadOptions, Table
+from palpate.importers.table import OptionError, ReadOptions, Table
 from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import RecordingFile, is_own
+from palpate.recording.csv_reader import RecordingFile, header_damage, is_own
 from palpate.recording.opened import GapMark, OpenedRecording
 from palpate.recording.recording import Recording
 from palpate.recording.sidecar import Json
@@ -180,9 +180,16 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
         return RecordingFile(file)
     from palpate.importers.formats import read_table  # a recording of palpate does not need it
 
-    table = read_table(file, wanted)
-    converted = own_recording(table) if wanted == ReadOptions() else None
-    return converted or of_table(file, table, wanted)
+    if wanted != ReadOptions():
+        return of_table(file, read_table(file, wanted), wanted)
+    try:
+        table = read_table(file, wanted)
+        return own_recording(table) or of_table(file, table, wanted)
+    except (OptionError, RecordingError) as error:
+        damage = header_damage(file)
+        if damage:
+            raise RecordingError(file, damage, 1) from error
+        raise
 
 
 def read(
