@@ -1,196 +1,106 @@
-"""The ratio of a touch from its readings: matched windows, instrumental variables, without spikes and lag."""
+"""The ratio of a touch from its readings: instrumental variables, without spikes and lag."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.offline_touches.idle import IdleLevel, Readings
+from palpate import number_format
+from palpate.offline_touches.idle import Array, IdleLevel, Mask, Readings, Rows, median_size
+from palpate.offline_touches.sweep import Sweep
+from palpate.offline_touches.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
+from palpate.touch import Touch
 
-Array = NDArray[np.float64]
 Levels = tuple[IdleLevel, IdleLevel]
 
-HARD = 5
-SOFT = 6
-"""Readings of each channel in a window."""
-BAND_Hz = (0.2, 13.0)
-"""Sway and tremor of a hand."""
-# as for the live filters: weight 1 from 3 Hz on, 0.3 below
-_LINES_Hz = 3.0
-_SLOW = 0.3
-_NOISE = 1e-6  # weight of the power gain of white noise, against a mean square mismatch
-_AT_ONCE = 4096  # windows solved together: some 10 MB
-
-
-@dataclass(frozen=True)
-class Windows:
-    """Windows of the readings of one channel, with their filters.
-
-    Attributes
-    ----------
-    readings : Readings
-    at : numpy.ndarray of int, shape (n, size)
-        Positions of the readings in each window.
-    weight : numpy.ndarray, shape (n, size)
-        Their weights; each row has the sum 1.
-    """
-
-    readings: Readings
-    at: NDArray[np.intp]
-    weight: Array
-
-    @property
-    def value(self) -> Array:
-        """The filtered value in each window."""
-        return np.asarray((self.weight * self.readings.value[self.at]).sum(axis=1))
-
-    def spread(self, values: Array) -> Array:
-        """Return for each reading the sum of its weight times the value of its windows."""
-        weighted = (self.weight * values[:, None]).ravel()
-        return np.asarray(np.bincount(self.at.ravel(), weighted, len(self.readings.t)), np.float64)
-
-
-def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, Array]:
-    """Return a window around each hard reading that has enough neighbours, and |A - B|, rms over the band, in each."""
-    # With A = sum a_i exp(j w t_i) of the hard readings at t_i, and B of the soft ones likewise, the weights are the
-    # minimum of the mean of |A - B|^2 over the band, plus 1e-6 (sum a_i^2 + sum b_i^2), with sum a_i = sum b_i = 1. The
-    # mean of cos w (t_i - t_j) over the band has a closed form; so no even grid is needed.
-    t_hard_s = all_hard.t
-    t_soft_s = all_soft.t
-    before = HARD // 2
-    half = SOFT // 2
-    centre = np.arange(before, len(t_hard_s) - before)
-    after = np.searchsorted(t_soft_s, t_hard_s[centre])
-    whole = (after >= half) & (after <= len(t_soft_s) - half)
-    hard_at = centre[whole, None] + np.arange(-before, before + 1)
-    soft_at = after[whole, None] + np.arange(-half, half)
-    times = np.concatenate([t_hard_s[hard_at], t_soft_s[soft_at]], axis=1)
-    parts = [_designed(times[i : i + _AT_ONCE]) for i in range(0, max(len(times), 1), _AT_ONCE)]
-    weights, mismatch = (np.concatenate(part) for part in zip(*parts, strict=True))
-    hard = Windows(all_hard, hard_at, weights[:, :HARD])
-    soft = Windows(all_soft, soft_at, weights[:, HARD:])
-    return hard, soft, mismatch
-
-
-def _designed(times: Array) -> tuple[Array, Array]:
-    """Return weights, shape (n, 11), and mismatch, shape (n,)."""
-    number = len(times)
-    size = HARD + SOFT
-    sign = np.where(np.arange(size) < HARD, 1.0, -1.0)
-    square = sign[:, None] * sign * _mean_cosine(times[:, :, None] - times[:, None, :])
-    system = np.zeros((number, size + 2, size + 2))
-    system[:, :size, :size] = square + _NOISE * np.eye(size)
-    system[:, :HARD, size] = system[:, size, :HARD] = 1
-    system[:, HARD:size, size + 1] = system[:, size + 1, HARD:size] = 1
-    wanted = np.zeros((number, size + 2, 1))
-    wanted[:, size:] = 1
-    weights: Array = np.asarray(np.linalg.solve(system, wanted)[:, :size, 0], np.float64)
-    left = np.einsum("ni,nij,nj->n", weights, square, weights)
-    return weights, np.asarray(np.sqrt(np.maximum(left, 0)))
-
-
-def _mean_cosine(lag_s: Array) -> Array:
-    """Return the weighted mean of cos(2 pi f lag) over the band: the integral of cos is f sinc(2 f lag)."""
-    low, high = BAND_Hz
-
-    def to(f: float) -> Array:
-        return np.asarray(f * np.sinc(2 * f * lag_s))
-
-    slow = to(_LINES_Hz) - to(low)
-    lines = to(high) - to(_LINES_Hz)
-    return (_SLOW * slow + lines) / (_SLOW * (_LINES_Hz - low) + high - _LINES_Hz)
-
-
-FEWEST = 8
-"""Pairs for a result."""
+METHOD = f"offline: matched pair of {HARD} + {SOFT} points"
+"""Name of the method."""
 _ROUNDS = 11  # of leaving out readings, and of removing a lag
 _OUTLIER = 6.0
 _MAD = 1.4826  # standard deviation / median of the absolute values
-_REACH = 8  # soft readings of the instrument on either side
-_MISMATCH = 3e-3  # of a window that is kept, if most are better
 _PROVEN = 8.0  # standard errors of a lag that is removed
 _BATCHES = 16
 _FLANK = 3  # windows
+_FLANK_SHARES = (0.2, 0.8)  # of the height
 _LEAST = 0.001  # change from the flanks to the height, share
 
 
-@dataclass(frozen=True)
-class Aligned:
-    """Changes of both channels from the baseline, pF, filtered in windows.
+@dataclass(frozen=True, kw_only=True)
+class OfflineTouch:
+    """A touch estimated offline, with its live result.
 
     Attributes
     ----------
-    hard, soft : Windows
-    row : numpy.ndarray of int, shape (n,)
-        Row of the hard reading in the middle of each window.
-    y, x : numpy.ndarray, shape (n,)
-        Filtered hard and soft change, pF.
-    z : numpy.ndarray, shape (n,)
-        The instrumental variable: mean of the soft readings around each reading in x, without it.
-    good : numpy.ndarray of bool, shape (n,)
-        Windows without a gap.
+    ratio, standard_error : float
+        Of this method; nan if it has no result.
+    method : str
+        Its name; without a result, the reason.
+    baselines : str
+        "before and after", "before" or "after": which idle readings it used; empty without a
+        result.
+    samples : int
+        Pairs used.
+    covariance : float
+        Unscaled covariance of the ratio, 1/pF^2.
+    start_s, stop_s : float
+        First and last reading used, s: if the ratio changed, those after the last change.
+    left_out : int
+        Readings left out as spikes.
+    lag_s : float
+        Delay of the soft channel, or of its times, s: removed; 0 if not significant.
+    live : Touch
+        The touch as the tracker found it; its flags hold here, too.
+    level_ratio, level_standard_error : float
+        As of `Touch`, for any exponent of the contact; nan if there is none.
+    sweep : palpate.offline_touches.sweep.Sweep or None
+        The pairs of the level ratio.
     """
 
-    hard: Windows
-    soft: Windows
-    row: NDArray[np.intp]
-    y: Array
-    x: Array
-    z: Array
-    good: NDArray[np.bool_]
+    ratio: float = math.nan
+    standard_error: float = math.nan
+    method: str = METHOD
+    baselines: str = ""
+    samples: int = 0
+    covariance: float = math.nan
+    start_s: float
+    stop_s: float = math.nan
+    left_out: int = 0
+    lag_s: float = 0.0
+    live: Touch
+    level_ratio: float = math.nan
+    level_standard_error: float = math.nan
+    sweep: Sweep | None = field(default=None, repr=False, compare=False)
+
+    def level(self, contact_exponent: float) -> tuple[float, float]:
+        """Return the level ratio with another exponent, and its standard error; nan: none."""
+        if self.sweep is None:
+            return math.nan, math.nan
+        return self.sweep.result(self.live.ratio, contact_exponent)
 
     @property
-    def high(self) -> NDArray[np.bool_]:
-        """Which good windows are above half of the touch."""
-        size = np.abs(self.x)
-        height = size[self.good].max(initial=0)
-        return np.asarray(self.good & (size > height / 2))
+    def flags(self) -> tuple[str, ...]:
+        """Warnings about the touch: the flags of `live`."""
+        return self.live.flags
 
-    def rest(self, ratio: float) -> Array:
-        """Return y - ratio * x."""
-        return self.y - ratio * self.x
+    @property
+    def alarm_share(self) -> float:
+        """Share of the samples of `live` with the alarm on."""
+        return self.live.alarm_share
 
-
-def aligned(hard: Readings, soft: Readings) -> Aligned | None:
-    """Return the windows of changes; None: there are too few."""
-    in_hard, in_soft, mismatch = windows(hard, soft)
-    if len(mismatch) < FEWEST:
-        return None
-    good = mismatch <= max(_MISMATCH, 3 * float(np.median(mismatch)))
-    row = hard.row[in_hard.at[:, HARD // 2]]
-    return Aligned(in_hard, in_soft, row, in_hard.value, in_soft.value, _instrument(in_soft), good)
+    def as_dict(self) -> dict[str, Any]:
+        """Return all fields but `live` as a dict of plain values; nan and inf become None."""
+        values = dict(self.__dict__)
+        del values["live"]
+        del values["sweep"]
+        return number_format.plain(values)
 
 
-def _instrument(soft: Windows) -> Array:
-    sums = np.append(0, np.cumsum(soft.readings.value))
-    first = soft.at[:, 0]
-    end = soft.at[:, -1] + 1
-    low = np.maximum(first - _REACH, 0)
-    high = np.minimum(end + _REACH, len(sums) - 1)
-    count = np.maximum(high - low - SOFT, 1)
-    return np.asarray((sums[high] - sums[low] - (sums[end] - sums[first])) / count)
-
-
-@dataclass(frozen=True)
-class RatioFit:
-    """The ratio of a touch; the fields are as in `OfflineTouch`."""
-
-    ratio: float
-    standard_error: float
-    covariance: float
-    samples: int
-    left_out: int
-    lag_s: float
-    start_s: float
-    stop_s: float
-
-
-def fit_ratio(hard: Readings, soft: Readings, levels: Levels) -> RatioFit | None:
-    """Return the ratio of the changes of both channels; None: there are too few pairs."""
-    # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where
-    # it is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
-    # explains most is left out.
+def fit_ratio(touch: Touch, hard: Readings, soft: Readings, levels: Levels) -> OfflineTouch | None:
+    """Return a touch with the ratio of the changes of both channels; None: too few pairs."""
+    # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed
+    # from its times where it is significant; then of the windows that are 6 standard deviations
+    # off, in each run of them, the reading that explains most is left out.
     lag = 0.0
     left_out = 0
     whole = None
@@ -201,8 +111,13 @@ def fit_ratio(hard: Readings, soft: Readings, levels: Levels) -> RatioFit | None
         ratio = float(np.median(pairs.y[pairs.high] / pairs.x[pairs.high]))
         more = _lag(pairs, ratio)
         bad = np.abs(pairs.rest(ratio)) > _OUTLIER * _scale(pairs, ratio, levels)
-        if number == _ROUNDS or (more == 0 and not bad.any()):
-            return _solved(pairs, pairs.good & ~bad, whole or pairs, levels, left_out, lag)
+        is_clean = more == 0 and not bad.any()
+        if is_clean or number == _ROUNDS:
+            used = pairs.good & ~bad
+            if np.count_nonzero(used) < FEWEST:
+                break
+            found = _solved(touch, pairs, used, whole or pairs, levels)
+            return replace(found, left_out=left_out, lag_s=lag)
         if more:
             soft = replace(soft, t=soft.t - more)
             lag += more
@@ -218,39 +133,44 @@ def fit_ratio(hard: Readings, soft: Readings, levels: Levels) -> RatioFit | None
 def _lag(pairs: Aligned, ratio: float) -> float:
     """Return how late the soft channel is, s; 0 if that is not significant."""
     rest = pairs.rest(ratio)
-    spread = _MAD * float(np.median(np.abs(rest[pairs.good])))
+    spread = _MAD * median_size(rest[pairs.good])
     near = pairs.good & (np.abs(rest) <= _OUTLIER * spread)
     if np.count_nonzero(near) < FEWEST:
         return 0.0
-    slope = np.gradient(pairs.x, pairs.hard.readings.t[pairs.hard.at[:, HARD // 2]])[near]
+    slope = np.gradient(pairs.x, pairs.t)[near]
     squares = float(slope @ slope)
     if squares == 0 or ratio == 0:
         return 0.0
     late = float(slope @ rest[near]) / squares
-    error = float(np.linalg.norm(slope * (rest[near] - late * slope))) / squares
-    return late / ratio if abs(late) > _PROVEN * error else 0.0
+    left = rest[near] - late * slope
+    error = float(np.linalg.norm(slope * left)) / squares
+    if abs(late) > _PROVEN * error:
+        return late / ratio
+    return 0.0
 
 
 def _scale(pairs: Aligned, ratio: float, levels: Levels) -> float:
     """Return the scatter of the windows, at least by the noise of their readings."""
-    seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
-    hard = (pairs.hard.weight**2).sum(axis=1)
-    soft = (pairs.soft.weight**2).sum(axis=1)
-    noise2 = np.median(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
-    return max(seen, math.sqrt(float(noise2)))
+    seen = _MAD * median_size(pairs.rest(ratio)[pairs.good])
+    hard, soft = levels
+    hard2 = hard.noise**2 * (pairs.hard.weight**2).sum(axis=1)
+    soft2 = (ratio * soft.noise) ** 2 * (pairs.soft.weight**2).sum(axis=1)
+    noise2 = float(np.median(hard2 + soft2))
+    return max(seen, math.sqrt(noise2))
 
 
-Mask = NDArray[np.bool_]
+def _without_spikes(pairs: Aligned, ratio: float, bad: Rows) -> tuple[Mask, Mask]:
+    """Return masks of the readings to keep.
 
-
-def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Mask, Mask]:
-    """Return masks of the readings to keep: without the one that explains most of each run of bad windows."""
+    Of each run of bad windows, they leave out the reading that explains most.
+    """
     rest = pairs.rest(ratio)
     keep_hard = np.ones(len(pairs.hard.readings.t), bool)
     keep_soft = np.ones(len(pairs.soft.readings.t), bool)
     by_hard = _explained(pairs.hard, rest)
     by_soft = _explained(pairs.soft, rest)
-    for run in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1):
+    run_starts = np.flatnonzero(np.diff(bad) > 1) + 1
+    for run in np.split(bad, run_starts):
         hard_at = pairs.hard.at[run]
         soft_at = pairs.soft.at[run]
         if by_soft[soft_at].max() > by_hard[hard_at].max():
@@ -260,101 +180,102 @@ def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tupl
     return keep_hard, keep_soft
 
 
-def _leave_out_largest(keep: Mask, explained: Array, at: NDArray[np.intp]) -> None:
+def _leave_out_largest(keep: Mask, explained: Array, at: Rows) -> None:
     inside = np.unique(at)
     keep[inside[np.argmax(explained[inside])]] = False
 
 
 def _explained(channel: Windows, rest: Array) -> Array:
     """Return the part of the sum of squares that an error of each reading explains."""
-    squares = replace(channel, weight=channel.weight**2).spread(np.ones(len(rest)))
-    return np.asarray(channel.spread(rest) ** 2 / np.where(squares > 0, squares, 1))
+    squared = replace(channel, weight=channel.weight**2)
+    squares = squared.spread(np.ones(len(rest)))
+    return channel.spread(rest) ** 2 / np.where(squares > 0, squares, 1)
 
 
 def _solved(
-    pairs: Aligned,
-    used: NDArray[np.bool_],
-    whole: Aligned,
-    levels: Levels,
-    left_out: int,
-    lag: float,
-) -> RatioFit | None:
+    touch: Touch, pairs: Aligned, used: Mask, whole: Aligned, levels: Levels
+) -> OfflineTouch:
     """Return the result from some windows; `whole`: the pairs before readings were left out."""
-    if np.count_nonzero(used) < FEWEST:
-        return None
+    hard_level, soft_level = levels
     z = np.where(used, pairs.z, 0)
     size = float(z @ pairs.x)
     ratio = float(z @ pairs.y) / size
-    # ratio = truth + sum of each reading's error times its weight: exact, since the windows are linear.
+    # ratio = truth + sum of each reading's error times its weight: exact, as windows are linear.
     hard = pairs.hard.spread(z) / size
     soft = -pairs.soft.spread(z) * ratio / size
-    of_hard = levels[0].noise ** 2 * float(hard @ hard)
-    of_soft = levels[1].noise ** 2 * float(soft @ soft)
+    of_hard = hard_level.noise**2 * float(hard @ hard)
+    of_soft = soft_level.noise**2 * float(soft @ soft)
     of_readings = of_hard + of_soft
     scores = (z * pairs.rest(ratio))[used] / size
-    number = max(min(_BATCHES, len(scores) // 4), 2)
-    parts = np.array([part.sum() for part in np.array_split(scores, number)])
-    seen = float(parts @ parts) * number / (number - 1)
-    of_levels = _of_levels(
-        _LevelError.of(hard, pairs.hard.readings.t, levels[0]),
-        _LevelError.of(soft, pairs.soft.readings.t, levels[1]),
-    )
+    of_levels = _of_levels(hard, soft, pairs, levels)
     of_flanks = _flank_error(whole, ratio, levels)
+    variance = max(of_readings, _variance_of_sum(scores)) + of_levels + of_flanks**2
+    baselines = hard_level.side
+    if soft_level.side != hard_level.side:
+        baselines = f"{hard_level.side} (hard), {soft_level.side} (soft)"
     times = pairs.hard.readings.t[pairs.hard.at[used]]
-    return RatioFit(
+    return OfflineTouch(
         ratio=ratio,
-        standard_error=math.sqrt(max(of_readings, seen) + of_levels + of_flanks**2),
-        covariance=1 / size,
+        standard_error=math.sqrt(variance),
+        baselines=baselines,
         samples=len(scores),
-        left_out=left_out,
-        lag_s=lag,
+        covariance=1 / size,
         start_s=float(times.min()),
         stop_s=float(times.max()),
+        live=touch,
     )
+
+
+def _variance_of_sum(scores: Array) -> float:
+    """Return the variance of a sum, from the scatter of the sums of its parts."""
+    number = max(min(_BATCHES, len(scores) // 4), 2)
+    parts = np.array([part.sum() for part in np.array_split(scores, number)])
+    return float(parts @ parts) * number / (number - 1)
 
 
 def _flank_error(pairs: Aligned, ratio: float, levels: Levels) -> float:
-    """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0."""
-    # An offset or a curve causes it. At half of the height, the change by an offset is the error of the result; a curve
-    # has half of its change as error.
-    height = np.abs(pairs.x) / float(np.median(np.abs(pairs.x[pairs.high])))
-    flank = pairs.good & (height > 0.2) & (height < 0.8)
-    if np.count_nonzero(flank) < _FLANK:
+    """Return twice the change of the ratio from the flanks of the touch to its height.
+
+    It is 0 if it is not significant.
+    """
+    # An offset or a curve causes it. At half of the height, the change by an offset is the error
+    # of the result; a curve has half of its change as error.
+    size = np.abs(pairs.x)
+    height = size / median_size(pairs.x[pairs.high])
+    low, high = _FLANK_SHARES
+    flank = pairs.good & (height > low) & (height < high)
+    count = np.count_nonzero(flank)
+    if count < _FLANK:
         return 0.0
-    change = float(np.median(pairs.y[flank] / pairs.x[flank])) - ratio
-    noise = 1.25 * _scale(pairs, ratio, levels) / float(np.median(np.abs(pairs.x[flank])))
-    error = noise / math.sqrt(float(np.count_nonzero(flank)))
-    is_significant = abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio)
-    return 2 * change if is_significant else 0.0
+    x = pairs.x[flank]
+    change = float(np.median(pairs.y[flank] / x)) - ratio
+    noise = 1.25 * _scale(pairs, ratio, levels) / median_size(x)
+    error = noise / math.sqrt(count)
+    if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio):
+        return 2 * change
+    return 0.0
 
 
-@dataclass(frozen=True)
-class _LevelError:
-    """Effect of a channel's baseline on the ratio: variance, shift by its drift, and variance of that shift."""
+def _of_levels(hard: Array, soft: Array, pairs: Aligned, levels: Levels) -> float:
+    """Return the variance of the ratio by the baselines, from the weights of the readings in it.
 
-    variance: float
-    shift: float
-    shift_variance: float
-
-    @staticmethod
-    def of(weight: Array, t: Array, level: IdleLevel) -> "_LevelError":
-        """Return the effect of a baseline; `weight`: of each reading in the ratio, `t`: its time."""
-        late = float(weight @ level.share(t))
+    A significant drift of the baselines adds 1/16 of the squared shift that it causes.
+    """
+    # As in the live result, for a drift of more than 3 standard errors: half of the correction is
+    # open for a jump, a quarter for an exponential.
+    variance = 0.0
+    shift = 0.0
+    shift_variance = 0.0
+    channels = (pairs.hard.readings, pairs.soft.readings)
+    for weight, readings, level in zip((hard, soft), channels, levels, strict=True):
+        first = level.variance[0]
+        last = level.variance[-1]
+        late = float(weight @ level.share(readings.t))
         early = float(weight.sum()) - late
-        return _LevelError(
-            early**2 * level.variance[0] + late**2 * level.variance[-1],
-            late * (level.value[-1] - level.value[0]),
-            late**2 * (level.variance[0] + level.variance[-1]),
-        )
-
-
-def _of_levels(hard: _LevelError, soft: _LevelError) -> float:
-    """Return the variance of the ratio by the baselines, with 1/16 of the squared shift by a significant drift."""
-    # As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
-    # quarter for an exponential.
-    variance = hard.variance + soft.variance
-    shift = hard.shift + soft.shift
-    if shift**2 > 9 * (hard.shift_variance + soft.shift_variance):
+        variance += early**2 * first + late**2 * last
+        shift += late * (level.value[-1] - level.value[0])
+        shift_variance += late**2 * (first + last)
+    if shift**2 > 9 * shift_variance:
         variance += shift**2 / 16
     return float(variance)
 
@@ -363,27 +284,26 @@ _KNOWN = 4  # pairs of a part whose ratio can be compared
 _AGREE = 5.0  # standard errors between two parts
 
 
-def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
-    """Return the row with which the part since the last change begins; None: that part is too short to be known."""
-    # An alarm is a change only if the ratios on both sides of it differ: noise of a burst alarms, too. From the last
-    # part back, parts are joined as long as they agree; one that is too short to be compared joins with the one before
-    # it.
+def since_change(pairs: Aligned, alarms: Rows) -> int | None:
+    """Return the row with which the part since the last change begins; None: it is too short."""
+    # An alarm is a change only if the ratios on both sides of it differ: noise of a burst alarms,
+    # too. From the last part back, parts are joined as long as they agree; one that is too short
+    # to be compared joins with the one before it.
     high = pairs.high
     ratios = pairs.y[high] / pairs.x[high]
-    rows = pairs.row[high]
-    parts = np.split(ratios, np.searchsorted(rows, alarms + 1))
-    starts = [int(pairs.hard.readings.row[0])]
-    for alarm in alarms:
-        starts.append(int(alarm) + 1)
+    edges = np.searchsorted(pairs.row[high], alarms + 1)
+    parts = np.split(ratios, edges)
+    starts = [int(row) for row in (pairs.hard.readings.row[0], *(alarms + 1))]
     known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
     if not known:
         return None
-    last = known.pop()
-    joined = parts[last]
-    tail = np.concatenate(parts[last + 1 :]) if last + 1 < len(parts) else joined[:0]
-    if len(tail) and abs(np.median(tail) - np.median(joined)) > _OUTLIER * _spread(joined):
-        return None
-    begin = last
+    begin = known.pop()
+    joined = parts[begin]
+    tail = np.concatenate([joined[:0], *parts[begin + 1 :]])
+    if len(tail):
+        difference = np.median(tail) - np.median(joined)
+        if abs(difference) > _OUTLIER * _spread(joined):
+            return None
     while known and _agree(parts[known[-1]], joined):
         begin = known.pop()
         joined = np.concatenate([parts[begin], joined])
@@ -391,10 +311,15 @@ def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
 
 
 def _spread(ratios: Array) -> float:
-    return _MAD * float(np.median(np.abs(ratios - np.median(ratios))))
+    return _MAD * median_size(ratios - np.median(ratios))
 
 
 def _agree(one: Array, other: Array) -> bool:
-    """Return whether two medians agree; their errors are 1.25 spread / sqrt(n), and 1.5 times for neighbours alike."""
-    errors = [1.9 * _spread(ratios) / np.sqrt(len(ratios)) for ratios in (one, other)]
-    return bool(abs(np.median(one) - np.median(other)) <= _AGREE * np.hypot(*errors))
+    """Return whether two medians agree.
+
+    Their errors are 1.25 spread / sqrt(n), and 1.5 times for neighbours alike.
+    """
+    error = 1.9 * _spread(one) / np.sqrt(len(one))
+    other_error = 1.9 * _spread(other) / np.sqrt(len(other))
+    difference = abs(np.median(one) - np.median(other))
+    return bool(difference <= _AGREE * np.hypot(error, other_error))

@@ -2,31 +2,45 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time
 _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
 # Readings with which the tracker measures a new baseline; they begin after the release.
 _COLLECTED = 32
-_JUMP = 25.0  # standard deviations of a reading: a baseline that was measured again, and was wrong before
+# Standard deviations of a reading: a baseline that was measured again, and was wrong before.
+_JUMP = 25.0
 _OUTLIER = 6.0
+_MAD = 1.4826  # standard deviation / median of the absolute values
 _BATCHES = 8  # of a mean: their scatter shows noise that is not white
 # Weights of the first and last readings: less of a periodic disturbance is left.
 _ENDS = np.array([1 / 3, 2 / 3])
 
 
+def median_size(values: Array) -> float:
+    """Return the median of the absolute values."""
+    return float(np.median(np.abs(values)))
+
+
 @dataclass(frozen=True)
 class Readings:
-    """Readings of one channel that have a value: times, s, values, pF, and the rows that they are from, shape (n,)."""
+    """Readings of one channel that have a value: times, s, values, pF, and rows, shape (n,)."""
 
     t: Array
     value: Array
-    row: NDArray[np.intp]
+    row: Rows
+
+    @property
+    def first_s(self) -> float:
+        """Time of the first reading, s; inf: there is none."""
+        return float(self.t[0]) if len(self.t) else math.inf
 
     def rows(self, first: int, end: int) -> "Readings":
         """Return the readings of rows first to end - 1."""
@@ -69,9 +83,12 @@ class IdleLevel:
 
 
 def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
-    """Return the first row of the baseline after a touch, whose last row is `last`; `end`: it was not measured."""
-    # The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the first row is not
-    # known, and 32 rows after the release are left out.
+    """Return the first row of the baseline after a touch; `end`: it was not measured.
+
+    `last` is the last row of the touch.
+    """
+    # The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the
+    # first row is not known, and 32 rows after the release are left out.
     out = np.flatnonzero(~rows["contact"][last:end])
     if not len(out):
         return end
@@ -81,17 +98,21 @@ def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
     new = np.flatnonzero((hard != hard[0]) | (soft != soft[0]))
     if len(new):
         return released + max(int(new[0]) - _COLLECTED + 1, 0)
-    return min(released + _COLLECTED, end) if measured else end
+    if measured:
+        return min(released + _COLLECTED, end)
+    return end
 
 
-def idle(
-    rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]
-) -> NDArray[np.bool_]:
-    """Return which rows have a baseline: not in a touch, and not before a wrong baseline was measured again."""
+def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> Mask:
+    """Return which rows have a baseline.
+
+    They are not in a touch, and not before a wrong baseline was measured again.
+    """
     # Such a baseline jumps, by more than 25 standard deviations of the hard readings.
     free = np.ones(len(rows), bool)
-    noise = 1.0484 * float(np.median(np.abs(np.diff(hard.value))))  # 1.4826 / sqrt(2)
-    jumps = np.abs(np.diff(rows["hard_baseline"], prepend=np.nan)) > _JUMP * noise
+    noise = 1.0484 * median_size(np.diff(hard.value))  # 1.4826 / sqrt(2)
+    steps = np.diff(rows["hard_baseline"], prepend=np.nan)
+    jumps = np.abs(steps) > _JUMP * noise
     for start, end, before in zip(starts, pauses, [0, *pauses], strict=False):
         free[start:end] = False
         again = np.flatnonzero(jumps[before + _COLLECTED : start])
@@ -100,17 +121,24 @@ def idle(
     return free
 
 
+class _Mean(NamedTuple):
+    """A mean of readings: its time, value and variance, and the noise of a reading."""
+
+    t: float
+    value: float
+    variance: float
+    noise: float
+
+
 def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -> IdleLevel | None:
-    """Return the baseline of one channel from idle readings before and after a touch; None: there are none."""
-    means = dict[str, tuple[float, float, float, float]]()
-    if len(before.t):
-        near = (before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)
-        if np.count_nonzero(near) >= _FEWEST:
-            means["before"] = _mean(before[near])
-    if len(after.t):
-        near = (after.t < after.t[0] + _NEAR_S) & (after.t < next_s - _MARGIN_S)
-        if np.count_nonzero(near) >= _FEWEST:
-            means["after"] = _mean(after[near])
+    """Return the baseline of one channel from idle readings around a touch; None: too few."""
+    last_s = before.t[-1:]
+    first_s = after.t[:1]
+    near = {
+        "before": before[(before.t > last_s - _NEAR_S) & (before.t < begin_s - _MARGIN_S)],
+        "after": after[(after.t < first_s + _NEAR_S) & (after.t < next_s - _MARGIN_S)],
+    }
+    means = {side: _mean(some) for side, some in near.items() if len(some.t) >= _FEWEST}
     if not means:
         return None
     t, value, variance, noise = np.array(list(means.values())).T
@@ -118,31 +146,40 @@ def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -
     return IdleLevel(t, value, variance, rms_noise, side=" and ".join(means))
 
 
-def _mean(readings: Readings) -> tuple[float, float, float, float]:
-    """Return mean time, mean, its variance, and the noise, of the values that are near their median."""
+def _mean(readings: Readings) -> _Mean:
+    """Return the mean of the values that are near their median."""
     code = float(np.diff(np.unique(readings.value)).min(initial=math.inf))
-    code = code if math.isfinite(code) else 0.0
-    off = np.abs(readings.value - np.median(readings.value))
-    near = readings[off <= max(_OUTLIER * 1.4826 * float(np.median(off)), 1.5 * code)]
-    t = near.t
-    value = near.value
-    count = len(t)
-    around = t - t.mean()
-    rest = value - value.mean()
-    rest -= around * (around @ rest) / max(float(around @ around), 1e-30)
+    if not math.isfinite(code):
+        code = 0.0
+    off = readings.value - np.median(readings.value)
+    limit = max(_OUTLIER * _MAD * median_size(off), 1.5 * code)
+    near = readings[np.abs(off) <= limit]
+    count = len(near.t)
+    around = near.t - near.t.mean()
+    rest = near.value - near.value.mean()
+    square = max(float(around @ around), 1e-30)
+    rest -= around * (around @ rest) / square
     noise2 = float(rest @ rest) / (count - 2)
     weight = np.ones(count)
     weight[: len(_ENDS)] *= _ENDS
     weight[-len(_ENDS) :] *= _ENDS[::-1]
     weight /= weight.sum()
     parts = np.array([part.sum() for part in np.array_split(rest, _BATCHES)])
-    wander = float(parts @ parts) * _BATCHES / (_BATCHES - 2) / count**2
-    variance = max(noise2 * float(weight @ weight), wander) + _rounding(code, noise2)
-    return float(t @ weight), float(value @ weight), variance, math.sqrt(noise2)
+    scatter = float(parts @ parts) * _BATCHES / (_BATCHES - 2)
+    variance = max(noise2 * float(weight @ weight), scatter / count**2)
+    return _Mean(
+        t=float(near.t @ weight),
+        value=float(near.value @ weight),
+        variance=variance + _rounding(code, noise2),
+        noise=math.sqrt(noise2),
+    )
 
 
 def _rounding(code: float, noise2: float) -> float:
-    """Return the variance of the mean of rounded values: half the square of code / pi exp(-2 pi^2 noise^2 / code^2)."""
+    """Return the variance of the mean of rounded values.
+
+    It is half the square of code / pi exp(-2 pi^2 noise^2 / code^2).
+    """
     # The noise before rounding: rounding adds code^2 / 12 to the variance.
     if code == 0:
         return 0.0
