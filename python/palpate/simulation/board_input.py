@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import sqrt
 
 import numpy as np
+from numpy.random import Generator
 
 from palpate.ad7746.bus import Clock
 from palpate.ad7746.driver import LIMIT_NS
@@ -85,7 +86,7 @@ def simulated_board(
 def _disturbance(
     scenario: Scenario,
     chip: SimulatedChip,
-    random: np.random.Generator,
+    random: Generator,
     since_s: Callable[[], float],
     seed: int,
 ) -> Callable[[], float]:
@@ -98,13 +99,16 @@ def _disturbance(
     def disturbance() -> float:
         chip.lose += random.random() < faults.lost
         hit = random.random() < spike_rate
-        total_pF = float(hit * faults.spike_pF * random.choice([-1.0, 1.0]))
+        sign = random.choice([-1.0, 1.0])
+        total_pF = float(hit * faults.spike_pF * sign)
         if not faults.bursts_per_s:
             return total_pF
-        factor = float(noise_factor(np.array([since_s()]))[0])
+        now = np.array([since_s()])
+        factor = float(noise_factor(now)[0])
         if factor > 1:
             # The chip adds its own noise: this is the rest of a variance of factor^2.
-            total_pF += sqrt(factor**2 - 1) * chip_noise_pF * noise.standard_normal()
+            rest = sqrt(factor**2 - 1)
+            total_pF += rest * chip_noise_pF * noise.standard_normal()
         return total_pF
 
     return disturbance
@@ -112,7 +116,10 @@ def _disturbance(
 
 def _bumps(truth: TrueCapacitance, start_s: float) -> BumpCapacitance:
     def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
-        middle = np.array([max((begin_s + end_s) / 2 - start_s, 0.0)])
-        return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
+        channel = bump - 1
+        middle_s = (begin_s + end_s) / 2 - start_s
+        middles = np.array([max(middle_s, 0.0)])
+        changes = truth.mean_pF(channel, middles, end_s - begin_s)
+        return PARASITIC_PF[channel] + float(changes[0])
 
     return mean_pF

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.random import Generator
 
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation.mechanics import Gauge, Substrate
@@ -64,26 +65,30 @@ class Hand:
     shallow: float = 0.0
     substrate: Substrate = field(default_factory=Substrate)
 
-    def touches(self, ratio: float, count: int, random: np.random.Generator) -> Scenario:
+    def touches(self, ratio: float, count: int, random: Generator) -> Scenario:
         """Return a scenario of `count` random touches on an object with this ratio."""
-        share = np.clip(np.exp(self.press_spread * random.standard_normal(count)), 0.05, 2.2)
+        firmness = np.exp(self.press_spread * random.standard_normal(count))
+        share = np.clip(firmness, 0.05, 2.2)
         angles = np.zeros((count, 2))
         if self.tilt_deg:
             angles = random.standard_normal((count, 2))
-        share = share * np.exp(-self.shallow * np.hypot(*angles.T))
+        obliqueness = np.hypot(*angles.T)
+        share = share * np.exp(-self.shallow * obliqueness)
         scatter = self.oblique * share**-self.firm
-        factors = np.maximum(1 + scatter * random.standard_normal((2, count)), 0.1)
+        factors = 1 + scatter * random.standard_normal((2, count))
+        factors = np.maximum(factors, 0.1)
         slips = random.random(count) < self.slips
         presses = []
         for i in range(count):
             before = ratio * factors[0, i]
             after = ratio * factors[int(slips[i]), i]
-            along, across = self.tilt_deg * angles[i]
+            along, across = (self.tilt_deg * angles[i]).tolist()
+            depth_pF = self.press_pF * share[i] / (1 + ratio)
             press = Press(
                 FIRST_S + EVERY_S * i,
                 [(0.0, before), (SLIP_S, after)],
-                depth_pF=float(self.press_pF * share[i] / (1 + ratio)),
-                tilt_deg=(float(along), float(across)),
+                depth_pF=float(depth_pF),
+                tilt_deg=(along, across),
             )
             presses.append(press)
         last_s = presses[-1].stop_s - presses[-1].start_s

@@ -1,13 +1,12 @@
 """From forces to capacitance: the substrate under both bumps, the bumps, their gauges."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
 from palpate.elasticity import Elasticity
-from palpate.simulation.signals import Array, follow, require_positive, require_within
+from palpate.simulation.signals import Array, Course, follow, require_positive, require_within
 
 _Values = Array | float
 _SOFTEST = 1e-6  # least stiffness of an object, relative to the soft bump; at r = 1 it would be 0
@@ -97,12 +96,14 @@ class Substrate:
             raise ValueError(f"rigid_ratio: got {self.rigid_ratio}, allowed: above 1")
         if self.layout not in ("hard-soft", "soft-hard-soft"):
             raise ValueError(f'layout: got "{self.layout}", allowed: "hard-soft", "soft-hard-soft"')
-        most = 0 if self.layout == "hard-soft" else 1
+        most = int(self.layout == "soft-hard-soft")
         require_within(-most, most, misplaced=self.misplaced, unequal=self.unequal)
 
     def angle_deg(self, held_deg: float, since_s: Array) -> Array:
         """Return the tilt at times since the contact, s, without tremor; degrees."""
-        return held_deg * (1 + self.settles * np.exp(-np.maximum(since_s, 0) / self.settle_s))
+        since_s = np.maximum(since_s, 0)
+        rest = np.exp(-since_s / self.settle_s)
+        return held_deg * (1 + self.settles * rest)
 
     def pressed(self, level: Array, ratio: _Values, angle_deg: _Values, *, hard: bool) -> Array:
         """Return the force of the soft bump, or the force of the hard bump divided by the ratio.
@@ -128,16 +129,18 @@ class Substrate:
         slope = self.spacing_mm * np.tan(np.radians(angle_deg))
         if self.exponent == 1 and self.layout == "hard-soft":
             shift = stiffness * slope / (1 + ratio)
+            whole = level * (1 + ratio)
             if hard:
-                return np.clip(level + shift, 0, level * (1 + ratio) / ratio)
-            return np.clip(level - ratio * shift, 0, level * (1 + ratio))
-        bumps = self._places()
-        own = bumps[:1] if hard else bumps[1:]
+                return np.clip(level + shift, 0, whole / ratio)
+            return np.clip(level - ratio * shift, 0, whole)
+        hard_bump, *soft_bumps = self._places()
+        bumps = [hard_bump] if hard else soft_bumps
         depth = self._depth_mm(level / stiffness, ratio, slope)
         force: _Values = 0.0
-        for place, share in own:
-            force = force + share * np.maximum(depth + place * slope, 0) ** self.exponent
-        return np.asarray(stiffness * force)
+        for place, share in bumps:
+            own = np.maximum(depth + place * slope, 0)
+            force = force + share * own**self.exponent
+        return stiffness * force
 
     def _places(self) -> list[tuple[float, float]]:
         """Return place, in spacings, and share of the stiffness, of each bump, hard first."""
@@ -164,11 +167,13 @@ class Substrate:
             rise: _Values = 0.0
             for place, weight in bumps:
                 own = np.maximum(depth + place * slope, 0)
+                in_contact = own > 0
                 force = force + weight * own**s
-                rise = rise + weight * (own > 0) * own ** (s - 1)
+                rise = rise + weight * in_contact * own ** (s - 1)
             excess = force - (1 + ratio) * reduced
-            depth = depth - excess / np.maximum(s * rise, 1e-12)
-        return np.asarray(depth)
+            steepness = np.maximum(s * rise, 1e-12)
+            depth = depth - excess / steepness
+        return depth
 
 
 # Grids of lag and creep. A lag keeps the tremor: a line between two points loses a share of
@@ -231,11 +236,18 @@ class Bumps:
         -------
         numpy.ndarray, pF
         """
-        gap = max(self.offset if hard else -self.offset, 0.0) * depth_pF
-        reached = np.maximum(press - gap, 0) if gap else press
-        force = reached * ratio if hard else reached
-        limit = self.bottoms_pF[0 if hard else 1]
-        return np.minimum(force, limit) if limit < inf else force
+        limit, soft_limit = self.bottoms_pF
+        offset = self.offset
+        if not hard:
+            limit = soft_limit
+            offset = -offset
+        force = press
+        if offset > 0:
+            gap = offset * depth_pF
+            force = np.maximum(press - gap, 0)
+        if hard:
+            force = force * ratio
+        return np.minimum(force, limit)
 
 
 @dataclass(frozen=True)
@@ -293,17 +305,18 @@ class Gauge:
             # 0.
             share = np.maximum(force / self.reference_pF, np.finfo(float).tiny)
             change *= share ** (self.exponent - 1)
-        return np.asarray(change)
+        return change
 
 
-def gauged(
-    gauge: Gauge, force: Callable[[Array], Array], duration_s: float
-) -> Callable[[Array], Array]:
+def gauged(gauge: Gauge, force: Course, duration_s: float) -> Course:
     """Return the capacitance change of one bump, pF, as a function of time, s."""
     if not (gauge.creep or gauge.lag_s):
         return lambda t: gauge.curve(force(t))
-    step_s = _LAG_STEP_S if gauge.lag_s else min(_CREEP_STEP_S, gauge.creep_s / 10)
-    times = np.asarray(step_s * np.arange(int(duration_s / step_s) + 2))
+    step_s = min(_CREEP_STEP_S, gauge.creep_s / 10)
+    if gauge.lag_s:
+        step_s = _LAG_STEP_S
+    count = int(duration_s / step_s) + 2
+    times = step_s * np.arange(float(count))
     lagged = force(times)
     if gauge.lag_s:
         lagged = follow(lagged, step_s, gauge.lag_s)
@@ -311,6 +324,7 @@ def gauged(
 
     def change(t: Array) -> Array:
         moved = np.interp(t, times, lagged) if gauge.lag_s else force(t)
-        return gauge.curve(moved + np.interp(t, times, crept))
+        creep = np.interp(t, times, crept)
+        return gauge.curve(moved + creep)
 
     return change

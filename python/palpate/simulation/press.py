@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 
 from palpate.simulation.signals import Array, require_positive, require_within
 
@@ -74,17 +75,21 @@ class Press:
         since = t - self.start_s
         rise = np.clip(since / self.rise_s, 0, 1)
         fall = np.clip((self.stop_s - t) / self.fall_s, 0, 1)
-        creep = 1 + self.creep * np.clip((since - self.rise_s) / self.hold_s, 0, 1)
-        return np.asarray(0.5 * (1 - np.cos(np.pi * np.minimum(rise, fall))) * creep)
+        held = np.clip((since - self.rise_s) / self.hold_s, 0, 1)
+        creep = 1 + self.creep * held
+        angle = np.pi * np.minimum(rise, fall)
+        return np.asarray(0.5 * (1 - np.cos(angle)) * creep)
 
     def ratio(self, t: Array) -> Array:
         """Return the ratio of this press at times t, s."""
-        starts = self.start_s + np.array([after for after, _ in self.ratios])
-        values = np.array([value for _, value in self.ratios])
-        ratio = values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)]
+        after, values = np.array(self.ratios, float).T
+        starts = self.start_s + after
+        latest = np.searchsorted(starts, t, "right") - 1
+        ratio = values[np.maximum(latest, 0)]
         if self.relaxes:
             since = np.maximum(t - self.start_s, 0)
-            ratio = ratio * (1 + self.relaxes * np.expm1(-since / self.relaxation_s))
+            relaxed = np.expm1(-since / self.relaxation_s)
+            ratio = ratio * (1 + self.relaxes * relaxed)
         return np.asarray(ratio)
 
 
@@ -130,21 +135,23 @@ class Tilt:
         require_positive(rock_Hz=self.rock_Hz)
 
 
-def tilting(
-    tilt: Tilt, duration_s: float, random: np.random.Generator
-) -> Callable[[float, Array], Array]:
+def tilting(tilt: Tilt, duration_s: float, random: Generator) -> Callable[[float, Array], Array]:
     """Return the factor on the ratio, as a function of the start of a press, s, and of times, s."""
     steps = np.zeros(1)
     if tilt.walk:
-        steps = random.standard_normal(int(duration_s / _STEP_S) + 1)
+        count = int(duration_s / _STEP_S) + 1
+        steps = random.standard_normal(count)
     times = _STEP_S * np.arange(len(steps) + 1)
-    walk = tilt.walk * np.sqrt(_STEP_S) * np.cumsum(np.append(0.0, steps))
+    walked = np.cumsum(np.append(0.0, steps))
+    walk = tilt.walk * np.sqrt(_STEP_S) * walked
 
     def factor(start_s: float, t: Array) -> Array:
-        since = np.clip(t - start_s, 0, None)
+        since = np.maximum(t - start_s, 0)
         ramped = 1 + tilt.ramp_per_s * since
-        rocked = ramped * (1 + tilt.rock * np.sin(2 * np.pi * tilt.rock_Hz * since))
-        walked = 1 + np.interp(start_s + since, times, walk) - np.interp(start_s, times, walk)
-        return np.asarray(rocked * walked)
+        rocking = np.sin(2 * np.pi * tilt.rock_Hz * since)
+        rocked = ramped * (1 + tilt.rock * rocking)
+        now = np.interp(start_s + since, times, walk)
+        at_start = np.interp(start_s, times, walk)
+        return np.asarray(rocked * (1 + now - at_start))
 
     return factor

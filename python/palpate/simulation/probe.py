@@ -12,7 +12,7 @@ from functools import partial
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.random import Generator
 
 from palpate.ad7746.configuration import SATURATION
 from palpate.ad7746.registers import (
@@ -27,7 +27,16 @@ from palpate.samples import Block, Status, blank
 from palpate.simulation.mechanics import Bumps, Gauge, Substrate, gauged
 from palpate.simulation.press import Press, Tilt, tilting
 from palpate.simulation.readings import BaselineModel, ConverterModel, Faults, Stamps
-from palpate.simulation.signals import Array, Peaks, Spectrum, random_of, require_within
+from palpate.simulation.signals import (
+    Array,
+    Codes,
+    Course,
+    Mask,
+    Peaks,
+    Spectrum,
+    random_of,
+    require_within,
+)
 
 
 @dataclass(frozen=True)
@@ -109,12 +118,12 @@ class TrueCapacitance:
 
     # presses: The presses, with the factor of oblique contact in their ratios.
 
-    def __init__(self, scenario: Scenario, random: np.random.Generator, seed: int = 0) -> None:
+    def __init__(self, scenario: Scenario, random: Generator, seed: int = 0) -> None:
         duration_s = scenario.duration_s
-        self.presses: tuple[Press, ...] = tuple(
-            _oblique(press, 1 + scenario.tilt.oblique * random.standard_normal())
-            for press in scenario.presses
-        )
+        self.presses: list[Press] = []
+        for press in scenario.presses:
+            factor = 1 + scenario.tilt.oblique * random.standard_normal()
+            self.presses.append(_oblique(press, factor))
         self._scenario = scenario
         self._tremor = Peaks().course(random)  # always: the numbers after them stay the same
         if scenario.spectrum != Peaks():
@@ -126,11 +135,10 @@ class TrueCapacitance:
             wander = random_of(seed, f"wander {channel}")
             self._baselines.append(baseline.course(scenario.contact_s, duration_s, wander))
         self._phase = random_of(seed, "pickup").uniform(0, 2 * np.pi)
-        hard, soft = scenario.gauges
-        self._gauged = (
-            gauged(hard, partial(self._force, hard=True), duration_s),
-            gauged(soft, partial(self._force, hard=False), duration_s),
-        )
+        self._gauged: list[Course] = []
+        for gauge, is_hard in zip(scenario.gauges, (True, False), strict=True):
+            force = partial(self._force, hard=is_hard)
+            self._gauged.append(gauged(gauge, force, duration_s))
 
     def ratio(self, press: Press, t: Array) -> Array:
         """Return the true ratio at times t, s: of level, linear bumps without cross-talk."""
@@ -138,24 +146,33 @@ class TrueCapacitance:
 
     def mean_pF(self, channel: int, middles: Array, span_s: float) -> Array:
         """Return the mean capacitance during each conversion."""
-        points, weights = _FEW if span_s <= _SHORT_S else _MANY
-        change = self._change(channel, middles[:, None] + span_s / 2 * points) @ weights / 2
-        mean = self._baselines[channel](middles, span_s) + change
-        if self._scenario.faults.pickup_pF:
-            mean += self._scenario.faults.pickup(self._phase, middles, span_s)
-        return np.asarray(mean)
+        points, weights = _MANY
+        if span_s <= _SHORT_S:
+            points, weights = _FEW
+        times = middles[:, None] + span_s / 2 * points
+        change = self._change(channel, times) @ weights / 2
+        baseline = self._baselines[channel]
+        mean = baseline(middles, span_s) + change
+        faults = self._scenario.faults
+        if faults.pickup_pF:
+            mean += faults.pickup(self._phase, middles, span_s)
+        return mean
 
     def _change(self, channel: int, t: Array) -> Array:
         change = self._gauged[channel](t)
-        if self._scenario.bumps.cross_talk:
-            change = change + self._scenario.bumps.cross_talk * self._gauged[1 - channel](t)
+        cross_talk = self._scenario.bumps.cross_talk
+        if cross_talk:
+            other = self._gauged[1 - channel](t)
+            change = change + cross_talk * other
         return change
 
     def _force(self, t: Array, *, hard: bool) -> Array:
         total = np.zeros_like(t)
+        bumps = self._scenario.bumps
+        tremor = self._scenario.tremor
         shaken: Array | float = 1.0
-        if self._scenario.tremor:
-            shaken = 1 + self._scenario.tremor * self._tremor(t)
+        if tremor:
+            shaken = 1 + tremor * self._tremor(t)
         first = t.min(initial=inf)
         last = t.max(initial=-inf)
         for press in self.presses:
@@ -164,7 +181,7 @@ class TrueCapacitance:
             level = press.depth_pF * press.profile(t) * shaken
             ratio = self.ratio(press, t)
             pressed = self._tilted(press, level, ratio, t, hard=hard)
-            total += self._scenario.bumps.force(pressed, press.depth_pF, ratio, hard=hard)
+            total += bumps.force(pressed, press.depth_pF, ratio, hard=hard)
         return total
 
     def _tilted(self, press: Press, level: Array, ratio: Array, t: Array, *, hard: bool) -> Array:
@@ -173,12 +190,13 @@ class TrueCapacitance:
         along, across = np.radians(press.tilt_deg)
         if not (substrate.tremor_deg or along or across):
             return level
-        angle = substrate.angle_deg(press.tilt_deg[0], t - press.start_s)
+        since_s = t - press.start_s
+        angle = substrate.angle_deg(press.tilt_deg[0], since_s)
         if substrate.tremor_deg:
             angle = angle + substrate.tremor_deg * self._nod(t)
         # The gauges see the part of the force normal to the substrate.
-        normal = level * (np.cos(along) * np.cos(across))
-        return substrate.pressed(normal, ratio, angle, hard=hard)
+        share = np.cos(along) * np.cos(across)
+        return substrate.pressed(level * share, ratio, angle, hard=hard)
 
 
 def _oblique(press: Press, factor: float) -> Press:
@@ -221,9 +239,9 @@ class Simulation(ArrayRecording):
     t_soft_s: Array
     hard: Array
     soft: Array
-    hard_raw: NDArray[np.int64]
-    soft_raw: NDArray[np.int64]
-    status: NDArray[np.int64]
+    hard_raw: Codes
+    soft_raw: Codes
+    status: Codes
     true_ratio: Array
     presses: tuple[Press, ...] = ()
     host_stamps: bool = False
@@ -281,11 +299,13 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     codes = []
     lost = []
     for channel, middles in enumerate(times):
-        noise = converter.rms_pF * random.standard_normal(pairs) * noise_factor(middles)
+        white = random.standard_normal(pairs)
+        noise = converter.rms_pF * white * noise_factor(middles)
         hits = random.random(pairs) < faults.spikes_per_s * converter.step_s
-        spikes = hits * faults.spike_pF * random.choice([-1.0, 1.0], pairs)
-        readings = truth.mean_pF(channel, middles, converter.span_s) + noise + spikes
-        codes.append(converter.codes(readings))
+        signs = random.choice([-1.0, 1.0], pairs)
+        spikes = hits * faults.spike_pF * signs
+        mean = truth.mean_pF(channel, middles, converter.span_s)
+        codes.append(converter.codes(mean + noise + spikes))
         lost.append(random.random(pairs) < faults.lost)
     if faults.lost_run:
         both = faults.lost_in_runs(2 * pairs, random_of(seed, "lost"))
@@ -300,16 +320,17 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
         soft_raw=np.where(lost[1], -1, codes[1]),
         status=_status(codes, lost),
         true_ratio=_true_ratio(truth, times[0]),
-        presses=truth.presses,
+        presses=tuple(truth.presses),
         host_stamps=scenario.stamps.host_s > 0,
     )
 
 
-def _readings(codes: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
-    return np.where(lost, np.nan, (codes - ZERO_CODE) / CODES_PER_PF)
+def _readings(codes: Codes, lost: Mask) -> Array:
+    values = (codes - ZERO_CODE) / CODES_PER_PF
+    return np.where(lost, np.nan, values)
 
 
-def _status(codes: list[NDArray[np.int64]], lost: list[NDArray[np.bool_]]) -> NDArray[np.int64]:
+def _status(codes: list[Codes], lost: list[Mask]) -> Codes:
     status = np.zeros(len(codes[0]), int)
     for channel, flag in enumerate(SATURATION):
         low = codes[channel] < SATURATED_CODES

@@ -5,10 +5,18 @@ from dataclasses import dataclass
 from math import exp, inf, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.random import Generator
 
 from palpate.ad7746.registers import CODES_PER_PF, CONVERSION_S, LAST_CODE, NOISE_PF, ZERO_CODE
-from palpate.simulation.signals import Array, recursion, require_positive, require_within
+from palpate.simulation.signals import (
+    Array,
+    Codes,
+    Course,
+    Mask,
+    recursion,
+    require_positive,
+    require_within,
+)
 
 _STEP_S = 0.01  # largest step of the grid of the wander
 
@@ -61,7 +69,7 @@ class BaselineModel:
         require_positive(wander_s=self.wander_s, thermal_s=self.thermal_s)
 
     def course(
-        self, contact_s: float, duration_s: float, random: np.random.Generator
+        self, contact_s: float, duration_s: float, random: Generator
     ) -> Callable[[Array, float], Array]:
         """Return the baseline as a function of time.
 
@@ -83,24 +91,29 @@ class BaselineModel:
         wander = self._wander(duration_s, random) if self.wander_pF else None
 
         def mean_pF(middles: Array, span_s: float) -> Array:
-            mean = self.level_pF + self.drift_pF_per_s * np.maximum(middles - self.drift_from_s, 0)
+            drifting_s = np.maximum(middles - self.drift_from_s, 0)
+            mean = self.level_pF + self.drift_pF_per_s * drifting_s
             if wander:
                 mean += np.interp(middles, *wander)
             if self.jump_pF:
-                mean += self.jump_pF * np.clip((middles - self.jump_s) / span_s + 0.5, 0, 1)
+                after = (middles - self.jump_s) / span_s + 0.5
+                mean += self.jump_pF * np.clip(after, 0, 1)
             if self.thermal_pF:
                 since = np.maximum(middles - contact_s, 0)
-                mean -= self.thermal_pF * np.expm1(-since / self.thermal_s)
-            return np.asarray(mean)
+                approach = np.expm1(-since / self.thermal_s)
+                mean -= self.thermal_pF * approach
+            return mean
 
         return mean_pF
 
-    def _wander(self, duration_s: float, random: np.random.Generator) -> tuple[Array, Array]:
+    def _wander(self, duration_s: float, random: Generator) -> tuple[Array, Array]:
         step_s = min(_STEP_S, self.wander_s / 10)
-        shocks = self.wander_pF * random.standard_normal(int(duration_s / step_s) + 2)
+        count = int(duration_s / step_s) + 2
+        shocks = self.wander_pF * random.standard_normal(count)
         pole = exp(-step_s / self.wander_s)
         shocks[1:] *= sqrt(1 - pole**2)  # stationary from the beginning
-        return np.asarray(step_s * np.arange(len(shocks))), recursion(shocks, pole)
+        times = step_s * np.arange(float(count))
+        return times, recursion(shocks, pole)
 
 
 @dataclass(frozen=True)
@@ -153,12 +166,16 @@ class ConverterModel:
     @property
     def span_s(self) -> float:
         """Duration of a conversion, s."""
-        return CONVERSION_S[self.capf] if self.conversion_s is None else self.conversion_s
+        if self.conversion_s is None:
+            return CONVERSION_S[self.capf]
+        return self.conversion_s
 
     @property
     def rms_pF(self) -> float:
         """Noise of a conversion, pF rms."""
-        return NOISE_PF[self.capf] if self.noise_pF is None else self.noise_pF
+        if self.noise_pF is None:
+            return NOISE_PF[self.capf]
+        return self.noise_pF
 
     @property
     def step_s(self) -> float:
@@ -168,19 +185,23 @@ class ConverterModel:
     @property
     def period_s(self) -> float:
         """Mean time from pair to pair, s."""
-        return self.step_s if self.together else 2 * self.step_s
+        if self.together:
+            return self.step_s
+        return 2 * self.step_s
 
-    def middles(self, duration_s: float, random: np.random.Generator) -> tuple[Array, Array]:
+    def middles(self, duration_s: float, random: Generator) -> tuple[Array, Array]:
         """Return the middles of the conversions of the hard and the soft channel, s, shape (n,)."""
-        pairs = int(duration_s / self.period_s)
-        count = pairs if self.together else 2 * pairs
-        steps = self.step_s + self.jitter_s * random.uniform(-1, 1, count)
+        count = int(duration_s / self.period_s)
+        if not self.together:
+            count *= 2
+        jitter = random.uniform(-1, 1, count)
+        steps = self.step_s + self.jitter_s * jitter
         middles = np.cumsum(steps) - self.span_s / 2
         if self.together:
             return middles, middles
         return middles[0::2], middles[1::2]
 
-    def codes(self, capacitance: Array) -> NDArray[np.int64]:
+    def codes(self, capacitance: Array) -> Codes:
         """Return the 24-bit codes of capacitances, pF, with the ends of the range as limits."""
         if self.code_pF:
             capacitance = self.code_pF * np.rint(capacitance / self.code_pF)
@@ -219,23 +240,24 @@ class Stamps:
         """Check the ranges."""
         require_within(0, inf, host_s=self.host_s)
 
-    def reported(
-        self, hard: Array, soft: Array, random: np.random.Generator
-    ) -> tuple[Array, Array]:
+    def reported(self, hard: Array, soft: Array, random: Generator) -> tuple[Array, Array]:
         """Return the reported times of both channels, s, from the real ones, shape (n,).
 
         The channels share a stamp if both arrays are the same object.
         """
         together = hard is soft
         if self.host_s:
-            hard = hard + self.host_s * random.uniform(-1, 1, hard.size)
+            hard = hard + self._late(hard.size, random)
             if together:
                 soft = hard
             else:
-                soft = soft + self.host_s * random.uniform(-1, 1, soft.size)
+                soft = soft + self._late(soft.size, random)
         if self.skew_s:
             soft = soft + self.skew_s
         return hard, soft
+
+    def _late(self, count: int, random: Generator) -> Array:
+        return self.host_s * random.uniform(-1, 1, count)
 
 
 @dataclass(frozen=True)
@@ -305,7 +327,7 @@ class Faults:
         """Probability that a run begins after a good conversion: lost / ((1 - lost) lost_run)."""
         return self.lost / ((1 - self.lost) * self.lost_run)
 
-    def lost_in_runs(self, count: int, random: np.random.Generator) -> NDArray[np.bool_]:
+    def lost_in_runs(self, count: int, random: Generator) -> Mask:
         """Return which conversions, in order, are lost in runs; bool, shape (count,)."""
         if not self.lost:
             return np.zeros(count, bool)
@@ -317,16 +339,15 @@ class Faults:
         states = np.tile([begins_lost, not begins_lost], runs)
         return np.repeat(states, np.minimum(lengths.ravel(), count))[:count]
 
-    def burst_noise(
-        self, duration_s: float, random: np.random.Generator
-    ) -> Callable[[Array], Array]:
+    def burst_noise(self, duration_s: float, random: Generator) -> Course:
         """Return the factor on the noise at times, s: `burst_factor` in a burst, otherwise 1."""
-        starts = random.uniform(0, duration_s, random.poisson(self.bursts_per_s * duration_s))
+        count = random.poisson(self.bursts_per_s * duration_s)
+        starts = random.uniform(0, duration_s, count)
 
         def factor(t: Array) -> Array:
-            begun = t[:, None] >= starts
-            running = t[:, None] < starts + self.burst_s
-            return np.where((begun & running).any(axis=1), self.burst_factor, 1.0)
+            times = t[:, None]
+            inside = (times >= starts) & (times < starts + self.burst_s)
+            return np.where(inside.any(axis=1), self.burst_factor, 1.0)
 
         return factor
 
@@ -336,4 +357,5 @@ class Faults:
         The mean of a sine over a span T is its value in the middle times sin(pi f T) / (pi f T).
         """
         share = self.pickup_pF * np.sinc(self.pickup_Hz * span_s)
-        return np.asarray(share * np.sin(2 * np.pi * self.pickup_Hz * middles + phase))
+        angle = 2 * np.pi * self.pickup_Hz * middles + phase
+        return share * np.sin(angle)

@@ -29,24 +29,32 @@ def _with(press: Press = _TOUCH, duration_s: float = 12.0, **parts: Any) -> Scen
     return Scenario(presses=[press], duration_s=duration_s, **parts)
 
 
-def _soft(**baseline: float) -> tuple[BaselineModel, BaselineModel]:
-    return _HARD_BASELINE, replace(_SOFT_BASELINE, **baseline)
+def _soft_gauge(**gauge: float) -> Scenario:
+    return _with(gauges=(Gauge(), Gauge(**gauge)))
 
 
-def _both(**baseline: float) -> tuple[BaselineModel, BaselineModel]:
-    return replace(_HARD_BASELINE, **baseline), replace(_SOFT_BASELINE, **baseline)
+def _hard_baseline(**baseline: float) -> Scenario:
+    return _with(baselines=(replace(_HARD_BASELINE, **baseline), _SOFT_BASELINE))
+
+
+def _soft_baseline(**baseline: float) -> Scenario:
+    return _with(baselines=(_HARD_BASELINE, replace(_SOFT_BASELINE, **baseline)))
+
+
+def _baselines(**both: float) -> Scenario:
+    hard = replace(_HARD_BASELINE, **both)
+    soft = replace(_SOFT_BASELINE, **both)
+    return _with(baselines=(hard, soft))
 
 
 _PROBES = {
     "not-level": _with(bumps=Bumps(offset=0.02)),
     "bottoms-out": _with(bumps=Bumps(bottoms_pF=(0.75 * _MIDDLE * _DEPTH_PF, inf))),
     "cross-talk": _with(bumps=Bumps(cross_talk=0.01)),
-    "power-gauge": _with(gauges=(Gauge(), Gauge(exponent=0.9, reference_pF=2 * _DEPTH_PF))),
-    "quadratic-gauge": _with(
-        gauges=(Gauge(), Gauge(quadratic_per_pF=0.4, reference_pF=2 * _DEPTH_PF))
-    ),
-    "creep": _with(gauges=(Gauge(), Gauge(creep=0.05, creep_s=5.0))),
-    "lag": _with(gauges=(Gauge(), Gauge(lag_s=0.1))),
+    "power-gauge": _soft_gauge(exponent=0.9, reference_pF=2 * _DEPTH_PF),
+    "quadratic-gauge": _soft_gauge(quadratic_per_pF=0.4, reference_pF=2 * _DEPTH_PF),
+    "creep": _soft_gauge(creep=0.05, creep_s=5.0),
+    "lag": _soft_gauge(lag_s=0.1),
 }
 _HANDS = {
     "tilted": _with(replace(_TOUCH, tilt_deg=(0.5, 0.0))),
@@ -63,17 +71,12 @@ _HANDS = {
     ),
 }
 _BASELINES = {
-    "drift-hard": _with(
-        baselines=(
-            replace(_HARD_BASELINE, drift_pF_per_s=3e-4, drift_from_s=_START_S),
-            _SOFT_BASELINE,
-        )
-    ),
-    "drift-soft": _with(baselines=_soft(drift_pF_per_s=3e-4, drift_from_s=_START_S)),
-    "drift-both": _with(baselines=_both(drift_pF_per_s=3e-4)),
-    "wander": _with(baselines=_both(wander_pF=3e-4, wander_s=3.0)),
-    "jump": _with(baselines=_soft(jump_pF=2e-3, jump_s=_START_S + 3.0)),
-    "thermal": _with(baselines=_soft(thermal_pF=1e-3, thermal_s=3.0)),
+    "drift-hard": _hard_baseline(drift_pF_per_s=3e-4, drift_from_s=_START_S),
+    "drift-soft": _soft_baseline(drift_pF_per_s=3e-4, drift_from_s=_START_S),
+    "drift-both": _baselines(drift_pF_per_s=3e-4),
+    "wander": _baselines(wander_pF=3e-4, wander_s=3.0),
+    "jump": _soft_baseline(jump_pF=2e-3, jump_s=_START_S + 3.0),
+    "thermal": _soft_baseline(thermal_pF=1e-3, thermal_s=3.0),
 }
 _CONVERTERS = {
     "bursts": _with(faults=Faults(bursts_per_s=0.5, burst_s=0.3, burst_factor=20.0)),
@@ -101,15 +104,25 @@ EFFECTS: dict[str, Scenario] = _PROBES | _HANDS | _BASELINES | _CONVERTERS
 
 
 def _drifting(hard_pF_per_s: float, soft_pF_per_s: float) -> tuple[BaselineModel, BaselineModel]:
-    return (
-        BaselineModel(0.62, drift_pF_per_s=hard_pF_per_s),
-        BaselineModel(-0.41, drift_pF_per_s=soft_pF_per_s),
-    )
+    hard = replace(_HARD_BASELINE, drift_pF_per_s=hard_pF_per_s)
+    soft = replace(_SOFT_BASELINE, drift_pF_per_s=soft_pF_per_s)
+    return hard, soft
 
 
-def _one(*ratios: tuple[float, float], depth_pF: float = 0.25, creep: float = 0.0) -> Scenario:
-    press = Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)
-    return Scenario(presses=[press], duration_s=10.5)
+def _one(ratio: float, depth_pF: float = _DEPTH_PF, **parts: Any) -> Scenario:
+    press = Press(_START_S, [(0.0, ratio)], depth_pF=depth_pF)
+    return _with(press, 10.5, **parts)
+
+
+def _step(share: float) -> Scenario:
+    ratios = [(0.0, _MIDDLE), (_STEP_S, share * _MIDDLE)]
+    return _with(Press(_START_S, ratios), 10.5)
+
+
+def _creeping(hard_pF_per_s: float, soft_pF_per_s: float) -> Scenario:
+    press = replace(_TOUCH, creep=-0.1)
+    baselines = _drifting(hard_pF_per_s, soft_pF_per_s)
+    return _with(press, 10.5, tilt=Tilt(ramp_per_s=0.005), baselines=baselines)
 
 
 def _specimens(times: int, oblique: float) -> Scenario:
@@ -162,23 +175,21 @@ def _all() -> Scenario:
     )
 
 
-_CREEPING = replace(_one((0.0, _MIDDLE), creep=-0.1), tilt=Tilt(ramp_per_s=0.005))
-
 # The readings follow C1 = r C2 up to the noise, a slow drift and single faults.
 FOLLOWING: dict[str, Scenario] = {
-    "soft-steady": _one((0.0, _SOFT)),
-    "stiff-steady": _one((0.0, _STIFF)),
-    "near-rigid": _one((0.0, 0.98 * PROBE.rigid_ratio)),
-    "step-up": _one((0.0, _MIDDLE), (_STEP_S, 1.3 * _MIDDLE)),
-    "step-down": _one((0.0, _MIDDLE), (_STEP_S, 0.7 * _MIDDLE)),
-    "slow-drift": replace(_CREEPING, baselines=_drifting(5e-5, -3e-5)),
-    "slow-drift-back": replace(_CREEPING, baselines=_drifting(-5e-5, 3e-5)),
-    "tremor": replace(_one((0.0, _MIDDLE)), tremor=0.03),
-    "strong-tremor": replace(_one((0.0, _MIDDLE)), tremor=0.08),
-    "light-touch": _one((0.0, _MIDDLE), depth_pF=5 * _NOISE),
-    "spikes": replace(_one((0.0, _MIDDLE)), faults=Faults(spikes_per_s=0.5, spike_pF=100 * _NOISE)),
-    "dropouts": replace(_one((0.0, _MIDDLE)), faults=Faults(lost=0.05)),
-    "saturating": _one((0.0, _STIFF), depth_pF=0.52),
+    "soft-steady": _one(_SOFT),
+    "stiff-steady": _one(_STIFF),
+    "near-rigid": _one(0.98 * PROBE.rigid_ratio),
+    "step-up": _step(1.3),
+    "step-down": _step(0.7),
+    "slow-drift": _creeping(5e-5, -3e-5),
+    "slow-drift-back": _creeping(-5e-5, 3e-5),
+    "tremor": _one(_MIDDLE, tremor=0.03),
+    "strong-tremor": _one(_MIDDLE, tremor=0.08),
+    "light-touch": _one(_MIDDLE, depth_pF=5 * _NOISE),
+    "spikes": _one(_MIDDLE, faults=Faults(spikes_per_s=0.5, spike_pF=100 * _NOISE)),
+    "dropouts": _one(_MIDDLE, faults=Faults(lost=0.05)),
+    "saturating": _one(_STIFF, depth_pF=0.52),
     "four-specimens": _specimens(1, 0.01),
     "sliding": _sliding(),
     "all": _all(),

@@ -5,14 +5,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Codes = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Course = Callable[[Array], Array]
+"""A value at times, s."""
 
 
 def require_within(low: float, high: float, **settings: float | tuple[float, ...]) -> None:
     """Check that settings, or all parts of them, are in a closed range."""
-    allowed = f"{low:g} or more" if math.isinf(high) else f"{low:g} to {high:g}"
+    allowed = f"{low:g} to {high:g}"
+    if math.isinf(high):
+        allowed = f"{low:g} or more"
     for name, value in settings.items():
         parts = value if isinstance(value, tuple) else (value,)
         if not all(low <= part <= high for part in parts):
@@ -26,7 +33,7 @@ def require_positive(**settings: float) -> None:
             raise ValueError(f"{name}: got {value}, allowed: a finite number above 0")
 
 
-def random_of(seed: int, effect: str) -> np.random.Generator:
+def random_of(seed: int, effect: str) -> Generator:
     """Return the random generator of one effect, so that no effect changes another one's numbers."""
     return np.random.default_rng([seed, *effect.encode()])
 
@@ -51,8 +58,9 @@ def follow(x: Array, step_s: float, constant_s: float) -> Array:
     """Return y with constant_s y' = x - y, y(0) = x(0); x is linear between its points."""
     # Over a step h, with a = exp(-h / tau) and g = (1 - a) tau / h:
     # y(n) = a y(n - 1) + (1 - g) x(n) + (g - a) x(n - 1), which is exact.
-    pole = math.exp(-step_s / constant_s)
-    mean = -math.expm1(-step_s / constant_s) * constant_s / step_s
+    exponent = -step_s / constant_s
+    pole = math.exp(exponent)
+    mean = -math.expm1(exponent) * constant_s / step_s
     start = (1 - mean) * x
     start[1:] += (mean - pole) * x[:-1]
     start[:1] = x[:1]
@@ -64,19 +72,20 @@ LOWEST_HZ = 3.0
 HIGHEST_HZ = 12.0
 SWAY_HZ = (0.1, 1.0)  # band of the sway
 
-Course = Callable[[Array], Array]  # times, s -> tremor with an rms of 1
 
-
-def _sines(frequencies: Array, random: np.random.Generator, sizes: Array | float = 1.0) -> Course:
+def _sines(frequencies: Array, random: Generator, sizes: Array | float = 1.0) -> Course:
     """Return a sum of sines with random phases and amplitudes, with a long-time rms of 1."""
-    phases = random.uniform(0, 2 * np.pi, frequencies.size)
-    amplitudes = random.rayleigh(1.0, frequencies.size) * sizes
-    amplitudes = amplitudes / np.sqrt((amplitudes**2).sum() / 2)
+    count = frequencies.size
+    phases = random.uniform(0, 2 * np.pi, count)
+    amplitudes = random.rayleigh(1.0, count) * sizes
+    mean_square = (amplitudes**2).sum() / 2
+    amplitudes = amplitudes / np.sqrt(mean_square)
 
     def course(t: Array) -> Array:
         total = np.zeros_like(t)
         for amplitude, frequency, phase in zip(amplitudes, frequencies, phases, strict=True):
-            total += amplitude * np.sin(2 * np.pi * frequency * t + phase)
+            angle = 2 * np.pi * frequency * t + phase
+            total += amplitude * np.sin(angle)
         return total
 
     return course
@@ -90,11 +99,14 @@ class Peaks:
     Koller, Tremor, 1990).
     """
 
-    def course(self, random: np.random.Generator) -> Course:
+    def course(self, random: Generator) -> Course:
         """Return the tremor as a function of time."""
-        peaks = np.repeat([random.uniform(3.5, 5.0), random.uniform(7.0, 10.0)], 12)
-        frequencies = np.clip(peaks + random.normal(0.0, 0.8, 24), LOWEST_HZ, HIGHEST_HZ)
-        return _sines(frequencies, random, np.repeat([0.6, 1.0], 12))
+        low = random.uniform(3.5, 5.0)
+        high = random.uniform(7.0, 10.0)
+        spread = np.repeat([low, high], 12) + random.normal(0.0, 0.8, 24)
+        frequencies = np.clip(spread, LOWEST_HZ, HIGHEST_HZ)
+        sizes = np.repeat([0.6, 1.0], 12)
+        return _sines(frequencies, random, sizes)
 
 
 @dataclass(frozen=True)
@@ -134,14 +146,16 @@ class Lines:
         require_within(0, np.inf, width_Hz=self.width_Hz, sway=self.sway)
         require_within(1, np.inf, sines=self.sines)
 
-    def course(self, random: np.random.Generator) -> Course:
+    def course(self, random: Generator) -> Course:
         """Return the tremor as a function of time."""
         middles = np.repeat(self.lines_Hz, self.sines)
         spread = middles + self.width_Hz * random.standard_normal(middles.size)
-        lines = _sines(np.clip(spread, LOWEST_HZ, HIGHEST_HZ), random)
+        frequencies = np.clip(spread, LOWEST_HZ, HIGHEST_HZ)
+        lines = _sines(frequencies, random)
         if not self.sway:
             return lines
-        sway = _sines(random.uniform(*SWAY_HZ, self.sines), random)
+        slow = random.uniform(*SWAY_HZ, self.sines)
+        sway = _sines(slow, random)
         return lambda t: lines(t) + self.sway * sway(t)
 
 
