@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import NotRequired, Protocol, TypedDict, TypeVar
 
 from palpate.clocks import fine_ns
 from palpate.errors import DeviceRefused, ProtocolError, SourceError, SourceTimeout
@@ -80,6 +80,16 @@ def translated(what: object, meanings: Meanings) -> Iterator[None]:
         raise kind(f"{what}: {text}") from error
 
 
+class BusIdentity(TypedDict):
+    """Identity of a device in the description of a recording; the chip has no serial number."""
+
+    name: str
+    usb: NotRequired[str]
+    bus: int | str
+    address: int
+    ports: NotRequired[list[int]]
+
+
 class RegisterBus(Protocol):
     """Access to the registers of the chip: over USB (`EvalKit`) or Linux I2C (`I2cBus`)."""
 
@@ -101,7 +111,7 @@ class RegisterBus(Protocol):
     def close(self) -> None:
         """Close the device; may be called twice."""
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> BusIdentity:
         """Return the identity of the device."""
 
 
@@ -152,13 +162,11 @@ class Access:
 
     def repeated(self, act: Callable[[], T]) -> T:
         """Do an access, up to `TRIES` times."""
-        for _ in range(TRIES - 1):
-            try:
-                return self._once(act)
-            except (SourceTimeout, ProtocolError):
-                self.counters.retries += 1
-                self.clock.sleep(_PAUSE_S)
-        return self._once(act)
+        return repeated(lambda: self._once(act), self._pause)
+
+    def _pause(self) -> None:
+        self.counters.retries += 1
+        self.clock.sleep(_PAUSE_S)
 
     def _once(self, act: Callable[[], T]) -> T:
         self._check()

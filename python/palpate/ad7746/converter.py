@@ -14,9 +14,27 @@ import statistics
 from collections import defaultdict, deque
 from typing import NamedTuple
 
-from palpate.ad7746 import registers
 from palpate.ad7746.bus import TRIES, Access, NotAcknowledged, repeated
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Configuration, require_same
+from palpate.ad7746.registers import (
+    CAP_DATA,
+    CAP_GAIN,
+    CAP_SETUP,
+    CAPDAC_A,
+    DAC_STEP_PF,
+    DAC_STEPS,
+    EXCERR,
+    RDYCAP,
+    RDYVT,
+    REGISTERS,
+    RESET_S,
+    RESET_VALUES,
+    STATUS,
+    VT_CONVERSION_S,
+    VT_DATA,
+    capacitance_pF,
+    is_saturated,
+)
 from palpate.errors import ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 
@@ -142,8 +160,8 @@ class CapdacSearch:
 
     def __init__(self, steps: int) -> None:
         self.steps = steps
-        self._low = -registers.DAC_STEPS
-        self._high = registers.DAC_STEPS
+        self._low = -DAC_STEPS
+        self._high = DAC_STEPS
 
     def advance(self, reading: ChannelReading) -> None:
         """Choose the next steps from a reading with the present ones."""
@@ -155,7 +173,7 @@ class CapdacSearch:
         if reading.status:  # a saturated code shows only the direction: bisect
             self.steps = (self._low + self._high + above) // 2
         else:  # any other code shows the distance, to 20 %
-            distance = round(reading.capacitance / registers.DAC_STEP_PF)
+            distance = round(reading.capacitance / DAC_STEP_PF)
             self.steps = min(max(self.steps + distance, self._low), self._high)
 
 
@@ -195,9 +213,9 @@ class Converter:
         self._access.repeated(self._reset)
         setup, in_range = self.configuration.registers(HARD)
         idle = setup[:-1] + bytes([setup[-1] & ~7])
-        self._access.write(registers.CAPDAC_A, in_range)
-        self._access.write(registers.CAP_SETUP, idle)
-        self.dump = self._access.read(0, registers.REGISTERS)
+        self._access.write(CAPDAC_A, in_range)
+        self._access.write(CAP_SETUP, idle)
+        self.dump = self._access.read(0, REGISTERS)
         require_same(idle + in_range, self.dump)
 
     def _reset(self) -> None:
@@ -208,45 +226,45 @@ class Converter:
         try:
             self._access.bus.reset()
         except NotAcknowledged:
-            self._clock.sleep(2 * registers.RESET_S)
-            known = registers.RESET_VALUES[registers.CAP_SETUP :]
-            if self._access.bus.read(registers.CAP_SETUP, len(known)) != known:
+            self._clock.sleep(2 * RESET_S)
+            known = RESET_VALUES[CAP_SETUP:]
+            if self._access.bus.read(CAP_SETUP, len(known)) != known:
                 raise
-        self._clock.sleep(2 * registers.RESET_S)
+        self._clock.sleep(2 * RESET_S)
 
     def convert(self, channel: int) -> ChannelReading:
         """Convert one channel, `HARD` or `SOFT`, once."""
         entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
-        self._access.write(registers.CAPDAC_A, in_range)
+        self._access.write(CAPDAC_A, in_range)
         pace = self._paces.setdefault(self._speed, Pace(self.configuration.conversion_s))
-        seen, image = self._run(setup, in_range, pace, registers.RDYCAP)
+        seen, image = self._run(setup, in_range, pace, RDYCAP)
         self.seen = seen
         pace.learn(seen)
         self._steps_ns[self._speed].append(self._clock.now_ns() - entered)
-        raw = int.from_bytes(image[registers.CAP_DATA : registers.VT_DATA], "big")
+        raw = int.from_bytes(image[CAP_DATA:VT_DATA], "big")
         status = Status.OK
-        if registers.is_saturated(raw):
+        if is_saturated(raw):
             status |= SATURATION[channel]
-        if image[registers.STATUS] & registers.EXCERR:
+        if image[STATUS] & EXCERR:
             status |= Status.EXCITATION
-        return ChannelReading(pace.middle(seen), raw, registers.capacitance_pF(raw), status)
+        return ChannelReading(pace.middle(seen), raw, capacitance_pF(raw), status)
 
     def gains(self) -> bytes:
         """Return CAP_GAIN and VOLT_GAIN: set in the factory, constant, different in each chip."""
-        return self._access.read(registers.CAP_GAIN, registers.REGISTERS - registers.CAP_GAIN)
+        return self._access.read(CAP_GAIN, REGISTERS - CAP_GAIN)
 
     def voltage(self, mode: int) -> int:
         """Return a code of the voltage channel; `mode`: VT_TEMPERATURE or VT_SUPPLY."""
         setup = self.configuration.voltage_registers(mode)
-        _, image = self._run(setup, b"", Pace(registers.VT_CONVERSION_S[0]), registers.RDYVT)
-        return int.from_bytes(image[registers.VT_DATA : registers.CAP_SETUP], "big")
+        _, image = self._run(setup, b"", Pace(VT_CONVERSION_S[0]), RDYVT)
+        return int.from_bytes(image[VT_DATA:CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC: its present signal is in the middle of the range."""
         for channel in (HARD, SOFT):
             self._centre(channel)
-        self.dump = self._access.read(0, registers.REGISTERS)
+        self.dump = self._access.read(0, REGISTERS)
 
     def _centre(self, channel: int) -> None:
         search = CapdacSearch(self.configuration.channel(channel).capdac)
@@ -256,7 +274,7 @@ class Converter:
             if reading.status & Status.EXCITATION:
                 why = "EXCERR: the excitation pin is shorted or overloaded"
                 raise ProtocolError(f"{NAMES[channel]}: {why}")
-            if not reading.status and abs(reading.capacitance) <= 0.75 * registers.DAC_STEP_PF:
+            if not reading.status and abs(reading.capacitance) <= 0.75 * DAC_STEP_PF:
                 return
             search.advance(reading)
         raise ProtocolError(
@@ -272,14 +290,14 @@ class Converter:
     def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait for its end, read 0x00 to 0x0E."""
         for _ in range(TRIES):
-            asked, begun = self._access.write(registers.CAP_SETUP, setup)
+            asked, begun = self._access.write(CAP_SETUP, setup)
             if begun - asked <= _PROMPT * self.limit_ns:
                 break  # else its begin is too uncertain: begin it again
         busy, ended = self._wait(asked, begun, pace, bit)
         retries = self._access.counters.retries
-        image = self._access.read(0, registers.CAP_GAIN)
+        image = self._access.read(0, CAP_GAIN)
         require_same(setup + in_range, image)
-        if image[registers.STATUS] & bit:
+        if image[STATUS] & bit:
             if self._access.counters.retries != retries:  # the chip marks data as new only once
                 raise ProtocolError("a transfer with data was damaged")
             raise ProtocolError(f"the pin RDY# is stuck low: {_RDY}")
@@ -304,7 +322,7 @@ class Converter:
 
     def _overdue(self, lasting_s: float, bit: int) -> SourceError:
         """Return the error about a conversion whose end the pin RDY# did not show."""
-        if not self._access.read(registers.STATUS, 1)[0] & bit:
+        if not self._access.read(STATUS, 1)[0] & bit:
             return ProtocolError(f"the pin RDY# is stuck high: {_RDY}")
         return Overdue(
             f"a conversion did not end within {lasting_s:.3f} s: it was lost, or the chip is not "

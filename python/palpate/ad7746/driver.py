@@ -37,6 +37,7 @@ from palpate.ad7746 import registers
 from palpate.ad7746.bus import Access, Clock, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import ChannelReading, Converter, Middle, Overdue, difference_ns
+from palpate.ad7746.replug import POLL_S, ReplugWait
 from palpate.ad7746.wiring import InputCapacitance, measure_input, measure_pin
 from palpate.clocks import on_monotonic
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
@@ -46,7 +47,6 @@ from palpate.source_events import (
     Gap,
     GapCause,
     SourceEvent,
-    TroubleBegan,
     TroubleEnded,
     TroubleKind,
 )
@@ -59,11 +59,6 @@ _UNKNOWN_NS = -1000
 _GRACE_NS = 200_000_000  # for the conditions, after `interrupt`
 _CONDITIONS_S = 2 * (registers.VT_CONVERSION_S[0] + 0.005)
 _GAINS_NS = 1_000_000_000  # the gains are read so often; it takes 1 ms
-_POLL_S = 0.1
-# Tries until a board that cannot be opened is reported: permissions and firmware take up to 2 s.
-_SETTLING = 20
-_LEFT_S = (10, 30, 60, 90)  # the rest of the wait that is reported
-_GONE = "The board is gone: plug it in again."
 
 
 class _Interrupted(Exception):
@@ -126,7 +121,6 @@ class Ad7746:
         limit_ns: int = LIMIT_NS,
     ) -> None:
         self._gaps: list[Gap] = []  # that are not yielded yet
-        self._deadline_ns = 0.0
         self._bus = bus
         self._clock = clock or RealClock()
         self._replug_s = replug_s
@@ -217,10 +211,6 @@ class Ad7746:
         """Do `auto_capdac` before the next pair of `read`; from any thread."""
         self._centre.set()
 
-    def read_temperature(self) -> float:
-        """Measure the temperature of the chip, degrees Celsius, between touches: it takes 20 ms."""
-        return registers.temperature_C(self._converter.voltage(registers.VT_TEMPERATURE))
-
     def read_conditions(self) -> Conditions | None:
         """Measure temperature and supply of the chip, in about 50 ms.
 
@@ -234,13 +224,16 @@ class Ad7746:
         self._grace_ns = self._clock.now_ns() + _GRACE_NS
         try:
             t_s = (self._clock.now_ns() - self._start_ns) / 1e9
-            temperature_C = self.read_temperature()
-            supply_V = registers.supply_V(self._converter.voltage(registers.VT_SUPPLY))
+            temperature = self._converter.voltage(registers.VT_TEMPERATURE)
+            supply = self._converter.voltage(registers.VT_SUPPLY)
         except (SourceError, _Interrupted):
             return None
         finally:
             self._grace_ns = 0
-        values = {"temperature_C": round(temperature_C, 3), "supply_V": round(supply_V, 3)}
+        values = {
+            "temperature_C": round(registers.temperature_C(temperature), 3),
+            "supply_V": round(registers.supply_V(supply), 3),
+        }
         return Conditions(round(t_s, 3), values)
 
     @property
@@ -342,7 +335,7 @@ class Ad7746:
             raise failure
         if self._streak == STREAK:
             self.counters.reopened += 1
-            other = repeated(self._reopen, lambda: self._clock.sleep(_POLL_S))
+            other = repeated(self._reopen, lambda: self._clock.sleep(POLL_S))
             text = f"the board was opened again after an error ({failure}){other}"
             self._gaps.append(Gap(GapCause.REOPENED, text))
 
@@ -380,11 +373,10 @@ class Ad7746:
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> Generator[SourceEvent, None, int]:
         """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""
-        self._deadline_ns = self._clock.now_ns() + self._replug_s * 1e9
+        wait = ReplugWait(self._clock, self._replug_s, self._notify)
         self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
         try:
-            yield TroubleBegan(TroubleKind.UNPLUGGED, self._waiting(_GONE))
-            other = yield from self._open_when_back()
+            other = yield from wait.until_open(self._reopen)
         except (SourceError, _Interrupted):
             yield TroubleEnded(TroubleKind.UNPLUGGED)
             raise
@@ -395,40 +387,6 @@ class Ad7746:
         yield TroubleEnded(TroubleKind.UNPLUGGED)
         self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
-
-    def _open_when_back(self) -> Generator[SourceEvent, None, str]:
-        """Open the device as soon as possible; return as `_set_up`, or raise the last error."""
-        failed = 0
-        why = _GONE
-        shown = self._waiting(why)
-        reported = (False, _marks_passed(self._replug_s))
-        while True:
-            try:
-                return self._reopen()
-            except SourceError as error:
-                left_s = (self._deadline_ns - self._clock.now_ns()) / 1e9
-                if left_s < 0:
-                    raise
-                gone = isinstance(error, DeviceNotFound) and not isinstance(error, DeviceRefused)
-                failed = 0 if gone else failed + 1
-                if failed == 0:
-                    why = _GONE
-                elif failed == _SETTLING:
-                    why = f"{error}."
-            text = self._waiting(why)
-            due = (failed >= _SETTLING, _marks_passed(left_s))
-            if due != reported:
-                reported = due
-                self._notify(text)
-            if text != shown:
-                shown = text
-                yield TroubleBegan(TroubleKind.UNPLUGGED, text)
-            self._clock.sleep(_POLL_S)
-
-    def _waiting(self, why: str) -> str:
-        """Return why the driver waits, and the rest of the wait."""
-        left_s = max(self._deadline_ns - self._clock.now_ns(), 0) / 1e9
-        return f"{why} Waiting for it: {left_s:.0f} s left."
 
     def _centred(self) -> int:
         """Set the range again if that was requested; return the number of pairs lost meanwhile."""
@@ -455,11 +413,6 @@ class Ad7746:
     def _check_interrupt(self) -> None:
         if self._interrupted.is_set() and self._clock.now_ns() >= self._grace_ns:
             raise _Interrupted
-
-
-def _marks_passed(left_s: float) -> int:
-    """Return how many of the reported rests of the wait are passed."""
-    return sum(left_s <= mark_s for mark_s in _LEFT_S)
 
 
 def _empty(middle: Middle) -> ChannelReading:

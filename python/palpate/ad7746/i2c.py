@@ -4,7 +4,7 @@ import errno
 from typing import Any
 
 from palpate.ad7746 import registers
-from palpate.ad7746.bus import Clock, Meanings, NotAcknowledged, RealClock, translated
+from palpate.ad7746.bus import BusIdentity, Clock, Meanings, NotAcknowledged, RealClock, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, SourceTimeout, need
 
 smbus2 = need("smbus2", "i2c")
@@ -101,8 +101,8 @@ class I2cBus:
             self._bus.close()
             self._bus = None
 
-    def describe(self) -> dict[str, Any]:
-        """Return the name of the bus; the chip has no serial number."""
+    def describe(self) -> BusIdentity:
+        """Return the name of the bus."""
         return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": registers.I2C_ADDRESS}
 
     def _send(self, what: str, data: list[int]) -> None:

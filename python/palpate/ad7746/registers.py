@@ -5,76 +5,76 @@ Nothing here accesses a chip; see `palpate.ad7746.driver`. Not tried on hardware
 
 import math
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
-I2C_ADDRESS: Final = 0x48
+I2C_ADDRESS = 0x48
 
 # Registers.
-STATUS: Final = 0x00
-CAP_DATA: Final = 0x01
-VT_DATA: Final = 0x04
-CAP_SETUP: Final = 0x07
-VT_SETUP: Final = 0x08
-EXC_SETUP: Final = 0x09
-CONFIG: Final = 0x0A
-CAPDAC_A: Final = 0x0B
-CAPDAC_B: Final = 0x0C
-CAP_OFFSET: Final = 0x0D
-CAP_GAIN: Final = 0x0F
-VOLT_GAIN: Final = 0x11
-REGISTERS: Final = 0x13  # Number of registers.
+STATUS = 0x00
+CAP_DATA = 0x01
+VT_DATA = 0x04
+CAP_SETUP = 0x07
+VT_SETUP = 0x08
+EXC_SETUP = 0x09
+CONFIG = 0x0A
+CAPDAC_A = 0x0B
+CAPDAC_B = 0x0C
+CAP_OFFSET = 0x0D
+CAP_GAIN = 0x0F
+VOLT_GAIN = 0x11
+REGISTERS = 0x13  # Number of registers.
 # Sent instead of a register address, this byte resets the chip, which then needs up to `RESET_S`.
-RESET_POINTER: Final = 0xBF
-RESET_S: Final = 200e-6
+RESET_POINTER = 0xBF
+RESET_S = 200e-6
 # STATUS to CAP_OFFSET after a reset; the registers after them are set in the factory.
-RESET_VALUES: Final = bytes([0x07, 0, 0, 0, 0, 0, 0, 0, 0, 0x03, 0xA0, 0, 0, 0x80, 0x00])
+RESET_VALUES = bytes([0x07, 0, 0, 0, 0, 0, 0, 0, 0, 0x03, 0xA0, 0, 0, 0x80, 0x00])
 
 # STATUS: a RDY bit that is 0 means ready.
-EXCERR: Final = 0x08
-RDY: Final = 0x04
-RDYVT: Final = 0x02
-RDYCAP: Final = 0x01
+EXCERR = 0x08
+RDY = 0x04
+RDYVT = 0x02
+RDYCAP = 0x01
 # CAP_SETUP.
-CAPEN: Final = 0x80
-CIN2: Final = 0x40
-CAPDIFF: Final = 0x20
-CAPCHOP: Final = 0x01
+CAPEN = 0x80
+CIN2 = 0x40
+CAPDIFF = 0x20
+CAPCHOP = 0x01
 # VT_SETUP: VTMD, bits 6-5, selects the measured quantity; VTCHOP must be set.
-VTEN: Final = 0x80
+VTEN = 0x80
 VT_TEMPERATURE = 0x00
 VT_SUPPLY = 0x40
-VTCHOP: Final = 0x01
+VTCHOP = 0x01
 # EXC_SETUP: the two excitation pins, and the level in the lowest two bits.
-EXCB: Final = 0x20
-EXCA: Final = 0x08
-EXCITATION: Final = {"A": EXCA, "B": EXCB, "AB": EXCA | EXCB}
+EXCB = 0x20
+EXCA = 0x08
+EXCITATION = {"A": EXCA, "B": EXCB, "AB": EXCA | EXCB}
 # CONFIG: VTF in bits 7-6, CAPF in 5-3, the mode in 2-0.
 IDLE, CONTINUOUS, SINGLE, POWER_DOWN = range(4)
-DAC_ENABLE: Final = 0x80
-DAC_STEPS: Final = 127
+DAC_ENABLE = 0x80
+DAC_STEPS = 127
 # Typical; differs by +-20 % between chips and is not calibrated: do not add it to a reading.
-DAC_STEP_PF: Final = 0.164
-OFFSET_ZERO: Final = 0x8000
-OFFSET_STEP_PF: Final = 31.25e-6
+DAC_STEP_PF = 0.164
+OFFSET_ZERO = 0x8000
+OFFSET_STEP_PF = 31.25e-6
 
 # Conversion time, s, for the setting CAPF, 0 to 7 (data sheet, rev. 0).
-CONVERSION_S: Final = (0.0110, 0.0119, 0.0200, 0.0380, 0.0620, 0.0770, 0.0920, 0.1096)
+CONVERSION_S = (0.0110, 0.0119, 0.0200, 0.0380, 0.0620, 0.0770, 0.0920, 0.1096)
 # Noise of a conversion, pF rms, for CAPF 0 to 7 (data sheet, rev. 0).
-NOISE_PF: Final = (40.0e-6, 27.3e-6, 12.2e-6, 7.3e-6, 5.4e-6, 4.9e-6, 4.4e-6, 4.2e-6)
+NOISE_PF = (40.0e-6, 27.3e-6, 12.2e-6, 7.3e-6, 5.4e-6, 4.9e-6, 4.4e-6, 4.2e-6)
 # Conversion time of voltage and temperature, s, for VTF 0 to 3 (data sheet, rev. 0).
-VT_CONVERSION_S: Final = (0.0201, 0.0321, 0.0621, 0.1221)
-REFERENCE_V: Final = 1.17  # Internal reference of the voltage channel, typical.
-SUPPLY_V: Final = (2.7, 5.25)  # Supply that the chip is specified for, V.
-MAINS_CAPF: Final = 4  # The only CAPF that rejects 50 and 60 Hz; at faster settings they alias.
-FULL_SCALE_PF: Final = 4.096
-CODES_PER_PF: Final = 2**24 / (2 * FULL_SCALE_PF)
-ZERO_CODE: Final = 0x800000
-LAST_CODE: Final = 0xFFFFFF
-SATURATED_CODES: Final = 500  # A code nearer than this to either end of the range is saturated.
+VT_CONVERSION_S = (0.0201, 0.0321, 0.0621, 0.1221)
+REFERENCE_V = 1.17  # Internal reference of the voltage channel, typical.
+SUPPLY_V = (2.7, 5.25)  # Supply that the chip is specified for, V.
+MAINS_CAPF = 4  # The only CAPF that rejects 50 and 60 Hz; at faster settings they alias.
+FULL_SCALE_PF = 4.096
+CODES_PER_PF = 2**24 / (2 * FULL_SCALE_PF)
+ZERO_CODE = 0x800000
+LAST_CODE = 0xFFFFFF
+SATURATED_CODES = 500  # A code nearer than this to either end of the range is saturated.
 # Largest capacitance that is not saturated: the `full_scale` of a tracker.
-SATURATED_PF: Final = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+SATURATED_PF = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
 # Integral nonlinearity, typical, .01 % of the full scale.
-LINEARITY_PF: Final = 1e-4 * FULL_SCALE_PF
+LINEARITY_PF = 1e-4 * FULL_SCALE_PF
 
 
 def linearity_pF(full_scale_pF: float) -> float:

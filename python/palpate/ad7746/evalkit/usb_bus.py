@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import registers
-from palpate.ad7746.bus import Clock, NotAcknowledged, NotReady, RealClock
+from palpate.ad7746.bus import BusIdentity, Clock, NotAcknowledged, NotReady, RealClock
 from palpate.ad7746.evalkit import discovery
 from palpate.ad7746.evalkit.discovery import REPLUG, Board, board_of, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
@@ -217,8 +217,8 @@ class EvalKit:
             discovery.util.dispose_resources(self._device)
             self._device = None
 
-    def describe(self) -> dict[str, Any]:
-        """Return the identity of the board; it has no serial number."""
+    def describe(self) -> BusIdentity:
+        """Return the identity of the board."""
         return {
             "name": "AD7746 evaluation kit",
             "usb": f"{discovery.VENDOR:04x}:{discovery.PRODUCT:04x}",

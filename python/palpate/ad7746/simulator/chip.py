@@ -10,7 +10,45 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from palpate.ad7746 import registers
+from palpate.ad7746.registers import (
+    CAP_DATA,
+    CAP_GAIN,
+    CAP_OFFSET,
+    CAP_SETUP,
+    CAPDAC_A,
+    CAPDAC_B,
+    CAPDIFF,
+    CAPEN,
+    CIN2,
+    CONFIG,
+    CONVERSION_S,
+    DAC_ENABLE,
+    DAC_STEPS,
+    EXC_SETUP,
+    EXCA,
+    EXCB,
+    EXCERR,
+    NOISE_PF,
+    OFFSET_STEP_PF,
+    OFFSET_ZERO,
+    RDY,
+    RDYCAP,
+    RDYVT,
+    REFERENCE_V,
+    REGISTERS,
+    RESET_POINTER,
+    RESET_S,
+    RESET_VALUES,
+    SINGLE,
+    STATUS,
+    VT_CONVERSION_S,
+    VT_DATA,
+    VT_SETUP,
+    VT_SUPPLY,
+    VTEN,
+    ZERO_CODE,
+    capacitance_code,
+)
 
 # (bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two
 # times, s.
@@ -29,9 +67,9 @@ SHORT_PF = 1000.0  # An input that is shorted to an excitation pin: far outside 
 def _driven_pins(excitation: int) -> str:
     """Return the driven pins, "", "A", "B" or "AB", for the register EXC_SETUP."""
     driven = ""
-    if excitation & registers.EXCA:
+    if excitation & EXCA:
         driven += "A"
-    if excitation & registers.EXCB:
+    if excitation & EXCB:
         driven += "B"
     return driven
 
@@ -83,13 +121,13 @@ class SimulatedWiring:
 
     def _signs(self, setup: int, excitation: int, loose: int) -> dict[str, float]:
         """Return the signs of the places that are measured; others are not."""
-        pin = 2 if setup & registers.CIN2 else 1
+        pin = 2 if setup & CIN2 else 1
         if pin == loose:
             return {}
         signs = {}
         for excitation_pin in _driven_pins(excitation):
             signs[f"{pin}+{excitation_pin}"] = 1.0
-            if setup & registers.CAPDIFF:
+            if setup & CAPDIFF:
                 signs[f"{pin}-{excitation_pin}"] = -1.0
         return signs
 
@@ -129,7 +167,7 @@ WIRINGS: dict[str, SimulatedWiring] = {
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])  # CAP_GAIN and VOLT_GAIN of a chip.
 DAC_STEP_PF = (0.171, 0.158)  # Steps of CAPDAC_A and CAPDAC_B of a chip, pF.
-_ALL_READY = registers.RDY | registers.RDYVT | registers.RDYCAP
+_ALL_READY = RDY | RDYVT | RDYCAP
 _CAP_BYTES = {1, 2, 3}
 _VT_BYTES = {4, 5, 6}
 
@@ -203,7 +241,7 @@ class SimulatedChip:
         self.overload_pF = 0.0
         self.disturbance: Callable[[], float] = lambda: 0.0
         self.conversions: deque[Conversion] = deque(maxlen=4096)
-        self.registers = bytearray(registers.RESET_VALUES + FACTORY)
+        self.registers = bytearray(RESET_VALUES + FACTORY)
         self._bumps = bumps
         self._wiring = wiring
         self._random = random.Random(seed)
@@ -217,21 +255,21 @@ class SimulatedChip:
 
     def power_on(self, now: int) -> None:
         """Reset, as at power-on or by command."""
-        self.registers[:] = registers.RESET_VALUES + self.factory
+        self.registers[:] = RESET_VALUES + self.factory
         self._running = None
-        self._silent_until = now + round(registers.RESET_S * 1e9)
+        self._silent_until = now + round(RESET_S * 1e9)
 
     def write(self, data: bytes, now: int) -> None:
         """Process the bytes after the address: a register pointer, then values."""
         self._advance(now)
-        if data[0] == registers.RESET_POINTER:
+        if data[0] == RESET_POINTER:
             self.power_on(now)
             return
         self._pointer = data[0]
         for byte in data[1:]:
-            if registers.CAP_SETUP <= self._pointer < registers.REGISTERS:
+            if CAP_SETUP <= self._pointer < REGISTERS:
                 self.registers[self._pointer] = byte
-            if self._pointer == registers.CONFIG:
+            if self._pointer == CONFIG:
                 self._begin(now)
             self._pointer += 1
 
@@ -240,15 +278,15 @@ class SimulatedChip:
         self._advance(now)
         span = range(self._pointer, self._pointer + count)
         self._pointer = span.stop
-        data = bytes(self.registers[number % registers.REGISTERS] for number in span)
+        data = bytes(self.registers[number % REGISTERS] for number in span)
         if self._running and self._running.end <= now + lasting:
             # A conversion that ends during a read of data is lost.
             if not (_CAP_BYTES | _VT_BYTES).isdisjoint(span):
                 self._end(self._running, lost=True)
         if _CAP_BYTES.issubset(span):
-            self.registers[registers.STATUS] |= registers.RDY | registers.RDYCAP
+            self.registers[STATUS] |= RDY | RDYCAP
         if _VT_BYTES.issubset(span):
-            self.registers[registers.STATUS] |= registers.RDYVT
+            self.registers[STATUS] |= RDYVT
         return data
 
     def rdy_pin(self, now: int) -> bool:
@@ -256,22 +294,22 @@ class SimulatedChip:
         # The value of a conversion may take long to compute: it waits for the next access.
         if self._running and self._running.end <= now:
             return self.lose > 0
-        return bool(self.registers[registers.STATUS] & registers.RDY)
+        return bool(self.registers[STATUS] & RDY)
 
     def _begin(self, now: int) -> None:
         self._running = None
-        self.registers[registers.STATUS] |= _ALL_READY
-        config = self.registers[registers.CONFIG]
-        if config & 7 != registers.SINGLE:  # the driver uses no other mode
+        self.registers[STATUS] |= _ALL_READY
+        config = self.registers[CONFIG]
+        if config & 7 != SINGLE:  # the driver uses no other mode
             return
         if self.garble:
             self.garble -= 1
-            self.registers[registers.CAP_SETUP] ^= registers.CIN2
+            self.registers[CAP_SETUP] ^= CIN2
         seconds = 0.0
-        if self.registers[registers.CAP_SETUP] & registers.CAPEN:
-            seconds += registers.CONVERSION_S[config >> 3 & 7]
-        if self.registers[registers.VT_SETUP] & registers.VTEN:
-            seconds += registers.VT_CONVERSION_S[config >> 6]
+        if self.registers[CAP_SETUP] & CAPEN:
+            seconds += CONVERSION_S[config >> 3 & 7]
+        if self.registers[VT_SETUP] & VTEN:
+            seconds += VT_CONVERSION_S[config >> 6]
         if seconds:
             end = now + round(self.pace * seconds * 1e9)
             self._running = _Running(now, end, bytes(self.registers))
@@ -284,60 +322,60 @@ class SimulatedChip:
         if self.lose:
             self.lose -= 1
             lost = True
-        if running.image[registers.CAP_SETUP] & registers.CAPEN:
+        if running.image[CAP_SETUP] & CAPEN:
             self._end_capacitance(running, lost)
-        if running.image[registers.VT_SETUP] & registers.VTEN and not lost:
-            code = self._voltage_code(running.image[registers.VT_SETUP])
-            self._store(registers.VT_DATA, code, registers.RDYVT)
+        if running.image[VT_SETUP] & VTEN and not lost:
+            code = self._voltage_code(running.image[VT_SETUP])
+            self._store(VT_DATA, code, RDYVT)
         self._running = None
-        self.registers[registers.CONFIG] &= ~7
+        self.registers[CONFIG] &= ~7
 
     def _end_capacitance(self, running: _Running, lost: bool) -> None:
-        pin = 2 if running.image[registers.CAP_SETUP] & registers.CIN2 else 1
-        code = registers.capacitance_code(self._measured_pF(running))
+        pin = 2 if running.image[CAP_SETUP] & CIN2 else 1
+        code = capacitance_code(self._measured_pF(running))
         self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
         if lost:
             return
-        shorted = self.short > 0 or self._wiring.fails(running.image[registers.EXC_SETUP])
+        shorted = self.short > 0 or self._wiring.fails(running.image[EXC_SETUP])
         self.short = max(self.short - 1, 0)
-        self.registers[registers.STATUS] &= ~registers.EXCERR
+        self.registers[STATUS] &= ~EXCERR
         if shorted:
-            self.registers[registers.STATUS] |= registers.EXCERR
-        self._store(registers.CAP_DATA, code, registers.RDYCAP)
+            self.registers[STATUS] |= EXCERR
+        self._store(CAP_DATA, code, RDYCAP)
 
     def _voltage_code(self, setup: int) -> int:
-        if setup & registers.VT_SUPPLY:
-            share = self.supply_V / (6 * registers.REFERENCE_V)
-            return round(share * 2**23) + registers.ZERO_CODE
+        if setup & VT_SUPPLY:
+            share = self.supply_V / (6 * REFERENCE_V)
+            return round(share * 2**23) + ZERO_CODE
         return round((self.temperature_C + 4096) * 2048)
 
     def _store(self, register: int, code: int, ready: int) -> None:
         self.registers[register : register + 3] = code.to_bytes(3, "big")
-        self.registers[registers.STATUS] &= ~(registers.RDY | ready)
+        self.registers[STATUS] &= ~(RDY | ready)
 
     def _measured_pF(self, running: _Running) -> float:
         image = running.image
         total = self._wiring.mean_pF(
             self._bumps,
-            image[registers.CAP_SETUP],
-            image[registers.EXC_SETUP],
+            image[CAP_SETUP],
+            image[EXC_SETUP],
             running.begin / 1e9,
             running.end / 1e9,
             self.loose,
         )
         total += self.disturbance() + self.overload_pF
         minus_pF, plus_pF = self.dac_step_pF
-        if image[registers.CAPDAC_A] & registers.DAC_ENABLE:
-            total -= (image[registers.CAPDAC_A] & registers.DAC_STEPS) * minus_pF
-        if image[registers.CAPDAC_B] & registers.DAC_ENABLE:
-            total += (image[registers.CAPDAC_B] & registers.DAC_STEPS) * plus_pF
-        offset = int.from_bytes(image[registers.CAP_OFFSET : registers.CAP_GAIN], "big")
-        total += (offset - registers.OFFSET_ZERO) * registers.OFFSET_STEP_PF
+        if image[CAPDAC_A] & DAC_ENABLE:
+            total -= (image[CAPDAC_A] & DAC_STEPS) * minus_pF
+        if image[CAPDAC_B] & DAC_ENABLE:
+            total += (image[CAPDAC_B] & DAC_STEPS) * plus_pF
+        offset = int.from_bytes(image[CAP_OFFSET:CAP_GAIN], "big")
+        total += (offset - OFFSET_ZERO) * OFFSET_STEP_PF
         noise_pF = 0.0
         if self.noisy:
-            noise_pF = registers.NOISE_PF[image[registers.CONFIG] >> 3 & 7]
+            noise_pF = NOISE_PF[image[CONFIG] >> 3 & 7]
         total += self._random.gauss(0.0, noise_pF)
-        return total * _gain(image[registers.CAP_GAIN :]) / _gain(self.factory)
+        return total * _gain(image[CAP_GAIN:]) / _gain(self.factory)
 
 
 def _gain(gains: bytes) -> float:
