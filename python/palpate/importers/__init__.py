@@ -1,1 +1,1 @@
-"""Tables of other programs: files and data frames with any two channels, and what their columns mean."""
+"""Tables of other programs: files and data frames with any two channels."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, need
+from palpate.importers.channel_units import ChannelUnits, channel_units
 from palpate.importers.table import Array, Column, Option, OptionError, ReadOptions, Table
 from palpate.importers.table_checks import (
     channel_notes,
@@ -34,13 +35,6 @@ from palpate.importers.units import (
 )
 from palpate.messages import quoted
 
-# Sizes of gauges, which have some pF, in the units that need no name.
-_PROBABLE_SIZES = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}
-_LARGEST_QUOTIENT = 100.0  # the two gauges of a probe differ by less
-_SIZE_ROWS = 10_000  # that show the size of all
-_SIZE_QUANTILE = 0.99  # not the largest value, which may be a wrong one
-_ALLOWED_UNITS = ", ".join(PICOFARADS)
-_OTHER_SIGNALS = "two signals of another kind: their unit, as --unit counts"
 _NUMBERED_CHANNEL = r"(?:c|cin|cap|capacitance|ch)[0-9]"
 _SUMMARY_ROW = "looks like a row of sums, not of samples: take such rows out"
 
@@ -93,15 +87,6 @@ class ChannelColumns:
     times: list[Column]
 
 
-@dataclass(frozen=True)
-class _Units:
-    """The units of the hard and the soft channel, and notes on those that were not stated."""
-
-    hard: str
-    soft: str
-    notes: list[str]
-
-
 def find_channels(
     table: Table, options: ReadOptions, soft_table: Table | None = None
 ) -> TableChannels:
@@ -127,7 +112,7 @@ def find_channels(
         _require_samples(soft_table, options)
     hard_values, hard_notes = without_codes("hard", hard.values.numbers())
     soft_values, soft_notes = without_codes("soft", soft.values.numbers())
-    units = _units(hard.values, soft.values, hard_values, soft_values, options)
+    units = channel_units(hard.values, soft.values, hard_values, soft_values, options)
     hard_times, soft_times = _times_of_channels(hard, soft, options)
     readings = PairedReadings(
         hard_times.seconds,
@@ -167,7 +152,7 @@ def find_channels(
 def _understood(
     hard: ChannelColumns,
     soft: ChannelColumns,
-    units: _Units,
+    units: ChannelUnits,
     times: tuple[Times, Times],
     rate: float,
     rows: int,
@@ -188,7 +173,9 @@ def _understood(
 def _converted(values: Array, unit: str) -> Array:
     """Return capacitances in pF, other signals as they are, without a copy where possible."""
     factor = PICOFARADS.get(unit, 1.0)
-    return values if factor == 1 else values * factor
+    if factor == 1:
+        return values
+    return values * factor
 
 
 # Which columns the channels and their times are.
@@ -260,8 +247,7 @@ def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
             units.append(column)
         else:
             named.append(column)
-    dates = [column for column in table.columns if column.cells.dtype.kind in "mM"]
-    return named + units or dates
+    return named + units or table.of_kind("mM")
 
 
 def _channels_by_name(table: Table) -> list[Column]:
@@ -288,93 +274,18 @@ def _require_samples(table: Table, options: ReadOptions) -> None:
 
     They have the name of a statistic in any column, or, where a rate is given, no time.
     """
-    texts = [column for column in table.columns if column.cells.dtype.kind == "O"]
+    texts = table.of_kind("O")
     for column in texts:
-        words = {cell for cell in column.cells if isinstance(cell, str)}
-        summaries = [word for word in words if SUMMARY.match(word)]
-        found = np.isin(column.cells, summaries)
+        found = column.texts_that(SUMMARY.match)
         if 2 * found.sum() < len(table):  # else each row has a name of its own kind
             column.refuse(found, _SUMMARY_ROW)
-    if options.rate:
-        for column in _time_columns(table, None):
-            if column in texts:
-                kinds = [cell_kind(str(cell).strip()) for cell in column.cells]
-                empty = np.array([kind is CellKind.NO_VALUE for kind in kinds])
-                if not empty.all():
-                    column.refuse(empty, _SUMMARY_ROW)
-
-
-# Their units.
-
-
-def _units(
-    hard: Column, soft: Column, hard_values: Array, soft_values: Array, options: ReadOptions
-) -> _Units:
-    """Return the units of both channels: as wanted, as stated, or by the size of the values."""
-    columns = (hard, soft)
-    if options.unit:
-        return _wanted_units(columns, options.unit)
-    for column in columns:
-        if column.stated_unit and not column.in_farads:
-            got = f"{quoted(column.name)}, in {column.stated_unit}"
-            allowed = f"a capacitance in one of {_ALLOWED_UNITS}, without a scale; {_OTHER_SIGNALS}"
-            raise OptionError(Option.COLUMN, got, allowed)
-    sizes = [_typical_size(hard_values), _typical_size(soft_values)]
-    stated = hard.stated_unit or soft.stated_unit
-    if stated:
-        unit = stated
-        reason = f"{unit}, as the other channel"
-    else:
-        unit = _unit_by_size(hard, max(sizes))
-        reason = f"{unit} assumed, by the size of the values"
-    units = _Units(hard.stated_unit or unit, soft.stated_unit or unit, notes=[])
-    for column in columns:
-        if not column.stated_unit:
-            units.notes.append(f"no unit in the header of {column.label}: {reason}")
-    _require_similar_sizes(columns, sizes, units)
-    return units
-
-
-def _wanted_units(columns: tuple[Column, Column], wanted: str) -> _Units:
-    """Return one wanted unit for both channels, with a note where a header has another one."""
-    notes = []
-    for column in columns:
-        stated = column.stated_unit or wanted
-        # Units of one scale are equal (uF and µF); units of other signals have no scale.
-        if PICOFARADS.get(stated, stated) != PICOFARADS.get(wanted, wanted):
-            header = f"the header of {column.label} says {stated}"
-            notes.append(f"{header}: {wanted} is used, as asked")
-    return _Units(wanted, wanted, notes)
-
-
-def _typical_size(values: Array) -> float:
-    """Return the magnitude of nearly all values; 0 without a value."""
-    some = np.abs(values[:: max(1, len(values) // _SIZE_ROWS)])
-    some = some[np.isfinite(some)]
-    return float(np.quantile(some, _SIZE_QUANTILE)) if len(some) else 0.0
-
-
-def _unit_by_size(hard: Column, size: float) -> str:
-    for unit, (low, high) in _PROBABLE_SIZES.items():
-        if size == 0 or low <= size <= high:
-            return unit
-    got = f"none in the header, and values of about {size:.3g} in {hard.label}"
-    raise OptionError(Option.UNIT, got, f"one of {_ALLOWED_UNITS} (--unit); {_OTHER_SIGNALS}")
-
-
-def _require_similar_sizes(
-    columns: tuple[Column, Column], sizes: list[float], units: _Units
-) -> None:
-    """Refuse channels of which one probably has another unit than it says."""
-    sizes_pF = [sizes[0] * PICOFARADS[units.hard], sizes[1] * PICOFARADS[units.soft]]
-    if min(sizes_pF) > 0 and max(sizes_pF) / min(sizes_pF) > _LARGEST_QUOTIENT:
-        found = [
-            f"{size:.3g} pF in {column.label}"
-            for size, column in zip(sizes_pF, columns, strict=True)
-        ]
-        advice = "write the unit into each head, as C2 (pF); if it is one of both, give it (--unit)"
-        allowed = f"channels of similar size: {advice}"
-        raise OptionError(Option.UNIT, f"about {' and '.join(found)}", allowed)
+    if not options.rate:
+        return
+    for column in _time_columns(table, None):
+        if column in texts:
+            empty = [cell_kind(str(cell).strip()) is CellKind.NO_VALUE for cell in column.cells]
+            if not all(empty):
+                column.refuse(np.array(empty), _SUMMARY_ROW)
 
 
 # Their times.

@@ -4,6 +4,7 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from statistics import mode
 from typing import Any, NamedTuple
@@ -20,7 +21,7 @@ from palpate.importers.table import (
     ReadOptions,
     Table,
 )
-from palpate.importers.units import SUMMARY, CellKind, cell_kind
+from palpate.importers.units import SUMMARY, CellKind, cell_kind, is_text
 from palpate.messages import quoted
 
 _LONGEST_HEADER = 1 << 18  # characters in which the first row of numbers is searched
@@ -89,9 +90,8 @@ def text_table(path: Path, data: bytes, options: ReadOptions) -> Table:
 def _refuse_texts(table: Table, dialect: _Dialect) -> None:
     """Refuse a text in a column of numbers or times, used or not: its row may be a sum."""
     for column, kind in zip(table.columns, dialect.kinds, strict=True):
-        if kind in _VALUES and column.cells.dtype.kind == "O":
-            wrong = [word for word in set(column.cells) if cell_kind(word) is CellKind.TEXT]
-            column.refuse(np.isin(column.cells, wrong), _WRONG_CELL)
+        if kind in _VALUES and column.kind == "O":
+            column.refuse(column.texts_that(is_text), _WRONG_CELL)
 
 
 def _decoded(path: Path, data: bytes) -> str:
@@ -118,15 +118,15 @@ def _split(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return [cell.strip('"') for cell in line.split()]
     if line and '"' not in line:
-        return [cell.strip() for cell in line.split(delimiter)]
-    cells: list[str] = []
-    for row in csv.reader([line], delimiter=delimiter, skipinitialspace=True):
-        cells += row
-    return [cell.strip() for cell in cells]
+        cells = line.split(delimiter)
+    else:
+        rows = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        cells = next(rows, [])
+    return list(map(str.strip, cells))
 
 
 def _kinds(cells: list[str]) -> list[CellKind]:
-    return [cell_kind(cell) for cell in cells]
+    return list(map(cell_kind, cells))
 
 
 def _count_values(kinds: list[CellKind]) -> int:
@@ -150,14 +150,17 @@ def _dialect(path: Path, text: str, decimal: str | None) -> _Dialect:
             if "," in cell and "." not in cell and cell_kind(cell) is CellKind.NUMBER:
                 commas.append(cell)
     if decimal is None:
-        decimal = "comma" if commas else "point"
-        if commas and all(_MAYBE_THOUSANDS.fullmatch(cell) for cell in commas):
-            got = f"{quoted(commas[0])}, a decimal comma or a thousands separator?"
-            allowed = 'decimal "point" or "comma" (--decimal)'
-            raise OptionError(Option.DECIMAL, got, allowed)
-    width = mode(len(row) for row in rows)
+        decimal = "point"
+        if commas:
+            decimal = "comma"
+            if all(map(_MAYBE_THOUSANDS.fullmatch, commas)):
+                got = f"{quoted(commas[0])}, a decimal comma or a thousands separator?"
+                allowed = 'decimal "point" or "comma" (--decimal)'
+                raise OptionError(Option.DECIMAL, got, allowed)
+    width = mode(map(len, rows))
     kinds = [_kinds(row) for row in rows if len(row) == width]
-    return _Dialect(delimiter, DECIMAL_MARKS[decimal], max(kinds, key=_count_values))
+    most_values = max(kinds, key=_count_values)
+    return _Dialect(delimiter, DECIMAL_MARKS[decimal], most_values)
 
 
 def _sample_lines(text: str) -> list[str]:
@@ -173,9 +176,9 @@ def _sample_lines(text: str) -> list[str]:
 
 def _delimiter(lines: list[str]) -> str | None:
     """Return the delimiter with which lines have most numbers and times and fewest texts."""
-    scores = {delimiter: _score(lines, delimiter) for delimiter in _DELIMITERS}
-    best = max(_DELIMITERS, key=scores.__getitem__)
-    if "\t" in lines[-1] or scores[best] >= min(2 * len(lines), _score(lines, None)):
+    best = max(_DELIMITERS, key=partial(_score, lines))
+    needed = min(2 * len(lines), _score(lines, None))
+    if "\t" in lines[-1] or _score(lines, best) >= needed:
         return best
     return None
 
@@ -191,22 +194,29 @@ def _score(lines: list[str], delimiter: str | None) -> int:
 def _lines_above(path: Path, text: str, dialect: _Dialect) -> tuple[list[str], int]:
     """Return the lines above the first row of numbers, and the position where it begins."""
     above: list[str] = []
-    for match in re.finditer(r"([^\n]*)\n?", text[:_LONGEST_HEADER]):
-        line = match[1]
+    begin = 0
+    for line in text[:_LONGEST_HEADER].split("\n"):
         cells = _split(line, dialect.delimiter)
         kinds = _kinds(cells)
-        values = 0 if _COMMENT.match(line) else _count_values(kinds)
-        if values and len(kinds) == dialect.width:
-            has_other_texts = any(
-                (kind is CellKind.TEXT) and (usual is not CellKind.TEXT)
-                for kind, usual in zip(kinds, dialect.kinds, strict=True)
-            )
-            if values > 1 or not has_other_texts:
-                return above, match.start()
-        elif values and len(kinds) > 1 and CellKind.TEXT not in kinds:
-            raise _wrong_width(path, cells, len(above) + 1, dialect)
+        if _count_values(kinds) and not _COMMENT.match(line):
+            if len(kinds) == dialect.width:
+                if _is_row(kinds, dialect):
+                    return above, begin
+            elif len(kinds) > 1 and CellKind.TEXT not in kinds:
+                raise _wrong_width(path, cells, len(above) + 1, dialect)
         above.append(line)
+        begin += len(line) + 1
     raise RecordingError(path, "not a recording: no row of numbers", 1)
+
+
+def _is_row(kinds: list[CellKind], dialect: _Dialect) -> bool:
+    """Return whether cells have several values, or texts only where other rows have texts."""
+    if _count_values(kinds) > 1:
+        return True
+    for kind, usual in zip(kinds, dialect.kinds, strict=True):
+        if kind is CellKind.TEXT and usual is not CellKind.TEXT:
+            return False
+    return True
 
 
 def _wrong_width(path: Path, cells: list[str], line: int, dialect: _Dialect) -> RecordingError:
@@ -216,7 +226,7 @@ def _wrong_width(path: Path, cells: list[str], line: int, dialect: _Dialect) -> 
 
 def _names(path: Path, above: list[str], dialect: _Dialect, *, has_points: bool) -> list[str]:
     """Return the names of the columns, joined from up to four rows; "" where there is none."""
-    filled = [line for line in above if line.strip()]
+    filled = list(filter(str.strip, above))
     rows: list[list[str]] = []
     for line in filled[: -_MOST_NAME_ROWS - 1 : -1]:
         line = _uncommented(line)
@@ -225,7 +235,7 @@ def _names(path: Path, above: list[str], dialect: _Dialect, *, has_points: bool)
         few_texts = kinds.count(CellKind.TEXT) < min(2, dialect.width)
         if not cells or _count_values(kinds) or few_texts:
             break
-        if rows and all(cell == "" or SUMMARY.match(cell) for cell in cells):
+        if rows and all(map(SUMMARY.match, filter(None, cells))):
             number = next(n for n, other in enumerate(above, 1) if other.endswith(line))
             found = f"{quoted(line.strip())} above the names is of statistics, not of samples"
             raise RecordingError(path, f"{found}: take these rows out", number)
@@ -244,7 +254,9 @@ def _names(path: Path, above: list[str], dialect: _Dialect, *, has_points: bool)
 
 def _uncommented(line: str) -> str:
     """Return a line without the sign of a comment before it."""
-    return line.lstrip('#%!/ "') if _COMMENT.match(line) else line
+    if _COMMENT.match(line):
+        return line.lstrip('#%!/ "')
+    return line
 
 
 def _name_cells(line: str, dialect: _Dialect, *, is_last: bool) -> list[str]:
@@ -253,13 +265,11 @@ def _name_cells(line: str, dialect: _Dialect, *, is_last: bool) -> list[str]:
     A header may have a delimiter of its own. Only the last line above the numbers may have names
     with blanks in them, separated by more blanks.
     """
-    usual = _split(line, dialect.delimiter)
-    ways = [usual]
-    ways += [_split(line, delimiter) for delimiter in _DELIMITERS]
+    ways = [_split(line, delimiter) for delimiter in (dialect.delimiter, *_DELIMITERS)]
     if is_last and not dialect.delimiter:
         ways.append(re.split(r"\s{2,}", line.strip()))
     if dialect.kinds[-1] is CellKind.NO_VALUE:  # each row ends with a delimiter
-        ways.append([*usual, ""])
+        ways.append([*ways[0], ""])
     for cells in ways:
         if len(cells) == dialect.width:
             return [cell.strip('"') for cell in cells]
@@ -271,8 +281,7 @@ def _uniform_columns(text: str, begin: int, dialect: _Dialect) -> list[NDArray[A
 
     An empty list: they are not alike, or pandas is missing.
     """
-    signs = ['"'] if dialect.kinds[0] is CellKind.NUMBER else ['"', *_COMMENT_SIGNS]
-    if any(text.find(sign, begin) >= 0 for sign in signs):
+    if _may_have_comments(text, begin, dialect):
         return []
     file = io.BytesIO(text.encode())
     file.seek(len(text[:begin].encode()))
@@ -293,20 +302,32 @@ def _uniform_columns(text: str, begin: int, dialect: _Dialect) -> list[NDArray[A
         )
     except (MissingExtra, ValueError):
         return []
-    columns: list[NDArray[Any]] = []
-    for name in frame:
-        series = frame[name]
-        is_number = series.dtype.kind in "iuf"
-        columns.append(series.to_numpy() if is_number else series.to_numpy(object))
-    if len(columns) != dialect.width:
+    if frame.shape[1] != dialect.width:
         return []
-    for cells, kind in zip(columns, dialect.kinds, strict=True):
-        if kind is CellKind.NUMBER and cells.dtype.kind == "O":
+    columns: list[NDArray[Any]] = []
+    for name, kind in zip(frame, dialect.kinds, strict=True):
+        series = frame[name]
+        if series.dtype.kind in "iuf":
+            columns.append(series.to_numpy())
+        elif kind is CellKind.NUMBER:
             return []
+        else:
+            columns.append(series.to_numpy(object))
     last = columns[-1]
     if last.dtype.kind == "O" and not all(last):  # a short row
         return []
     return columns
+
+
+def _may_have_comments(text: str, begin: int, dialect: _Dialect) -> bool:
+    """Return whether there may be comments or quoted cells from a position on."""
+    signs = ['"']
+    if dialect.kinds[0] is not CellKind.NUMBER:
+        signs += _COMMENT_SIGNS
+    for sign in signs:
+        if text.find(sign, begin) >= 0:
+            return True
+    return False
 
 
 def _rows_by_line(
@@ -327,8 +348,9 @@ def _rows_by_line(
         rows[number] = _split(line, dialect.delimiter)
         if len(rows[number]) != dialect.width:
             raise _wrong_width(path, rows[number], number, dialect)
-    notes = []
-    if left_out:
-        more = f", and {len(left_out) - 1} more lines" if len(left_out) > 1 else ""
-        notes.append(f"{left_out[0]}{more}: left out")
-    return rows, notes
+    if not left_out:
+        return rows, []
+    note, *others = left_out
+    if others:
+        note += f", and {len(others)} more lines"
+    return rows, [f"{note}: left out"]

@@ -6,7 +6,7 @@ The first bytes show the format; the name of the file does not matter.
 import io
 import logging
 from collections.abc import Callable, Mapping
-from itertools import chain
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +86,9 @@ def _select_part(path: Path, parts: Mapping[str, Any], options: ReadOptions, kin
     if name is None and len(parts) == 1:
         name = next(iter(parts))
     if name is None or name not in parts:
-        got = "none" if name is None else quoted(name)
+        got = "none"
+        if name is not None:
+            got = quoted(name)
         raise OptionError(Option.PART, got, f"the name of a {kind} (--part): {listed(parts)}")
     return parts[name]
 
@@ -98,13 +100,13 @@ def _read_workbook(path: Path, data: bytes, options: ReadOptions) -> Table:
     sheets = {}
     for sheet in book.worksheets:
         rows = list(sheet.iter_rows())
-        if any(_is_number(cell) for cell in chain.from_iterable(rows)):
+        if any(map(_is_number, chain.from_iterable(rows))):
             sheets[sheet.title] = rows
     rows = _select_part(path, sheets, options, "sheet")
-    width = max(len(row) for row in rows)
+    width = max(map(len, rows))
     lines = []
     for row in rows:
-        texts = [_cell_text(cell) for cell in row]
+        texts = list(map(_cell_text, row))
         texts += [""] * (width - len(texts))
         lines.append("\t".join(texts) + "\n")
     return text_table(path, "".join(lines).encode(), options)
@@ -175,8 +177,7 @@ def _xdf_columns(stream: Any) -> list[ColumnData]:
     description = (stream["info"].get("desc") or [None])[0] or {}
     channels = (description.get("channels") or [{}])[0].get("channel", [])
     columns = []
-    for index, values in enumerate(series):
-        channel = channels[index] if index < len(channels) else {}
+    for values, channel in zip(series, chain(channels, repeat({})), strict=False):
         columns.append(ColumnData(_text_in(channel, "label"), values, _text_in(channel, "unit")))
     return columns
 

@@ -57,13 +57,15 @@ def _is_a(source: object, library: str, *names: str) -> bool:
 def _columns(source: Any) -> list[ColumnData]:
     if _is_a(source, "pandas", "DataFrame"):
         return _pandas_columns(source)
-    if _is_a(source, "polars", "DataFrame"):
-        return [_column(series.name, series) for series in source]
     if isinstance(source, Mapping):
         return [_column(name, cells) for name, cells in source.items()]
-    if isinstance(source, np.ndarray):
-        return [_column(name, source[name]) for name in source.dtype.names or ()]
-    return arrow_columns(need("pyarrow", "tables").table(source))
+    if _is_a(source, "polars", "DataFrame"):
+        names = source.columns
+    elif isinstance(source, np.ndarray):
+        names = source.dtype.names or ()
+    else:
+        return arrow_columns(need("pyarrow", "tables").table(source))
+    return [_column(name, source[name]) for name in names]
 
 
 def arrow_columns(table: Any) -> list[ColumnData]:
@@ -92,8 +94,7 @@ def _column(name: object, cells: Any, unit: str = "") -> ColumnData:
     """Return a column: numbers as they are, dates with a time zone in UTC, else objects."""
     text = str(name)
     if isinstance(name, tuple):  # of the levels of a header
-        parts = [str(part) for part in name]
-        text = " ".join(part for part in parts if part)
+        text = " ".join(filter(None, map(str, name)))
     is_zoned = _has_time_zone(cells)
     if is_zoned and _is_a(cells, "pandas", "Series"):
         array = cells.to_numpy("M8[ns]")
@@ -103,7 +104,9 @@ def _column(name: object, cells: Any, unit: str = "") -> ColumnData:
         array = np.ma.asanyarray(cells)
     if array.dtype.kind not in _NUMBERS_AND_DATES:
         array = array.astype(object)
-    return ColumnData(text, array, "UTC" if is_zoned else unit)
+    if is_zoned:
+        unit = "UTC"
+    return ColumnData(text, array, unit)
 
 
 def _has_time_zone(cells: Any) -> bool:

@@ -3,7 +3,7 @@
 import math
 import os
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -96,6 +96,8 @@ class Column:
         The name without unit and blanks, in lower case.
     label : str
         The name without unit, for messages.
+    kind : str
+        Of the dtype of its cells, as "f", "M" or "O".
     place : str
         Position and name, for messages.
     stated_unit : str
@@ -108,13 +110,16 @@ class Column:
         self.table = table
         self.position = index + 1
         self.cells = data.cells
+        self.kind = data.cells.dtype.kind
         self.unit = data.unit
         self.name = data.name or f"column {self.position}"
         self.simple = simple_name(self.name)
         shown = shortened(self.name)
         self.label = bare_name(shown) or shown
         self.place = f"column {self.position} ({shown})"
-        self.stated_unit = stated_unit(f"({data.unit})" if data.unit else data.name)
+        self.stated_unit = stated_unit(data.name)
+        if data.unit:
+            self.stated_unit = stated_unit(f"({data.unit})")
         self.in_farads = self.stated_unit in PICOFARADS
 
     def refuse(self, wrong: NDArray[np.bool_], reason: str) -> None:
@@ -123,9 +128,16 @@ class Column:
             return
         row = int(np.argmax(wrong))
         cell = str(self.cells[row])
-        shown = "an empty cell" if cell in {"", "None"} else quoted(cell)
+        shown = quoted(cell)
+        if cell in {"", "None"}:
+            shown = "an empty cell"
         message = f"{shown} in {self.place} {reason}"
         raise RecordingError(self.table.path, message, self.table.lines[row])
+
+    def texts_that(self, test: Callable[[str], object]) -> NDArray[np.bool_]:
+        """Return which cells are texts that pass a test, shape (n,); it sees equal texts once."""
+        texts = {cell for cell in self.cells if isinstance(cell, str)}
+        return np.isin(self.cells, list(filter(test, texts)))
 
     def numbers(self) -> Array:
         """Return the numbers, shape (n,), nan for a cell without a value.
@@ -135,8 +147,10 @@ class Column:
         RecordingError
             A cell is neither a number nor a mark of "no value".
         """
-        values = self.cells if self.cells.dtype.kind in "iuf" else self._numbers_in_texts()
-        values = np.asarray(values, float)
+        if self.kind in "iuf":
+            values = np.asarray(self.cells, float)
+        else:
+            values = self._numbers_in_texts()
         if values.min() > -OVERLOAD and values.max() < OVERLOAD:  # false for a nan
             return values
         return np.where(np.abs(values) < OVERLOAD, values, np.nan)
@@ -149,7 +163,7 @@ class Column:
         except ValueError as error:
             word = "point" if mark == "." else "comma"
             reason = f"is neither a number with a decimal {word} nor an overload mark"
-            self.refuse(np.array([text == str(error) for text in texts]), reason)
+            self.refuse(np.array(texts, object) == str(error), reason)
             raise
 
 
@@ -191,6 +205,10 @@ class Table:
         """Return the number of rows."""
         return len(self.lines)
 
+    def of_kind(self, kinds: str) -> list[Column]:
+        """Return the columns whose cells have a dtype of one of these kinds."""
+        return [column for column in self.columns if column.kind in kinds]
+
     def named(self, names: Collection[str]) -> list[Column]:
         """Return the columns that have one of these simple names."""
         return [column for column in self.columns if column.simple in names]
@@ -215,7 +233,9 @@ class Table:
                 found.append(column)
         if len(found) == 1:
             return found[0]
-        got = f"the name or position of {len(found)} columns" if found else "no column"
+        got = "no column"
+        if found:
+            got = f"the name or position of {len(found)} columns"
         names = [column.name.strip() for column in self.columns]
         allowed = f"one of {self.describe()}{nearest(text, names)}"
         raise OptionError(Option.COLUMN, f"{quoted(wanted)}, {got}", allowed)
@@ -246,7 +266,7 @@ def parse_map(text: str) -> dict[str, str]:
     if begin.strip() or not keys or len(set(keys)) < len(keys):
         allowed = "hard=COL,soft=COL[,time=COL], each once"
         raise OptionError(Option.MAP, quoted(text), allowed)
-    return {key: name.strip() for key, name in zip(keys, names, strict=True)}
+    return dict(zip(keys, map(str.strip, names), strict=True))
 
 
 @dataclass(frozen=True)
@@ -302,7 +322,9 @@ class ReadOptions:
             self._check_rate(self.rate)
 
     def _check_columns(self, names: set[str]) -> None:
-        needed = {"hard"} if self.soft else {"hard", "soft"}
+        needed = {"hard"}
+        if not self.soft:
+            needed.add("soft")
         if not needed <= names <= {"hard", "soft", "time", "soft_time"}:
             allowed = "hard, soft and, if wanted, time, soft_time"
             raise OptionError(Option.COLUMNS, listed(self.columns or {}) or "none", allowed)

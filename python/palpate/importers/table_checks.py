@@ -24,7 +24,9 @@ _SMALLEST_STEP = 1e-30  # of any unit; smaller ones are none
 
 def rate_text(rate: float) -> str:
     """Return the pairs a second as text; 0 is unknown."""
-    return f"{rate:.4g} pairs a second" if rate else "rate unknown"
+    if not rate:
+        return "rate unknown"
+    return f"{rate:.4g} pairs a second"
 
 
 def typical_step(times: Array) -> float:
@@ -33,11 +35,15 @@ def typical_step(times: Array) -> float:
     Bursts, gaps and equal stamps do not change it.
     """
     rows = len(times)
-    window = max(2, min(_WINDOW, (rows - 1) // 4)) if rows > 2 else 1
+    window = 1
+    if rows > 2:
+        window = max(2, min(_WINDOW, (rows - 1) // 4))
     every = max(1, rows // _WINDOWS)
     steps = times[window::every] - times[:-window:every]
     later = steps[steps > _SMALLEST_STEP]
-    return float(np.median(later)) / window if len(later) else 0.0
+    if not len(later):
+        return 0.0
+    return float(np.median(later)) / window
 
 
 def rate_of(times: Array) -> float:
@@ -82,7 +88,9 @@ def channel_notes(
 def missing_rows(times: Array) -> list[str]:
     """Return a note if rows of an even grid of times, s, are missing."""
     steps = np.diff(times)
-    step = float(np.median(steps)) if len(steps) >= _LONG_RUN else 0.0
+    if len(steps) < _LONG_RUN:
+        return []
+    step = float(np.median(steps))
     if not step > 0 or steps.max() < 1.5 * step:
         return []
     in_steps = steps / step
@@ -103,8 +111,7 @@ def without_codes(name: str, values: Array) -> tuple[Array, list[str]]:
     Such a code occurs several times, and is far from all other readings.
     """
     notes = []
-    smallest = np.nanmin(values, initial=np.inf)
-    largest = np.nanmax(values, initial=-np.inf)
+    smallest, largest = _ends(values)
     for code in _NO_VALUE_CODES:
         if not smallest <= code <= largest:
             continue
@@ -127,12 +134,9 @@ def without_codes(name: str, values: Array) -> tuple[Array, list[str]]:
 
 def clipped(name: str, values: Array) -> list[str]:
     """Return notes if many readings have exactly the largest, or the smallest, value."""
-    ends = {
-        "largest": np.nanmax(values, initial=-np.inf),
-        "smallest": np.nanmin(values, initial=np.inf),
-    }
+    smallest, largest = _ends(values)
     notes = []
-    for side, end in ends.items():
+    for side, end in (("largest", largest), ("smallest", smallest)):
         if np.count_nonzero(values == end) < _LONG_RUN:
             continue
         distances = np.abs(values[np.isfinite(values)] - end)
@@ -165,12 +169,20 @@ def frozen(name: str, values: Array, other: Array) -> list[str]:
         return []
     if not _span(other[first:end]) > _MOVES * _span(other):
         return []
-    if values[first] in (np.nanmin(values), np.nanmax(values)):
+    if values[first] in _ends(values):
         return []
     rows = f"rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}"
     question = "while the other channel changes: is the channel frozen there?"
     return [f"{name}: {rows}, {question}"]
 
 
+def _ends(values: Array) -> tuple[float, float]:
+    """Return the smallest and the largest value; inf and -inf if there is none."""
+    smallest = float(np.nanmin(values, initial=np.inf))
+    largest = float(np.nanmax(values, initial=-np.inf))
+    return smallest, largest
+
+
 def _span(values: Array) -> float:
-    return float(np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf))
+    smallest, largest = _ends(values)
+    return largest - smallest

@@ -1,6 +1,7 @@
 """Times in a column of a table: numbers in some unit, dates, times of day, or durations."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,7 +79,7 @@ def read_times(column: Column, time_unit: str | None = None) -> Times:
 
 def _times_of_cells(column: Column, time_unit: str | None) -> Times:
     cells = column.cells
-    kind = cells.dtype.kind
+    kind = column.kind
     is_text = kind == "O"
     is_number = is_text and cell_kind(str(cells[0]).strip()) is CellKind.NUMBER
     if is_number or kind in "biuf":
@@ -97,13 +98,16 @@ def _nanoseconds(column: Column, cells: NDArray[Any]) -> NDArray[np.int64]:
     return in_ns
 
 
-def _times_of_dates(dates_ns: NDArray[np.int64], *, is_utc: bool, notation: str = "") -> Times:
+def _times_of_dates(dates_ns: NDArray[np.int64], *, is_utc: bool, unit: str = "") -> Times:
     """Return the times since the first one of some dates, ns since 1970.
 
     Differences of whole numbers are exact.
     """
-    if not notation:
-        notation = "dates (UTC)" if is_utc else "dates"
+    notation = "dates"
+    if unit:
+        notation = f"{unit} since 1970"
+    if is_utc:
+        notation += " (UTC)"
     return Times((dates_ns - dates_ns[0]) / 1e9, notation, int(dates_ns[0]), is_utc)
 
 
@@ -113,8 +117,11 @@ def _times_of_numbers(column: Column, time_unit: str | None) -> Times:
     column.refuse(~np.isfinite(values), f"is no time: {advice}")
     step = typical_step(values)
     named = time_unit or time_unit_in(column.unit or column.name)
-    units = [named] if named else _DATE_UNITS
-    rates = _POSSIBLE_RATES if named else _PROBABLE_RATES
+    units: Sequence[str] = _DATE_UNITS
+    rates = _PROBABLE_RATES
+    if named:
+        units = [named]
+        rates = _POSSIBLE_RATES
     of_dates = [unit for unit in units if _can_be_dates(values[0], unit, step)]
     of_times = [unit for unit in units if time_unit or _has_rate(step, unit, rates)]
     if not of_dates and not of_times:
@@ -125,7 +132,7 @@ def _times_of_numbers(column: Column, time_unit: str | None) -> Times:
     column.refuse(too_late, "is no time, or more than 292 years after the first one")
     if of_dates:
         dates_ns = _dates_of_numbers(column, values, round(factor * 1e9))
-        return _times_of_dates(dates_ns, is_utc=True, notation=f"{unit} since 1970 (UTC)")
+        return _times_of_dates(dates_ns, is_utc=True, unit=unit)
     notation = unit if named or not step else f"{unit} (by its steps)"
     return Times(_in_seconds(values, factor), notation)
 
@@ -154,7 +161,9 @@ def _ambiguous_unit(column: Column, step: float) -> OptionError:
 
 def _dates_of_numbers(column: Column, values: Array, unit_ns: int) -> NDArray[np.int64]:
     """Return dates in ns; whole numbers are multiplied as such, to keep each nanosecond."""
-    whole = column.cells if column.cells.dtype.kind in "iu" else np.trunc(values)
+    whole = np.trunc(values)
+    if column.kind in "iu":
+        whole = column.cells
     fraction_ns = np.rint((values - whole) * unit_ns)
     dates_ns: NDArray[np.int64] = whole.astype(np.int64) * unit_ns + fraction_ns.astype(np.int64)
     return dates_ns
@@ -174,12 +183,12 @@ def _times_of_texts(column: Column) -> Times:
     texts = pandas.Series(column.cells, dtype=object).astype(str).str.strip()
     texts = texts.str.replace(",", ".")
     if not _DATE.match(texts.iloc[0]):
-        is_minutes = texts.str.fullmatch(_MINUTES).all()
-        if is_minutes:
+        notation = "times of day"
+        if texts.str.fullmatch(_MINUTES).all():
             texts = "00:" + texts
+            notation = "mm:ss"
         clocks = texts.where(texts.str.fullmatch(_CLOCK))
         durations = pandas.to_timedelta(clocks).to_numpy("m8[ns]")
-        notation = "mm:ss" if is_minutes else "times of day"
         return Times(_nanoseconds(column, durations) / 1e9, notation)
     zoned = texts.str.contains(_ZONE).to_numpy()
     first = quoted(texts.iloc[0])

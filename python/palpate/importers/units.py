@@ -212,6 +212,11 @@ def cell_kind(cell: str) -> CellKind:
     return CellKind.TEXT
 
 
+def is_text(cell: str) -> bool:
+    """Return whether a cell has neither a number nor a time nor a mark of "no value"."""
+    return cell_kind(cell) is CellKind.TEXT
+
+
 def to_number(cell: str, marks: str = ".,") -> float:
     """Return the number in a cell with one of these decimal marks; nan for a mark of "no value".
 
@@ -225,4 +230,6 @@ def to_number(cell: str, marks: str = ".,") -> float:
     if not re.fullmatch(rf"[+-]?(?:\d+[{marks}]?\d*|[{marks}]\d+)(?:[eE][+-]?\d+)?", cell):
         raise ValueError(cell)
     value = float(cell.replace(",", "."))
-    return value if abs(value) < OVERLOAD else math.nan
+    if abs(value) < OVERLOAD:
+        return value
+    return math.nan
