@@ -1,0 +1,232 @@
+"""Advice on a touch with a flag: the likely cause, its size, and the remedy.
+
+Each function returns the advice of the flag with its name.
+"""
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from palpate.number_format import error, plus_minus
+from palpate.uncertainty import Uncertainty
+
+if TYPE_CHECKING:
+    from palpate.touch import Touch
+
+
+def _longer(touch: "Touch") -> str:
+    """Return the advice against too few samples; nothing if the computer lost them."""
+    lost = touch.held and "late" in touch.flags
+    return "" if lost else ": hold the probe longer"
+
+
+def _cause(touch: "Touch", *flags: str) -> str:
+    """Return the first of these flags that a touch has; empty: none."""
+    for flag in flags:
+        if flag in touch.flags:
+            return flag
+    return ""
+
+
+def _per_cent(share: float) -> str:
+    """Return a size with two digits.
+
+    Above the whole signal, the terms of the fit only oppose each other.
+    """
+    if abs(share) >= 1:
+        return "more than 100 %"
+    return f"{error(100 * abs(share))} %"
+
+
+def _signed_per_cent(share: float) -> str:
+    sign = "+" if share > 0 else "-"
+    return sign + _per_cent(share)
+
+
+def short(touch: "Touch") -> str:
+    """Explain that the touch ended too early."""
+    wanted = f"age of {touch.age_s:g} s" if touch.age_s else "full length"
+    return f"the touch ended after {touch.samples} samples, before its {wanted}{_longer(touch)}"
+
+
+def saturated(touch: "Touch") -> str:
+    """Explain that readings were outside the range."""
+    if not touch.samples:
+        return (
+            f"all {touch.saturated} readings are outside the range of the converter: look at the "
+            "wires, and set the range again without contact (record --recentre)"
+        )
+    readings = "reading is" if touch.saturated == 1 else "readings are"
+    return (
+        f"{touch.saturated} {readings} outside the range of the converter and left out: "
+        "press less deep"
+    )
+
+
+def refused(touch: "Touch") -> str:
+    """Explain that many readings gave no sample."""
+    readings = touch.samples + touch.refused + touch.saturated
+    return (
+        f"{touch.refused} of {readings} readings gave no sample: they or their neighbours have no "
+        "value: check the cable and the connection of the board"
+    )
+
+
+def late(touch: "Touch") -> str:
+    """Explain that the computer was too slow."""
+    text = (
+        f"only {touch.samples} samples came in time, as the computer was too slow (or the board "
+        "did not answer): close other programs"
+    )
+    return f"{text}; the probe was held long enough" if touch.held else text
+
+
+def unsettled(touch: "Touch") -> str:
+    """Explain that there are too few samples for a standard error."""
+    longer = _longer(touch) if touch.samples else ""
+    return f"{touch.samples} samples are too few for a standard error{longer}"
+
+
+def unexcited(touch: "Touch") -> str:
+    """Explain that the samples hardly moved the ratio."""
+    if not touch.samples:
+        return "no sample moved the ratio from its initial value"
+    return (
+        "the change of the capacitances was too small to move the ratio from its initial value: "
+        "press deeper"
+    )
+
+
+def one_sided(touch: "Touch") -> str:
+    """Explain that one channel did not change, or fell."""
+    if touch.ratio < -3 * touch.standard_error:
+        return (
+            "one channel fell while the other rose: check that both gauges are wired alike, and to "
+            "the right inputs"
+        )
+    return (
+        "the press did not raise both channels by amounts that can be compared: check that both "
+        "gauges are wired, and to the right inputs; or press deeper"
+    )
+
+
+def offset(touch: "Touch") -> str:
+    """Explain that the bumps are not level."""
+    share = touch.effects["offset"]
+    size = f"{_per_cent(share)} of the mean depth"
+    cause = _cause(touch, "lag", "curve")
+    if cause:
+        return f"hard against soft misses the origin by {size}, likely because of the {cause}"
+    first, second = ("soft", "hard") if share > 0 else ("hard", "soft")
+    text = (
+        f"the {first} bump is reached {size} before the {second} one (bumps not level): "
+        "hold the probe upright"
+    )
+    if isfinite(touch.offset_ratio):
+        corrected = Uncertainty.of_ratio(touch.offset_ratio, touch.offset_standard_error)
+    elif isfinite(touch.level_ratio):
+        corrected = Uncertainty.of_ratio(touch.level_ratio, touch.level_standard_error)
+    else:
+        return text
+    return f"{text}. With this offset taken out, the ratio is {corrected}"
+
+
+def drift(touch: "Touch") -> str:
+    """Explain that a baseline or the object changed."""
+    drift = touch.effects["drift"]
+    shift = touch.effects["shift"]
+    if not touch.revised:
+        return (
+            f"a baseline or the object changed, by {_per_cent(drift)} of the signal; which one is "
+            "not known yet: lift the probe and touch nothing for a second"
+        )
+    cause = _cause(touch, "creep", "baseline")
+    if cause:
+        size = _per_cent(max(drift, shift, key=abs))
+        return f"a channel changed, by {size} of the signal, likely because of the {cause}"
+    if abs(drift) > 4 * abs(shift):  # the object changed, too
+        return (
+            f"the ratio changed during the touch, by {_per_cent(drift)}; the baselines explain "
+            f"{_per_cent(shift)}: the object gives way, or the probe tilts: hold the probe still, "
+            "and wait until the object is at rest"
+        )
+    return (
+        f"a baseline changed during the touch; the ratio is corrected by {_signed_per_cent(shift)} "
+        "(revised): let the probe warm up, and keep hands and metal away from it"
+    )
+
+
+def lag(touch: "Touch") -> str:
+    """Explain that a channel is late."""
+    lag_ms = touch.effects["lag"]
+    if not isfinite(lag_ms):
+        return (
+            "one channel is late; without times it is not known by how much: check that the "
+            "channels are not swapped"
+        )
+    late = "soft" if lag_ms > 0 else "hard"
+    return (
+        f"the {late} channel is {error(abs(lag_ms))} ms late: a bump gives way slowly, or the "
+        "times are wrong, as where one time is given for readings that are made in turn (a table "
+        "can have soft_time=COL): press slowly; check that the channels are not swapped, and the "
+        "times of the source"
+    )
+
+
+def curve(touch: "Touch") -> str:
+    """Explain that a gauge or bump is not linear."""
+    share = _per_cent(touch.effects["curve"])
+    size = f"hard against soft bends, by {share} of the signal at twice the mean depth"
+    cause = _cause(touch, "lag")
+    if cause:
+        return f"{size}, likely because of the {cause}"
+    return (
+        f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as "
+        "when calibrated"
+    )
+
+
+def tilt(touch: "Touch") -> str:
+    """Explain that the ratio differs from the level ratio."""
+    level = plus_minus(touch.level_ratio, touch.level_standard_error)
+    return (
+        f"the ratio is {_signed_per_cent(touch.effects['tilt'])} off the one over the swept depth, "
+        f"{level}, which a tilt does not change: hold the probe upright"
+    )
+
+
+def changed(touch: "Touch") -> str:
+    """Explain that the ratio changed during the touch."""
+    if isfinite(touch.ratio_before):
+        change = touch.first_ratio / touch.ratio_before - 1
+        before = plus_minus(touch.ratio_before, touch.before_standard_error)
+        return (
+            f"the ratio changed during the touch, by {_signed_per_cent(change)}; the result is the "
+            f"one after it, not {before}"
+        )
+    change = touch.ratio_after / touch.first_ratio - 1
+    return (
+        f"the ratio changed shortly before the end, by {_signed_per_cent(change)}; the result is "
+        "the one before: lift straight up; after a real change, hold for another second"
+    )
+
+
+def creep(touch: "Touch") -> str:
+    """Explain that a channel recovers slowly after the release."""
+    return (
+        "a channel recovers slowly after the release, so the ratio is not corrected; it is off by "
+        f"about {_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer "
+        "between touches"
+    )
+
+
+def baseline(_: "Touch") -> str:
+    """Explain that the baseline was measured in contact."""
+    return "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
+
+
+def gap(_: "Touch") -> str:
+    """Explain that the board was opened again, or its range was moved."""
+    return (
+        "the board was opened again, or its range was moved, during the touch or before it; so the "
+        "baseline may have been measured in contact: lift the probe, and touch again"
+    )
