@@ -89,10 +89,9 @@ def _require_similar_sizes(
     """Refuse channels of which one probably has another unit than it says."""
     sizes_pF = [sizes[0] * PICOFARADS[units.hard], sizes[1] * PICOFARADS[units.soft]]
     if min(sizes_pF) > 0 and max(sizes_pF) / min(sizes_pF) > _LARGEST_QUOTIENT:
-        found = [
-            f"{size:.3g} pF in {column.label}"
-            for size, column in zip(sizes_pF, columns, strict=True)
-        ]
+        found = []
+        for size_pF, column in zip(sizes_pF, columns, strict=True):
+            found.append(f"{size_pF:.3g} pF in {column.label}")
         advice = "write the unit into each head, as C2 (pF); if it is one of both, give it (--unit)"
         allowed = f"channels of similar size: {advice}"
         raise OptionError(Option.UNIT, f"about {' and '.join(found)}", allowed)

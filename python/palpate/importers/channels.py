@@ -259,7 +259,7 @@ def _channels_by_name(table: Table) -> list[Column]:
             continue
         both = hard + soft
         others = _without(table.columns, both)
-        if not any(_may_be_channel(column) for column in others):
+        if not any(map(_may_be_channel, others)):
             return both
     allowed = f"hard and soft, two of {table.describe()}"
     raise OptionError(Option.COLUMNS, "none for a table of another program", allowed)
@@ -361,14 +361,16 @@ def partners(t_hard_s: Array, t_soft_s: Array) -> tuple[NDArray[np.intp], NDArra
     always the one before: the direction with the most pairs is used.
     """
     pandas = need("pandas", "tables")
-    hard = pandas.DataFrame({"t": t_hard_s, "hard": range(len(t_hard_s)), "t_hard": t_hard_s})
-    soft = pandas.DataFrame({"t": t_soft_s, "soft": range(len(t_soft_s)), "t_soft": t_soft_s})
-    hard = hard.sort_values("t")
-    soft = soft.sort_values("t")
-    period_s = max(typical_step(hard["t"].to_numpy()), typical_step(soft["t"].to_numpy()))
+    tables = []
+    steps_s = []
+    for name, t in (("hard", t_hard_s), ("soft", t_soft_s)):
+        table = pandas.DataFrame({"t": t, name: range(len(t)), f"t_{name}": t}).sort_values("t")
+        tables.append(table)
+        steps_s.append(typical_step(table["t"].to_numpy()))
+    period_s = max(steps_s)
     most = pandas.DataFrame({"hard": [], "soft": []})
     for direction in ("nearest", "forward", "backward"):
-        pairs = pandas.merge_asof(hard, soft, on="t", direction=direction, tolerance=period_s)
+        pairs = pandas.merge_asof(*tables, on="t", direction=direction, tolerance=period_s)
         pairs = pairs.dropna()
         distance = (pairs["t_hard"] - pairs["t_soft"]).abs()
         nearest_first = distance.sort_values(kind="stable").index

@@ -236,7 +236,9 @@ def _names(path: Path, above: list[str], dialect: _Dialect, *, has_points: bool)
         if not cells or _count_values(kinds) or few_texts:
             break
         if rows and all(map(SUMMARY.match, filter(None, cells))):
-            number = next(n for n, other in enumerate(above, 1) if other.endswith(line))
+            number = 1
+            while not above[number - 1].endswith(line):
+                number += 1
             found = f"{quoted(line.strip())} above the names is of statistics, not of samples"
             raise RecordingError(path, f"{found}: take these rows out", number)
         rows.insert(0, cells)

@@ -48,10 +48,10 @@ def frame_table(source: Any, options: ReadOptions) -> Table:
 
 def _is_a(source: object, library: str, *names: str) -> bool:
     """Return whether a value is of a class of a library, which is not imported for it."""
-    return any(
-        base.__module__.split(".")[0] == library and base.__name__ in names
-        for base in type(source).__mro__
-    )
+    for base in type(source).__mro__:
+        if base.__name__ in names and base.__module__.split(".")[0] == library:
+            return True
+    return False
 
 
 def _columns(source: Any) -> list[ColumnData]:

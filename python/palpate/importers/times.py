@@ -122,8 +122,13 @@ def _times_of_numbers(column: Column, time_unit: str | None) -> Times:
     if named:
         units = [named]
         rates = _POSSIBLE_RATES
-    of_dates = [unit for unit in units if _can_be_dates(values[0], unit, step)]
-    of_times = [unit for unit in units if time_unit or _has_rate(step, unit, rates)]
+    of_dates = []
+    of_times = []
+    for unit in units:
+        if _can_be_dates(values[0], unit, step):
+            of_dates.append(unit)
+        if time_unit or _has_rate(step, unit, rates):
+            of_times.append(unit)
     if not of_dates and not of_times:
         raise _ambiguous_unit(column, step)
     unit = (of_dates or of_times)[0]

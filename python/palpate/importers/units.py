@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Collection
 from enum import Enum
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from palpate.messages import unlike
 
@@ -67,7 +67,7 @@ TIME_NAMES = frozenset({
     "seconds", "secs", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds",
     "lsltimestamp", "epoch", "unixtime", "utc", "hosttime", "zeit", "uhrzeit", "datum",
     "zeitstempel", "thard", "timehard", "hardtime", "timea", "time1", "t1",
-    *(unit.casefold() for unit in SECONDS),
+    *map(str.casefold, SECONDS),
 })  # fmt: skip
 SOFT_TIME_NAMES = frozenset({"tsoft", "timesoft", "softtime", "timeb", "time2", "t2"})
 """Names of the times of the soft channel, if the hard channel has its own."""
@@ -110,7 +110,8 @@ def checked_unit(name: str, value: object) -> str:
     text = value.strip() if isinstance(value, str) else ""
     if text in PICOFARADS:
         return text
-    similar = any(_one_letter_apart(text.casefold(), unit.casefold()) for unit in PICOFARADS)
+    near = partial(_one_letter_apart, text.casefold())
+    similar = any(map(near, map(str.casefold, PICOFARADS)))
     if not text or (similar and text[-1] not in _OTHER_UNITS):
         others = "or another unit, as N; not one so like these"
         raise ValueError(f"{name}: {unlike(value, PICOFARADS)}; {others}")

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from palpate import number_format
-from palpate.offline_touches.idle import Array, IdleLevel, Mask, Readings, Rows, median_size
+from palpate.offline_touches.idle import (
+    Array,
+    IdleLevel,
+    Mask,
+    Readings,
+    Rows,
+    median_size,
+    variance_of_sum,
+)
 from palpate.offline_touches.sweep import Sweep
 from palpate.offline_touches.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
 from palpate.touch import Touch
@@ -108,7 +116,8 @@ def fit_ratio(touch: Touch, hard: Readings, soft: Readings, levels: Levels) -> O
         pairs = aligned(hard, soft)
         if pairs is None or not pairs.high.any():
             break
-        ratio = float(np.median(pairs.y[pairs.high] / pairs.x[pairs.high]))
+        high = pairs.high
+        ratio = float(np.median(pairs.y[high] / pairs.x[high]))
         more = _lag(pairs, ratio)
         bad = np.abs(pairs.rest(ratio)) > _OUTLIER * _scale(pairs, ratio, levels)
         is_clean = more == 0 and not bad.any()
@@ -207,9 +216,11 @@ def _solved(
     of_soft = soft_level.noise**2 * float(soft @ soft)
     of_readings = of_hard + of_soft
     scores = (z * pairs.rest(ratio))[used] / size
+    batches = max(min(_BATCHES, len(scores) // 4), 2)
+    seen = variance_of_sum(scores, batches, freedom=batches - 1)
     of_levels = _of_levels(hard, soft, pairs, levels)
     of_flanks = _flank_error(whole, ratio, levels)
-    variance = max(of_readings, _variance_of_sum(scores)) + of_levels + of_flanks**2
+    variance = max(of_readings, seen) + of_levels + of_flanks**2
     baselines = hard_level.side
     if soft_level.side != hard_level.side:
         baselines = f"{hard_level.side} (hard), {soft_level.side} (soft)"
@@ -224,13 +235,6 @@ def _solved(
         stop_s=float(times.max()),
         live=touch,
     )
-
-
-def _variance_of_sum(scores: Array) -> float:
-    """Return the variance of a sum, from the scatter of the sums of its parts."""
-    number = max(min(_BATCHES, len(scores) // 4), 2)
-    parts = np.array([part.sum() for part in np.array_split(scores, number)])
-    return float(parts @ parts) * number / (number - 1)
 
 
 def _flank_error(pairs: Aligned, ratio: float, levels: Levels) -> float:
@@ -293,7 +297,7 @@ def since_change(pairs: Aligned, alarms: Rows) -> int | None:
     ratios = pairs.y[high] / pairs.x[high]
     edges = np.searchsorted(pairs.row[high], alarms + 1)
     parts = np.split(ratios, edges)
-    starts = [int(row) for row in (pairs.hard.readings.row[0], *(alarms + 1))]
+    starts = np.append(pairs.hard.readings.row[0], alarms + 1)
     known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
     if not known:
         return None
@@ -307,7 +311,7 @@ def since_change(pairs: Aligned, alarms: Rows) -> int | None:
     while known and _agree(parts[known[-1]], joined):
         begin = known.pop()
         joined = np.concatenate([parts[begin], joined])
-    return starts[begin]
+    return int(starts[begin])
 
 
 def _spread(ratios: Array) -> float:

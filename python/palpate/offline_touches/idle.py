@@ -29,6 +29,12 @@ def median_size(values: Array) -> float:
     return float(np.median(np.abs(values)))
 
 
+def variance_of_sum(values: Array, batches: int, freedom: int) -> float:
+    """Return the variance of a sum, from the scatter of the sums of its batches."""
+    sums = np.array([batch.sum() for batch in np.array_split(values, batches)])
+    return float(sums @ sums) * batches / freedom
+
+
 @dataclass(frozen=True)
 class Readings:
     """Readings of one channel that have a value: times, s, values, pF, and rows, shape (n,)."""
@@ -148,7 +154,8 @@ def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -
 
 def _mean(readings: Readings) -> _Mean:
     """Return the mean of the values that are near their median."""
-    code = float(np.diff(np.unique(readings.value)).min(initial=math.inf))
+    steps = np.diff(np.unique(readings.value))
+    code = float(steps.min(initial=math.inf))
     if not math.isfinite(code):
         code = 0.0
     off = readings.value - np.median(readings.value)
@@ -164,8 +171,7 @@ def _mean(readings: Readings) -> _Mean:
     weight[: len(_ENDS)] *= _ENDS
     weight[-len(_ENDS) :] *= _ENDS[::-1]
     weight /= weight.sum()
-    parts = np.array([part.sum() for part in np.array_split(rest, _BATCHES)])
-    scatter = float(parts @ parts) * _BATCHES / (_BATCHES - 2)
+    scatter = variance_of_sum(rest, _BATCHES, freedom=_BATCHES - 2)
     variance = max(noise2 * float(weight @ weight), scatter / count**2)
     return _Mean(
         t=float(near.t @ weight),
@@ -184,4 +190,5 @@ def _rounding(code: float, noise2: float) -> float:
     if code == 0:
         return 0.0
     before = max(noise2 / code**2 - 1 / 12, 0)
-    return (code / math.pi) ** 2 / 2 * math.exp(-4 * math.pi**2 * before)
+    rest = math.exp(-4 * math.pi**2 * before)
+    return (code / math.pi) ** 2 / 2 * rest

@@ -149,8 +149,9 @@ def offline(
 def _readings(t: Array, value: Array, full_scale: float) -> Readings:
     """Return the readings within the range whose times are later than all times before."""
     row = np.flatnonzero(np.abs(value) < full_scale)  # nan is not
-    latest_before = np.maximum.accumulate(np.append(-math.inf, t[row]))[:-1]
-    row = row[t[row] > latest_before]
+    times = t[row]
+    latest = np.maximum.accumulate(np.append(-math.inf, times))
+    row = row[times > latest[:-1]]
     return Readings(t[row], value[row], row)
 
 
@@ -203,7 +204,8 @@ def _estimated(
     for touch, span in zip(touches, spans, strict=True):
         levels = [channel.level(touch, span, whole.era) for channel in channels]
         inside = [channel.inside(span) for channel in channels]
-        alarms = span.start + np.flatnonzero(rows["alarm"][span.start : span.end + 1])
+        alarm = rows["alarm"][span.start : span.end + 1]
+        alarms = span.start + np.flatnonzero(alarm)
         estimate = _estimate(touch, inside, levels, alarms)
         hard_level, soft_level = levels
         has_ratio = not math.isnan(estimate.ratio)
