@@ -1,6 +1,6 @@
 """Advice on a touch with a flag: the likely cause, its size, and the remedy.
 
-Each function returns the advice of the flag with its name.
+`explain_short` has the advice of `Flag.SHORT`, and so on.
 """
 
 from math import isfinite
@@ -42,13 +42,13 @@ def _signed_per_cent(share: float) -> str:
     return sign + _per_cent(share)
 
 
-def short(touch: "Touch") -> str:
+def explain_short(touch: "Touch") -> str:
     """Explain that the touch ended too early."""
     wanted = f"age of {touch.age_s:g} s" if touch.age_s else "full length"
     return f"the touch ended after {touch.samples} samples, before its {wanted}{_longer(touch)}"
 
 
-def saturated(touch: "Touch") -> str:
+def explain_saturated(touch: "Touch") -> str:
     """Explain that readings were outside the range."""
     if not touch.samples:
         return (
@@ -62,7 +62,7 @@ def saturated(touch: "Touch") -> str:
     )
 
 
-def refused(touch: "Touch") -> str:
+def explain_refused(touch: "Touch") -> str:
     """Explain that many readings gave no sample."""
     readings = touch.samples + touch.refused + touch.saturated
     return (
@@ -71,7 +71,7 @@ def refused(touch: "Touch") -> str:
     )
 
 
-def late(touch: "Touch") -> str:
+def explain_late(touch: "Touch") -> str:
     """Explain that the computer was too slow."""
     text = (
         f"only {touch.samples} samples came in time, as the computer was too slow (or the board "
@@ -80,13 +80,13 @@ def late(touch: "Touch") -> str:
     return f"{text}; the probe was held long enough" if touch.held else text
 
 
-def unsettled(touch: "Touch") -> str:
+def explain_unsettled(touch: "Touch") -> str:
     """Explain that there are too few samples for a standard error."""
     longer = _longer(touch) if touch.samples else ""
     return f"{touch.samples} samples are too few for a standard error{longer}"
 
 
-def unexcited(touch: "Touch") -> str:
+def explain_unexcited(touch: "Touch") -> str:
     """Explain that the samples hardly moved the ratio."""
     if not touch.samples:
         return "no sample moved the ratio from its initial value"
@@ -96,7 +96,7 @@ def unexcited(touch: "Touch") -> str:
     )
 
 
-def one_sided(touch: "Touch") -> str:
+def explain_one_sided(touch: "Touch") -> str:
     """Explain that one channel did not change, or fell."""
     if touch.ratio < -3 * touch.standard_error:
         return (
@@ -109,7 +109,7 @@ def one_sided(touch: "Touch") -> str:
     )
 
 
-def offset(touch: "Touch") -> str:
+def explain_offset(touch: "Touch") -> str:
     """Explain that the bumps are not level."""
     share = touch.effects["offset"]
     size = f"{_per_cent(share)} of the mean depth"
@@ -130,7 +130,7 @@ def offset(touch: "Touch") -> str:
     return f"{text}. With this offset taken out, the ratio is {corrected}"
 
 
-def drift(touch: "Touch") -> str:
+def explain_drift(touch: "Touch") -> str:
     """Explain that a baseline or the object changed."""
     drift = touch.effects["drift"]
     shift = touch.effects["shift"]
@@ -155,7 +155,7 @@ def drift(touch: "Touch") -> str:
     )
 
 
-def lag(touch: "Touch") -> str:
+def explain_lag(touch: "Touch") -> str:
     """Explain that a channel is late."""
     lag_ms = touch.effects["lag"]
     if not isfinite(lag_ms):
@@ -172,7 +172,7 @@ def lag(touch: "Touch") -> str:
     )
 
 
-def curve(touch: "Touch") -> str:
+def explain_curve(touch: "Touch") -> str:
     """Explain that a gauge or bump is not linear."""
     share = _per_cent(touch.effects["curve"])
     size = f"hard against soft bends, by {share} of the signal at twice the mean depth"
@@ -185,7 +185,7 @@ def curve(touch: "Touch") -> str:
     )
 
 
-def tilt(touch: "Touch") -> str:
+def explain_tilt(touch: "Touch") -> str:
     """Explain that the ratio differs from the level ratio."""
     level = plus_minus(touch.level_ratio, touch.level_standard_error)
     return (
@@ -194,7 +194,7 @@ def tilt(touch: "Touch") -> str:
     )
 
 
-def changed(touch: "Touch") -> str:
+def explain_changed(touch: "Touch") -> str:
     """Explain that the ratio changed during the touch."""
     if isfinite(touch.ratio_before):
         change = touch.first_ratio / touch.ratio_before - 1
@@ -210,7 +210,7 @@ def changed(touch: "Touch") -> str:
     )
 
 
-def creep(touch: "Touch") -> str:
+def explain_creep(touch: "Touch") -> str:
     """Explain that a channel recovers slowly after the release."""
     return (
         "a channel recovers slowly after the release, so the ratio is not corrected; it is off by "
@@ -219,12 +219,12 @@ def creep(touch: "Touch") -> str:
     )
 
 
-def baseline(_: "Touch") -> str:
+def explain_baseline(_: "Touch") -> str:
     """Explain that the baseline was measured in contact."""
     return "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
 
 
-def gap(_: "Touch") -> str:
+def explain_gap(_: "Touch") -> str:
     """Explain that the board was opened again, or its range was moved."""
     return (
         "the board was opened again, or its range was moved, during the touch or before it; so the "

@@ -113,44 +113,49 @@ class Flag(StrEnum):
 
     meaning: Meaning
 
-    def __new__(cls, name: str, meaning: Meaning = Meaning(flag_texts.gap)) -> Self:
+    def __new__(cls, name: str, meaning: Meaning = Meaning(flag_texts.explain_gap)) -> Self:
         """Make an entry. The default is for type checkers: `Flag("tilt")` looks an entry up."""
         flag = str.__new__(cls, name)
         flag._value_ = name
         flag.meaning = meaning
         return flag
 
-    SHORT = "short", Meaning(flag_texts.short, _if_few_or_too_young, hint="hold longer")
-    SATURATED = "saturated", Meaning(flag_texts.saturated, hint="press less")
-    REFUSED = "refused", Meaning(flag_texts.refused)
-    LATE = "late", Meaning(flag_texts.late, _if_few)
-    UNSETTLED = "unsettled", Meaning(flag_texts.unsettled, hint="hold longer")
-    UNEXCITED = "unexcited", Meaning(flag_texts.unexcited, no_ratio=True, hint="press deeper")
-    ONE_SIDED = "one-sided", Meaning(flag_texts.one_sided, no_ratio=True)
+    SHORT = "short", Meaning(flag_texts.explain_short, _if_few_or_too_young, hint="hold longer")
+    SATURATED = "saturated", Meaning(flag_texts.explain_saturated, hint="press less")
+    REFUSED = "refused", Meaning(flag_texts.explain_refused)
+    LATE = "late", Meaning(flag_texts.explain_late, _if_few)
+    UNSETTLED = "unsettled", Meaning(flag_texts.explain_unsettled, hint="hold longer")
+    UNEXCITED = (
+        "unexcited",
+        Meaning(flag_texts.explain_unexcited, no_ratio=True, hint="press deeper"),
+    )
+    ONE_SIDED = "one-sided", Meaning(flag_texts.explain_one_sided, no_ratio=True)
     OFFSET = (
         "offset",
-        Meaning(flag_texts.offset, misfit=True, avoided_by="level", hint="hold upright"),
+        Meaning(flag_texts.explain_offset, misfit=True, avoided_by="level", hint="hold upright"),
     )
     DRIFT = (
         "drift",
         Meaning(
-            flag_texts.drift,
+            flag_texts.explain_drift,
             _if_whole_and_not_revised,
             misfit=True,
             avoided_by="age",
             hint="hold still",
         ),
     )
-    LAG = "lag", Meaning(flag_texts.lag, misfit=True, hint="press slowly")
-    CURVE = "curve", Meaning(flag_texts.curve, misfit=True, hint="press less")
-    TILT = "tilt", Meaning(flag_texts.tilt, _never)
-    CHANGED = "changed", Meaning(flag_texts.changed, _never)
+    LAG = "lag", Meaning(flag_texts.explain_lag, misfit=True, hint="press slowly")
+    CURVE = "curve", Meaning(flag_texts.explain_curve, misfit=True, hint="press less")
+    TILT = "tilt", Meaning(flag_texts.explain_tilt, _never)
+    CHANGED = "changed", Meaning(flag_texts.explain_changed, _never)
     CREEP = (
         "creep",
-        Meaning(flag_texts.creep, _if_whole, misfit=True, avoided_by="age", hint="wait longer"),
+        Meaning(
+            flag_texts.explain_creep, _if_whole, misfit=True, avoided_by="age", hint="wait longer"
+        ),
     )
-    BASELINE = "baseline", Meaning(flag_texts.baseline, no_ratio=True, misfit=True)
-    GAP = "gap", Meaning(flag_texts.gap)
+    BASELINE = "baseline", Meaning(flag_texts.explain_baseline, no_ratio=True, misfit=True)
+    GAP = "gap", Meaning(flag_texts.explain_gap)
 
 
 class Suspicion(StrEnum):
