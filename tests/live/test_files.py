@@ -9,6 +9,7 @@ from palpate.live import files as module
 from palpate.live.app import READ_ONLY
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
+from palpate.report import ReportOptions
 
 
 class Sunday(module.date):  # type: ignore[name-defined,misc]
@@ -72,18 +73,16 @@ def test_nothing_is_overwritten(there: str, named: RunFiles, tmp_path: Path) -> 
 
 def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside it, under a new name; one at a time."""
-    asked: list[tuple[Path, list[Path], Path | None]] = []
+    asked: list[tuple[Path, list[Path], object]] = []
 
     def write(
         path: Path,
         recordings: Sequence[Path],
-        calibration: Path | None,
+        options: ReportOptions,
         progress: Callable[[str], None],
-        *,
-        unit: str,
     ) -> None:
-        assert unit == "kPa"
-        asked.append((path, list(recordings), calibration))
+        assert options.unit == "kPa"
+        asked.append((path, list(recordings), options.calibration))
         path.write_text("<p>gel</p>")
         with pytest.raises(RefusedCommand, match="one is being written"):
             files.report()

@@ -30,7 +30,9 @@ def test_a_calibration_of_another_age_measures_the_touches_again(
     aged = replace(Calibration.load(folder / "probe.toml"), age_s=AGE_S)
     aged.save(tmp_path / "aged.toml")
     gel = folder / "gel" / "gel.csv"
-    made = report.write_report(tmp_path / "r.html", [gel], tmp_path / "aged.toml")
+    made = report.write_report(
+        tmp_path / "r.html", [gel], report.ReportOptions(tmp_path / "aged.toml")
+    )
     assert made.results["kept"] == 4
     expected = aged.agreement(palpate.touches(palpate.read(gel), age=AGE_S))
     page = (tmp_path / "r.html").read_text(encoding="utf-8")
@@ -54,6 +56,6 @@ def test_events_are_in_order_of_time(session: AnalysedRecording) -> None:
     assert times == sorted(times)
 
 
-def test_an_unknown_unit_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_unit_is_refused() -> None:
     with pytest.raises(ValueError, match="unit: got 'psi'"):
-        report.write_report(tmp_path / "r.html", [FOUR], unit="psi")
+        report.ReportOptions(unit="psi")

@@ -25,13 +25,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         tmp_path_factory.mktemp("print") / "r.html",
     )
     files = [*specimens(folder), with_session(path.with_name("odd.csv"), odd=f" {LONG[:60]}")]
-    report.write_report(
-        path,
-        files,
-        folder / "probe.toml",
-        moduli=folder / "ten" / "moduli.csv",
-        title=f"gel {LONG}",
-    )
+    moduli = folder / "ten" / "moduli.csv"
+    options = report.ReportOptions(folder / "probe.toml", moduli, title=f"gel {LONG}")
+    report.write_report(path, files, options)
     return path
 
 

@@ -259,9 +259,8 @@ def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     name = "gel<img src=x onerror=alert(1)>&'-1.csv" if sys.platform != "win32" else "gel&'-1.csv"
     path = with_session(tmp_path / name, odd=HOSTILE)
-    made = report.write_report(
-        tmp_path / "r.html", [path], title=f"T {HOSTILE}", operator=HOSTILE, notes=[HOSTILE]
-    )
+    options = report.ReportOptions(title=f"T {HOSTILE}", operator=HOSTILE, notes=[HOSTILE])
+    made = report.write_report(tmp_path / "r.html", [path], options)
     page = Page(tmp_path / "r.html")
     assert page.tags <= {
         "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "i", "sub", "div", "dl", "dt", "dd", "table",
@@ -278,8 +277,8 @@ def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
 
 
 def test_a_name_that_the_template_lacks() -> None:
-    with pytest.raises(jinja2.UndefinedError, match="has no attribute 'session'"):
-        _render("no page")  # type: ignore[arg-type]
+    with pytest.raises(jinja2.UndefinedError, match="has no attribute 'calibration'"):
+        _render("title", section="no section")  # type: ignore[arg-type]
 
 
 def test_exit_codes(folder: Path, tmp_path: Path) -> None:
@@ -336,7 +335,7 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
 
 
 def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:
-    report.write_report(tmp_path / "r.html", [FOUR], folder / "probe.toml")
+    report.write_report(tmp_path / "r.html", [FOUR], report.ReportOptions(folder / "probe.toml"))
     page = Page(tmp_path / "r.html")
     cells = page.row("Results", "four-specimens")[1:6]
     assert cells[:4] == [NONE] * 4

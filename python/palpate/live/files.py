@@ -10,7 +10,7 @@ from palpate.live.compare import LETTERS
 from palpate.live.feed import RefusedCommand
 from palpate.messages import quoted
 from palpate.recording.sidecar import sidecar_path
-from palpate.report import write_report
+from palpate.report import ReportOptions, write_report
 
 Kind = Literal["recording", "settings", "calibration", "report"]
 LONGEST = 100  # characters of a name, at most
@@ -99,7 +99,7 @@ class RunFiles:
         return {path.name: path for path in self._made.copy()}.get(name)
 
     def settings(self, **head: Any) -> str:
-        """Take the settings of later reports: arguments of `palpate.report.write_report`."""
+        """Take the settings of later reports: fields of `palpate.report.ReportOptions`."""
         self._head = head
         return ""
 
@@ -113,7 +113,8 @@ class RunFiles:
         path = self.free(f"{newest.stem}-report.html")
         self._tell(newest.name)
         try:
-            write_report(path, [newest], self.calibration, progress=self._tell, **self._head)
+            options = ReportOptions(self.calibration, **self._head)
+            write_report(path, [newest], options, progress=self._tell)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:

@@ -5,6 +5,7 @@ specimens, `recording_facts` reads the sidecars, `tables` and `content` make the
 and `report_html` fills the template.
 """
 
+from palpate.report.content import ReportOptions
 from palpate.report.report_html import WrittenReport, calibration_page, write_report
 
-__all__ = ["WrittenReport", "calibration_page", "write_report"]
+__all__ = ["ReportOptions", "WrittenReport", "calibration_page", "write_report"]

@@ -20,7 +20,6 @@ unbalanced case.
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from math import inf, isfinite, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -73,13 +72,6 @@ class Repeatability:
         return number_format.plain({**asdict(self), **derived})
 
 
-class _Freedom(NamedTuple):
-    """Degrees of freedom between the groups, and within them."""
-
-    between: int
-    within: int
-
-
 def one_way_anova(groups: Sequence[Sequence[float]]) -> Repeatability:
     """Return the repeatability of finite values in groups, by a one-way analysis of variance.
 
@@ -88,24 +80,28 @@ def one_way_anova(groups: Sequence[Sequence[float]]) -> Repeatability:
     # ICC(1,1) = (MSB - MSW) / (MSB + (k - 1) MSW), with k values in a group. With different numbers
     # n_i of values k is n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval follows from
     # F = MSB / MSW (McGraw and Wong, Table 7): exact for groups of one size, else approximate.
-    filled = [group for group in groups if len(group)]
-    sizes = np.array([len(group) for group in filled], float)
+    filled = list(filter(len, groups))
+    sizes = np.array(list(map(len, filled)), float)
     values = np.concatenate(filled).astype(float)
-    means = np.array([np.mean(group) for group in filled])
-    freedom = _Freedom(len(sizes) - 1, len(values) - len(sizes))
+    means = np.array(list(map(np.mean, filled)))
+    freedom = len(sizes) - 1
+    within_freedom = len(values) - len(sizes)
     spread = float(((values - np.repeat(means, sizes.astype(int))) ** 2).sum())
     apart = float(sizes @ (means - values.mean()) ** 2)
-    within = spread / freedom.within if freedom.within else nan
-    between = nan
+    within = between = nan
     per_specimen = float(sizes[0])
-    if freedom.between:
-        between = apart / freedom.between
+    if within_freedom:
+        within = spread / within_freedom
+    if freedom:
+        between = apart / freedom
         total = sizes.sum()
-        per_specimen = float((total - (sizes**2).sum() / total) / freedom.between)
-    quotients = _quotients(within, between, freedom)
-    icc, low, high = (_correlation(quotient, per_specimen) for quotient in quotients)
+        per_specimen = float((total - (sizes**2).sum() / total) / freedom)
+    quotient, lowest, highest = _quotients(within, between, freedom, within_freedom)
+    icc = _correlation(quotient, per_specimen)
+    low = _correlation(lowest, per_specimen)
+    high = _correlation(highest, per_specimen)
     return Repeatability(
-        len(sizes), len(values), freedom.within, per_specimen, within, between, icc, low, high
+        len(sizes), len(values), within_freedom, per_specimen, within, between, icc, low, high
     )
 
 
@@ -116,7 +112,9 @@ def _correlation(quotient: float, per_specimen: float) -> float:
     return (quotient - 1) / (quotient + per_specimen - 1)
 
 
-def _quotients(within: float, between: float, freedom: _Freedom) -> tuple[float, float, float]:
+def _quotients(
+    within: float, between: float, freedom: int, within_freedom: int
+) -> tuple[float, float, float]:
     """Return F = MSB / MSW, and both ends of its interval."""
     if not (isfinite(within) and isfinite(between)) or within == between == 0:
         return nan, nan, nan
@@ -124,6 +122,6 @@ def _quotients(within: float, between: float, freedom: _Freedom) -> tuple[float,
         return inf, inf, inf
     quantile = need("scipy.special", "science").fdtri
     quotient = between / within
-    above = float(quantile(freedom.between, freedom.within, 0.975))
-    below = float(quantile(freedom.within, freedom.between, 0.975))
+    above = float(quantile(freedom, within_freedom, 0.975))
+    below = float(quantile(within_freedom, freedom, 0.975))
     return quotient, quotient / above, quotient * below

@@ -1,23 +1,23 @@
-"""The content of a report as data: its options, its sections, and how they are made of findings."""
+"""The content of a report as data: its options, and the sections that its template shows."""
 
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from math import isfinite
+from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 from palpate._core import __version__
-from palpate.calibration import plot
+from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import ModulusUnit
-from palpate.calibration.validity import doubts_of_calibration
-from palpate.display.markup import Markup, element
+from palpate.calibration.plot import MeasuredObject
+from palpate.display.markup import element
 from palpate.display.text import counted
-from palpate.report.anova import Repeatability
-from palpate.report.findings import (
-    Findings,
-    SpecimenResult,
-)
+from palpate.messages import unlike
+from palpate.report.findings import Findings
 from palpate.report.recording_facts import (
     NamedValue,
     RecordingFacts,
@@ -30,13 +30,8 @@ from palpate.report.tables import (
     ModulusStyle,
     ReportRow,
     ReportTable,
-    TouchTableBuilder,
-    budget_table,
-    distance_table,
-    event_table,
-    parameter_table,
-    recording_table,
-    result_table,
+    row_of_touch,
+    touch_columns,
 )
 
 _MOST_NAMED = 3  # specimens in the first sentence
@@ -46,292 +41,284 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class ReportOptions:
-    """The options of `palpate report`; an empty one is not given."""
+    """The options of a report, as those of `palpate report`.
 
-    calibration: Path | None = None
-    moduli: Path | None = None
+    Attributes
+    ----------
+    calibration : path-like, optional
+        File of `Calibration.save`: adds the moduli.
+    moduli : path-like, optional
+        Table of known moduli as for `palpate calibrate`: for recordings whose sidecar names no
+        specimens.
+    title, operator : str
+        Default: from the sessions in the sidecars.
+    probe, site : str
+        For the head of the report.
+    unit : str
+        Of the moduli of specimens and touches: "MPa" or "kPa".
+    shore : bool
+        Whether to add Shore A to the moduli, by `shore_a_of_modulus`.
+    notes : sequence of str
+        For the head of the report.
+
+    Raises
+    ------
+    ValueError
+        An unknown unit.
+
+    Examples
+    --------
+    >>> ReportOptions("bench/probe.toml", operator="A. Bee", shore=True).words()
+    " --calibration probe.toml --operator 'A. Bee' --shore"
+    """
+
+    calibration: str | PathLike[str] | None = None
+    moduli: str | PathLike[str] | None = None
     title: str = ""
     operator: str = ""
     probe: str = ""
     site: str = ""
-    style: ModulusStyle = field(default_factory=ModulusStyle)
-    notes: tuple[str, ...] = ()
+    unit: str = ModulusUnit.MPA
+    shore: bool = False
+    notes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Check the unit."""
+        if self.unit not in list(ModulusUnit):
+            raise ValueError(f"unit: {unlike(self.unit, list(ModulusUnit))}")
+
+    @property
+    def style(self) -> ModulusStyle:
+        """How moduli are shown."""
+        return ModulusStyle(ModulusUnit(self.unit), self.shore)
+
+    @property
+    def calibration_name(self) -> str:
+        """Name of the file of the calibration; "": none."""
+        return Path(self.calibration or "").name
 
     def words(self) -> str:
         """Return the options as words of a command line, each after a blank."""
-        unit = self.style.unit
-        named = [
-            ("calibration", self.calibration.name if self.calibration else ""),
-            ("moduli", self.moduli.name if self.moduli else ""),
-            ("title", self.title),
-            ("operator", self.operator),
-            ("probe", self.probe),
-            ("site", self.site),
-            ("unit", "" if unit is ModulusUnit.MPA else unit),
-        ]
-        words = [f" --{name} {shlex.quote(text)}" for name, text in named if text]
-        if self.style.shore:
-            words.append(" --shore")
-        words += [f" --note {shlex.quote(note)}" for note in self.notes if note]
-        return "".join(words)
+        words = ""
+        for name, value in asdict(self).items():
+            if name in ("calibration", "moduli") and value:
+                value = Path(value).name
+            if name == "notes":
+                for note in filter(None, value):
+                    words += f" --note {shlex.quote(note)}"
+            elif value is True:
+                words += f" --{name}"
+            elif value and value != ModulusUnit.MPA:
+                words += f" --{name} {shlex.quote(value)}"
+        return words
 
     def files(self) -> list[SourceFile]:
         """Return the files that the options name."""
-        files = [file for file in (self.calibration, self.moduli) if file]
-        return [SourceFile(file.name, file) for file in files]
+        files = []
+        for option in (self.calibration, self.moduli):
+            if option:
+                path = Path(option)
+                files.append(SourceFile(path.name, path))
+        return files
 
 
 @dataclass(frozen=True)
 class CalibrationSection:
-    """The section about a calibration."""
+    """The section about a calibration; measured objects are rings in its drawing."""
 
     calibration: Calibration
-    picture: Markup
-    rings: bool
-    parameters: ReportTable
-    distances: ReportTable
-    about: str
+    rings: Sequence[MeasuredObject] = ()
     in_other_unit: bool = False  # whether the moduli of the report are not in MPa
 
 
-@dataclass(frozen=True)
-class SessionSections:
-    """The sections about recordings, in their order."""
-
-    found: Findings
-    simulated: str
-    doubts: list[str]
-    named: list[str]
-    verdict: str
-    head: list[NamedValue]
-    results: ReportTable | None
-    kept: int
-    repeatability: Repeatability | None
-    parts: ReportTable | None
-    touches: ReportTable | None
-    recordings: ReportTable
-    events: ReportTable | None
-    settings: list[Settings]
-    sums: list[NamedValue]
-    commands: list[str]
-
-
-@dataclass(frozen=True)
-class ReportPage:
-    """A whole report: of recordings, or of a calibration with its specimens."""
-
-    title: str
-    session: SessionSections | None = None
-    calibration: CalibrationSection | None = None
-    specimens: ReportTable | None = None
-    version: str = __version__
-
-
-def calibration_section(
-    calibration: Calibration, results: Iterable[SpecimenResult] = (), *, in_other_unit: bool = False
-) -> CalibrationSection:
-    """Return the section about a calibration; moduli that were not known before are rings."""
-    rings = []
-    for one in results:
-        if one.known is None and one.mean and one.modulus and isfinite(one.modulus.value):
-            rings.append(plot.MeasuredObject(one.name, one.mean.ratio, one.modulus))
-    about = calibration.about.entries()
-    return CalibrationSection(
-        calibration,
-        picture=plot.curve_picture(calibration.curve(), rings),
-        rings=bool(rings),
-        parameters=parameter_table(calibration),
-        distances=distance_table(calibration),
-        about=", ".join(f"{name}: {text}" for name, text in about.items()),
-        in_other_unit=in_other_unit,
-    )
-
-
-def page_of_session(found: Findings, options: ReportOptions, progress: Progress) -> ReportPage:
-    """Return the report of recordings."""
-    facts = [RecordingFacts(run) for run in found.runs]
-    style = options.style
-    kept = sum(not one.left_out for one in found.touches)
-    counts = _RowCounts.of(found)
-    sources = [file for each in facts for file in each.files()]
-    session = SessionSections(
-        found=found,
-        simulated=_simulated(facts),
-        doubts=_doubts(found),
-        named=_named_moduli(found.results, style.unit),
-        verdict=" ".join([*counts.sentences(), *_sentences(found, kept)]),
-        head=_head(facts, options, counts),
-        results=result_table(found, style) if found.results else None,
-        kept=kept,
-        repeatability=found.repeatability(),
-        parts=budget_table(found.results),
-        touches=_touch_table(found, facts, style, progress),
-        recordings=recording_table(facts),
-        events=event_table(facts),
-        settings=[
-            *shared_settings(facts),
-            Settings("Reported by", (NamedValue("palpate", __version__),)),
-        ],
-        sums=[
-            NamedValue(file.name, element("code", f"sha256 {file.checksum()}"))
-            for file in [*sources, *options.files()]
-        ],
-        commands=_commands(found, options),
-    )
-    calibration = None
-    if found.calibration:
-        in_other_unit = style.unit is not ModulusUnit.MPA
-        calibration = calibration_section(
-            found.calibration, found.results, in_other_unit=in_other_unit
-        )
-    title = options.title or joined_once(run.plan.title for run in found.runs)
-    return ReportPage(title or f"Report of {_recordings(found)}", session, calibration)
-
-
-def _recordings(found: Findings) -> str:
-    """Return the name of the recording, or the number of recordings."""
-    if len(found.runs) == 1:
-        return found.runs[0].name
-    return counted(len(found.runs), "recording")
-
-
-@dataclass(frozen=True)
-class _RowCounts:
+class RowCounts(NamedTuple):
     """Rows of all recordings, and how many of them are lost, or were refused."""
 
     rows: int
     lost: int
     refused: int
 
-    @classmethod
-    def of(cls, found: Findings) -> "_RowCounts":
-        """Return the sums over the recordings."""
-        counts = [run.recording.survey for run in found.runs]
-        return cls(
-            sum(one.rows for one in counts),
-            sum(one.lost for one in counts),
-            sum(one.refused for one in counts),
-        )
 
-    def sentences(self) -> list[str]:
-        """Return a sentence if rows are lost or refused."""
+@dataclass(frozen=True)
+class Session:
+    """The sections about recordings, in their order."""
+
+    found: Findings
+    options: ReportOptions
+    progress: Progress
+
+    @cached_property
+    def facts(self) -> list[RecordingFacts]:
+        """The facts of each recording."""
+        return list(map(RecordingFacts, self.found.runs))
+
+    @property
+    def rows(self) -> RowCounts:
+        """The rows of all recordings."""
+        rows = RowCounts(0, 0, 0)
+        for run in self.found.runs:
+            counts = run.recording.survey
+            rows = RowCounts(
+                rows.rows + counts.rows, rows.lost + counts.lost, rows.refused + counts.refused
+            )
+        return rows
+
+    @property
+    def kept(self) -> int:
+        """Number of touches that are kept."""
+        return sum(not one.left_out for one in self.found.touches)
+
+    @property
+    def title(self) -> str:
+        """The title of the options, of the sessions, or one with the names."""
+        title = self.options.title or joined_once(run.plan.title for run in self.found.runs)
+        return title or f"Report of {self.recordings_text}"
+
+    @property
+    def recordings_text(self) -> str:
+        """The name of the recording, or the number of recordings."""
+        runs = self.found.runs
+        if len(runs) == 1:
+            return runs[0].name
+        return counted(len(runs), "recording")
+
+    @property
+    def simulated(self) -> list[str]:
+        """The names of recordings that no probe made."""
+        names = []
+        for run in self.found.runs:
+            if run.recording.sidecar.is_simulated:
+                names.append(run.name)
+        return names
+
+    @cached_property
+    def doubts(self) -> list[str]:
+        """Why the report is not to be relied on."""
+        found = self.found
+        doubts = []
+        for run in found.runs:
+            doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
+        if found.calibration:
+            scenes = {run.tracking["scene"] for run in found.runs}
+            for scene in sorted(scenes):
+                doubts += calibration_doubts(found.calibration, scene)
+        if not found.touches:
+            doubts.append("no touch was found")
+        return list(dict.fromkeys(doubts))
+
+    @property
+    def named(self) -> list[str]:
+        """The moduli that were not known before, a sentence each."""
+        unit = self.options.style.unit
+        named = []
+        for one in self.found.results:
+            if one.known is None and one.modulus:
+                value, interval = one.modulus.texts(unit)
+                if value:
+                    interval = f"{value} {unit} (95 %: {interval})"
+                named.append(f"{one.name}: {interval}.")
+        more = len(named) - _MOST_NAMED
+        if more > 0:
+            return [*named[:_MOST_NAMED], f"{counted(more, 'more specimen')} below."]
+        return named
+
+    @property
+    def verdict(self) -> str:
+        """The sentences about rows, touches and moduli."""
+        return " ".join(self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        """Yield the sentences of the verdict."""
+        found = self.found
+        rows = self.rows
         bad = []
-        if self.lost:
-            bad.append(f"{self.lost:,} {_is(self.lost)} missing")
-        if self.refused:
-            bad.append(f"{self.refused:,} {_is(self.refused)} without a value")
-        return [f"Of {self.rows + self.lost:,} rows {' and '.join(bad)}."] if bad else []
+        if rows.lost:
+            bad.append(f"{rows.lost:,} {_is(rows.lost)} missing")
+        if rows.refused:
+            bad.append(f"{rows.refused:,} {_is(rows.refused)} without a value")
+        if bad:
+            yield f"Of {rows.rows + rows.lost:,} rows {' and '.join(bad)}."
+        if not found.touches:
+            yield "No touch was found."
+            return
+        sentence = f"{self.kept} of {counted(len(found.touches), 'touch')} {_is(self.kept)} kept"
+        left = len(found.touches) - self.kept
+        if left:
+            sentence += f"; {left} {_is(left)} left out, with reasons"
+        yield f"{sentence}."
+        inside = [one.inside for one in found.results if one.inside is not None]
+        if inside:
+            right = inside.count(True)
+            yield f"{right} of {len(inside)} known moduli {_is(right)} in the 95 % interval."
+        if found.calibration is None:
+            yield "No calibration was given, so there are ratios, and no moduli."
+            return
+        fitted = found.calibration.ratios
+        of_fit = sum(one.ratio in fitted for one in found.touches)  # with the same bits
+        if of_fit:
+            yield (
+                f"{of_fit} of these touches are data of the calibration itself: for them that is "
+                "no independent test."
+            )
 
-    def __str__(self) -> str:
-        """Return the counts for the head of a report."""
-        return f"{self.rows:,}, {self.lost:,} missing, {self.refused:,} without a value"
+    @property
+    def begins(self) -> list[str]:
+        """When the first and the last recording began, as far as it is known."""
+        begins = sorted(filter(None, (each.begin for each in self.facts)))
+        return [*begins[:1], *begins[-1:]]
 
-
-def _head(
-    facts: Sequence[RecordingFacts], options: ReportOptions, counts: _RowCounts
-) -> list[NamedValue]:
-    """Return the entries of the head of a report; empty ones are not shown."""
-    runs = [each.run for each in facts]
-    begins = sorted(each.begin for each in facts if each.begin)
-    return [
-        NamedValue("Operator", options.operator or joined_once(run.plan.operator for run in runs)),
-        NamedValue("Begin", joined_once([*begins[:1], *begins[-1:]], " to ") or "unknown"),
-        *(NamedValue("Note", note) for note in options.notes),
-        NamedValue("Probe", options.probe),
-        NamedValue("Site", options.site),
-        NamedValue("Calibration", options.calibration.name if options.calibration else "none"),
-        NamedValue("Board", joined_once(each.board for each in facts)),
-        NamedValue(
-            "Recordings", runs[0].name if len(runs) == 1 else counted(len(runs), "recording")
-        ),
-        NamedValue("Rows", str(counts)),
-        NamedValue("Check", joined_once(run.checked.verdict for run in runs)),
-    ]
-
-
-def _touch_table(
-    found: Findings, facts: Sequence[RecordingFacts], style: ModulusStyle, progress: Progress
-) -> ReportTable | None:
-    """Return the table of the touches; of several recordings with their names; None: no touch."""
-    if not found.touches:
-        return None
-    table = TouchTableBuilder(found, facts, style)
-    rows: list[ReportRow] = []
-    name = found.runs[0].name if len(found.runs) == 1 else ""
-    for one in found.touches:
-        progress(f"touch {one.number} of {len(found.touches)}")
-        if one.run.name != name:
+    @cached_property
+    def touches(self) -> ReportTable:
+        """The table of the touches; with the names of several recordings."""
+        runs = self.found.runs
+        touches = self.found.touches
+        style = self.options.style
+        events = {each.run.name: each.events for each in self.facts}
+        rows: list[ReportRow] = []
+        name = ""
+        for one in touches:
+            self.progress(f"touch {one.number} of {len(touches)}")
+            if one.run.name != name and len(runs) > 1:
+                rows.append(ReportRow(remarks=(element("b", one.run.name),)))
             name = one.run.name
-            rows.append(table.heading(one))
-        rows.append(table.row(one))
-    return ReportTable.of(table.columns(), rows)
+            rows.append(row_of_touch(one, self.found, style, events[name]))
+        return ReportTable.of(touch_columns(style), rows)
 
+    @property
+    def settings(self) -> list[Settings]:
+        """Devices and settings, and the version that made the report."""
+        reported_by = Settings("Reported by", (NamedValue("palpate", __version__),))
+        return [*shared_settings(self.facts), reported_by]
 
-def _commands(found: Findings, options: ReportOptions) -> list[str]:
-    """Return the commands that give the same results again."""
-    names = shlex.join(run.name for run in found.runs)
-    replay = f"palpate replay {names}"
-    if options.calibration:
-        replay += f" --calibration {shlex.quote(options.calibration.name)}"
-    return [f"palpate check {names}", replay, f"palpate report {names}{options.words()}"]
+    @property
+    def files(self) -> list[SourceFile]:
+        """The files of which the report is made."""
+        files: list[SourceFile] = []
+        for each in self.facts:
+            files += each.files()
+        return [*files, *self.options.files()]
 
+    @property
+    def commands(self) -> list[str]:
+        """The commands that give the same results again."""
+        names = shlex.join(run.name for run in self.found.runs)
+        replay = f"palpate replay {names}"
+        if self.options.calibration:
+            replay += f" --calibration {shlex.quote(self.options.calibration_name)}"
+        report = f"palpate report {names}{self.options.words()}"
+        return [f"palpate check {names}", replay, report]
 
-def _simulated(facts: Sequence[RecordingFacts]) -> str:
-    """Return the sentence about simulated data; "": there are none."""
-    names = [each.run.name for each in facts if each.run.recording.sidecar.is_simulated]
-    if not names:
-        return ""
-    some = "" if len(names) == len(facts) else f" in {', '.join(names)}"
-    return f"Simulated data{some}: no probe was used."
-
-
-def _doubts(found: Findings) -> list[str]:
-    """Return why the report is not to be relied on."""
-    doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.recording.doubts]
-    if found.calibration:
-        for scene in sorted({run.tracking["scene"] for run in found.runs}):
-            doubts += doubts_of_calibration(found.calibration, scene).sentences()
-    if not found.touches:
-        doubts.append("no touch was found")
-    return list(dict.fromkeys(doubts))
-
-
-def _named_moduli(results: Sequence[SpecimenResult], unit: ModulusUnit) -> list[str]:
-    """Return the moduli that were not known before, a sentence each."""
-    named = []
-    for one in results:
-        if one.known is None and one.modulus:
-            value, interval = one.modulus.texts(unit)
-            text = f"{value} {unit} (95 %: {interval})" if value else interval
-            named.append(f"{one.name}: {text}.")
-    more = len(named) - _MOST_NAMED
-    if more > 0:
-        return [*named[:_MOST_NAMED], f"{counted(more, 'more specimen')} below."]
-    return named
-
-
-def _sentences(found: Findings, kept: int) -> Iterator[str]:
-    """Yield the sentences about the touches and the moduli."""
-    if not found.touches:
-        yield "No touch was found."
-        return
-    left = len(found.touches) - kept
-    reasons = f"; {left} {_is(left)} left out, with reasons" if left else ""
-    yield f"{kept} of {counted(len(found.touches), 'touch')} {_is(kept)} kept{reasons}."
-    inside = [result.inside for result in found.results if result.inside is not None]
-    if inside:
-        right = inside.count(True)
-        yield f"{right} of {len(inside)} known moduli {_is(right)} in the 95 % interval."
-    if found.calibration is None:
-        yield "No calibration was given, so there are ratios, and no moduli."
-        return
-    fitted = found.calibration.ratios
-    of_fit = sum(one.ratio in fitted for one in found.touches)  # with the same bits
-    if of_fit:
-        yield (
-            f"{of_fit} of these touches are data of the calibration itself: for them that is no "
-            "independent test."
-        )
+    @property
+    def calibration(self) -> CalibrationSection | None:
+        """The section about the calibration; moduli that were not known before are rings."""
+        if not self.found.calibration:
+            return None
+        rings = []
+        for one in self.found.results:
+            if one.known is None and one.mean and one.modulus and isfinite(one.modulus.value):
+                rings.append(MeasuredObject(one.name, one.mean.ratio, one.modulus))
+        in_other_unit = self.options.unit != ModulusUnit.MPA
+        return CalibrationSection(self.found.calibration, rings, in_other_unit)
 
 
 def _is(count: int) -> str:

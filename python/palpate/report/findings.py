@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, log, nan
+from math import inf, log, nan
 from pathlib import Path
 from statistics import fmean
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
-from palpate.recording.session import Plan
+from palpate.recording.session import PERIOD_S, Plan
 from palpate.recording.verification import Verification, verification_of
 from palpate.repeatability import Agreement, agreement, objections, session_scatter, with_scatter
 from palpate.report.anova import Repeatability, one_way_anova
@@ -40,9 +40,6 @@ class AnalysedRecording:
         Scene and settings of the tracker.
     found : palpate.tracking.Tracked
     checked : palpate.recording.verification.Verification
-    plan : palpate.recording.session.Plan
-    first_s, period_s : float, s
-        The first time, and the mean time from pair to pair; nan: unknown.
     """
 
     name: str
@@ -50,20 +47,28 @@ class AnalysedRecording:
     tracking: Mapping[str, Any]
     found: Tracked
     checked: Verification
-    plan: Plan
-    first_s: float
-    period_s: float
 
+    @property
+    def plan(self) -> Plan:
+        """The session: specimens, and which touch is on which of them."""
+        return self.recording.sidecar.session
 
-def _no_progress(_: str) -> None:
-    """Ignore the progress."""
+    @property
+    def first_s(self) -> float:
+        """The first time, s; nan: unknown."""
+        return self.recording.survey.first_ns / 1e9 if self.recording.timed else nan
+
+    @property
+    def period_s(self) -> float:
+        """The mean time from pair to pair, s; nan: unknown."""
+        return self.recording.survey.period_s if self.recording.timed else nan
 
 
 def analyse_recording(
     path: Path,
     name: str,
     tracking: Mapping[str, Any] | None = None,
-    progress: Callable[[str], None] = _no_progress,
+    progress: Callable[[str], None] = lambda _: None,
     **reading: Any,
 ) -> AnalysedRecording:
     """Read a recording, track its touches, and check it.
@@ -84,13 +89,7 @@ def analyse_recording(
     recording.on_progress = lambda rows: progress(f"{rows} rows read of {name}")
     used: Mapping[str, Any] = tracking or {"scene": "handheld"} | recording.settings
     found = tracked(recording, **used)  # reads it to its end; a damaged one is an error
-    first_s = period_s = nan
-    if recording.timed:
-        first_s = recording.survey.first_ns / 1e9
-        period_s = recording.survey.period_s
-    checked = verification_of(recording)
-    plan = recording.sidecar.session
-    return AnalysedRecording(name, recording, used, found, checked, plan, first_s, period_s)
+    return AnalysedRecording(name, recording, used, found, verification_of(recording))
 
 
 def analyse_again(run: AnalysedRecording, tracking: Mapping[str, Any]) -> AnalysedRecording:
@@ -170,9 +169,9 @@ class SpecimenResult:
             "known_MPa": self.known,
             "kept": [one.number for one in self.kept],
             "left_out": [one.number for one in self.touches if one.left_out],
-            "agreement": self.agreement.as_dict() if self.agreement else None,
+            "agreement": self.agreement and self.agreement.as_dict(),
             **number_format.plain({"variation": self.variation}),
-            "modulus": self.modulus.as_dict() if self.modulus else None,
+            "modulus": self.modulus and self.modulus.as_dict(),
             "inside": self.inside,
         }
 
@@ -189,9 +188,11 @@ def _result(
     variation = nan
     if len(logarithms) > 1:
         variation = float(np.std(logarithms, ddof=1))
-    agreed = _agreement(kept, calibration) if kept else None
-    mean = with_scatter(agreed, scatter) if agreed and agreed.agree else None
-    modulus = None
+    agreed = mean = modulus = None
+    if kept:
+        agreed = _agreement(kept, calibration)
+        if agreed.agree:
+            mean = with_scatter(agreed, scatter)
     budget: list[UncertaintyPart] = []
     if mean and calibration:
         modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
@@ -224,7 +225,8 @@ class Findings:
         """Return the repeatability of the kept touches, or of all; None: there is no touch."""
         groups = []
         for result in self.results:
-            groups.append(_logarithms(result.touches if all_touches else result.kept))
+            touches = result.touches if all_touches else result.kept
+            groups.append(_logarithms(touches))
         return one_way_anova(groups) if any(groups) else None
 
 
@@ -242,7 +244,10 @@ def findings(
     if calibration:
         scatter = calibration.touch_scatter
     else:
-        kept = ((one.specimen, one.touch) for one in touches if not one.left_out)
+        kept = []
+        for one in touches:
+            if not one.left_out:
+                kept.append((one.specimen, one.touch))
         scatter = session_scatter(kept, ratio_of)
     results = []
     for name, group in groups.items():
@@ -254,8 +259,8 @@ def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None
     """Return the ratio that counts: of the calibration, else of the sessions."""
     if calibration:
         return calibration.ratio_of
-    by_level = all(run.plan.ratio == "level" for run in runs)
-    return level_ratio if by_level else hold_ratio
+    kinds = {run.plan.ratio for run in runs}
+    return level_ratio if kinds == {"level"} else hold_ratio
 
 
 def known_moduli(
@@ -293,7 +298,8 @@ def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[As
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}
-    entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
+    period_s = run.period_s if run.period_s > 0 else PERIOD_S
+    entries = run.plan.matched(touches, period_s)
     of_file = ""
     if not any(entry.specimen for entry in run.plan.touches):
         of_file = specimen_in(run.recording.path, names)
@@ -318,12 +324,14 @@ def _touches(
             against: Sequence[object] = objections(touch, ratio_of=ratio_of)
             if calibration:
                 against = calibration.objections(touch)
-            left_out = [by_hand] if by_hand else []
-            left_out += sentences(against, known)
-            advised = tuple(str(each) for each in known)
-            yield ReportedTouch(number, run, touch, specimen, tuple(left_out), advised, ratio_of)
+            left_out = tuple(filter(None, [by_hand, *sentences(against, known)]))
+            advised = tuple(map(str, known))
+            yield ReportedTouch(number, run, touch, specimen, left_out, advised, ratio_of)
 
 
 def _logarithms(touches: Iterable[ReportedTouch]) -> list[float]:
-    ratios = (one.ratio for one in touches)
-    return [log(ratio) for ratio in ratios if isfinite(ratio) and ratio > 0]
+    logarithms = []
+    for one in touches:
+        if 0 < one.ratio < inf:
+            logarithms.append(log(one.ratio))
+    return logarithms

@@ -2,10 +2,11 @@
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, tzinfo
 from functools import cached_property
-from math import inf, isfinite, isnan, nan
+from math import isfinite, nan
 from pathlib import Path, PurePath
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from palpate.recording import sidecar
 from palpate.report.findings import AnalysedRecording
 
 _LONGEST = 300  # characters of a text from a sidecar
+_TIME = "%Y-%m-%d %H:%M:%S %Z"
 
 
 class Event(NamedTuple):
@@ -67,14 +69,16 @@ class RecordingFacts:
         without it.
         """
         zero_ns = self.run.recording.zero_utc_ns
-        try:
+        zone: tzinfo | None = None
+        text = ""
+        with suppress(ValueError):
             at = datetime.fromisoformat(self.run.recording.sidecar.started)
-        except ValueError:
-            at = None
+            zone = at.tzinfo
+            text = f"{at:{_TIME}}"
         if zero_ns is not None and isfinite(self.run.first_s):
-            zone = (at and at.tzinfo) or UTC
-            at = datetime.fromtimestamp(zero_ns / 1e9 + self.run.first_s, zone)
-        return f"{at:%Y-%m-%d %H:%M:%S %Z}".strip() if at else ""
+            at = datetime.fromtimestamp(zero_ns / 1e9 + self.run.first_s, zone or UTC)
+            text = f"{at:{_TIME}}"
+        return text.strip()
 
     @property
     def board(self) -> str:
@@ -83,8 +87,10 @@ class RecordingFacts:
         inner = device.get("device")
         if not isinstance(inner, dict):
             inner = device
-        chip = f"fingerprint {device['fingerprint']}" if "fingerprint" in device else ""
-        return joined_once([shortened(str(inner.get("name", ""))), shortened(chip)])
+        parts = [shortened(str(inner.get("name", "")))]
+        if "fingerprint" in device:
+            parts.append(shortened(f"fingerprint {device['fingerprint']}"))
+        return joined_once(parts)
 
     @property
     def remarks(self) -> str:
@@ -99,9 +105,11 @@ class RecordingFacts:
         """Notes, marks, tares and gaps in order of time; first those without one."""
         known = self.run.recording.sidecar
         events = [Event(nan, "note", shortened(note, _LONGEST)) for note in known.notes]
-        events += [Event(mark.t_s, mark.kind, mark.text) for mark in known.marks]
-        events += [Event(note.t_s, "note", note.text) for note in self.run.plan.notes]
-        return sorted(events, key=lambda event: -inf if isnan(event.t_s) else event.t_s)
+        for mark in known.marks:
+            events.append(Event(mark.t_s, mark.kind, mark.text))
+        for note in self.run.plan.notes:
+            events.append(Event(note.t_s, "note", note.text))
+        return sorted(events, key=lambda event: (isfinite(event.t_s), event.t_s))
 
     def settings(self) -> Iterator[Settings]:
         """Yield device and settings, each with its title; empty ones are left out."""
@@ -152,17 +160,21 @@ def _entries(values: object, name: str = "") -> Iterator[NamedValue]:
     """Yield names and values; a value in a table has both names."""
     if isinstance(values, Mapping):
         for key, value in values.items():
-            yield from _entries(value, f"{name}.{key}" if name else str(key))
+            yield from _entries(value, f"{name}.{key}".lstrip("."))
     elif values is not None:
         yield NamedValue(name, shortened(str(values), _LONGEST))
 
 
 def _chip_conditions(conditions: Iterable[object]) -> dict[str, str]:
     """Return the range of temperature and supply of the chip in a recording."""
+    values: dict[str, list[float]] = {"temperature_C": [], "supply_V": []}
+    for one in conditions:
+        if isinstance(one, dict):
+            for name in values.keys() & one:
+                if isinstance(one[name], int | float):
+                    values[name].append(one[name])
     ranges = {}
-    known = [one for one in conditions if isinstance(one, dict)]
-    for name in ("temperature_C", "supply_V"):
-        values = [one[name] for one in known if isinstance(one.get(name), int | float)]
-        if values:
-            ranges[name] = f"{min(values):.2f} to {max(values):.2f}"
+    for name, known in values.items():
+        if known:
+            ranges[name] = f"{min(known):.2f} to {max(known):.2f}"
     return ranges

@@ -7,35 +7,21 @@ from math import exp
 from pathlib import Path
 
 from palpate import number_format
+from palpate._core import __version__
 from palpate.calibration.model import Calibration
-from palpate.calibration.modulus import ModulusUnit
+from palpate.calibration.plot import curve_picture
 from palpate.calibration.specimen_files import read_moduli
 from palpate.calibration.specimen_fit import SpecimenTouches, specimen_table
 from palpate.display.markup import NONE
 from palpate.display.text import counted
 from palpate.errors import need
 from palpate.files import write_file
-from palpate.messages import unlike
-from palpate.report.content import (
-    Progress,
-    ReportOptions,
-    ReportPage,
-    calibration_section,
-    page_of_session,
-)
-from palpate.report.findings import (
-    Findings,
-    analyse_again,
-    analyse_recording,
-    findings,
-)
-from palpate.report.tables import (
-    ModulusStyle,
-    percent,
-    table_of_texts,
-)
+from palpate.report import tables
+from palpate.report.content import CalibrationSection, Progress, ReportOptions, Session
+from palpate.report.findings import Findings, analyse_again, analyse_recording, findings
 
 _PathLike = str | os.PathLike[str]
+_NO_OPTIONS = ReportOptions()
 
 
 @dataclass(frozen=True)
@@ -62,21 +48,13 @@ class WrittenReport:
 def write_report(
     path: _PathLike,
     recordings: Sequence[_PathLike],
-    calibration: _PathLike | None = None,
+    options: ReportOptions = _NO_OPTIONS,
     *,
-    moduli: _PathLike | None = None,
-    title: str = "",
-    operator: str = "",
-    probe: str = "",
-    site: str = "",
-    unit: str = "MPa",
-    shore: bool = False,
-    notes: Sequence[str] = (),
     progress: Progress = lambda _: None,
 ) -> WrittenReport:
     """Write, or replace, a report of recordings as one HTML file, which needs no other file.
 
-    The same files and arguments give the same bytes: there is no date of the report in it.
+    The same files and options give the same bytes: there is no date of the report in it.
 
     Parameters
     ----------
@@ -84,21 +62,8 @@ def write_report(
         The file to write.
     recordings : sequence of path-like
         One or more.
-    calibration : path-like, optional
-        File of `Calibration.save`: adds the moduli.
-    moduli : path-like, optional
-        Table of known moduli as for `palpate calibrate`: for recordings whose sidecar names no
-        specimens.
-    title, operator : str
-        Default: from the sessions in the sidecars.
-    probe, site : str
-        For the head of the report.
-    unit : str
-        Of the moduli of specimens and touches: "MPa" or "kPa".
-    shore : bool
-        Whether to add Shore A to the moduli, by `shore_a_of_modulus`.
-    notes : sequence of str
-        For the head of the report.
+    options : ReportOptions
+        Calibration, known moduli, unit, and the texts of the head.
     progress : callable
         Receives the progress as a text, often; an error that it raises ends the work, and nothing
         is written.
@@ -112,7 +77,7 @@ def write_report(
     RecordingError, CalibrationError
         A file is damaged, or of another kind.
     ValueError
-        No recording, an unknown unit, or a table whose meaning is ambiguous.
+        No recording, or a table whose meaning is ambiguous.
     MissingExtra
         jinja2 or scipy is missing; type: pip install 'palpate[report]'.
 
@@ -126,25 +91,12 @@ def write_report(
     """
     for module in ("scipy", "jinja2"):
         need(module, "report")  # before the recordings are read
-    if unit not in list(ModulusUnit):
-        raise ValueError(f"unit: {unlike(unit, list(ModulusUnit))}")
-    options = ReportOptions(
-        calibration=Path(calibration) if calibration is not None else None,
-        moduli=Path(moduli) if moduli is not None else None,
-        title=title,
-        operator=operator,
-        probe=probe,
-        site=site,
-        style=ModulusStyle(ModulusUnit(unit), shore),
-        notes=tuple(notes),
-    )
     found = _found(recordings, options, progress)
-    page = page_of_session(found, options, progress)
-    session = page.session
-    assert session is not None
+    session = Session(found, options, progress)
+    page = _render(session.title, session=session, section=session.calibration)
     # A name of a file may be no text.
-    write_file(Path(path), _render(page).encode(errors="replace"))
-    repeatability = session.repeatability
+    write_file(Path(path), page.encode(errors="replace"))
+    repeatability = found.repeatability()
     results = {
         "touches": len(found.touches),
         "kept": session.kept,
@@ -157,38 +109,50 @@ def write_report(
 
 def _found(recordings: Sequence[_PathLike], options: ReportOptions, progress: Progress) -> Findings:
     """Return the touches of recordings, measured as the calibration needs it."""
-    moduli = read_moduli(options.moduli) if options.moduli else {}
-    calibration = Calibration.load(options.calibration) if options.calibration else None
+    moduli = {}
+    paths = list(map(Path, recordings))
+    if options.moduli:
+        table = Path(options.moduli)
+        moduli = read_moduli(table)
+        paths = [path for path in paths if path.resolve() != table.resolve()]
+    calibration = None
+    if options.calibration:
+        calibration = Calibration.load(options.calibration)
     runs = []
-    for name, path in _named_paths(recordings, options.moduli).items():
-        runs.append(analyse_recording(path, name, progress=progress))
-    if calibration:
-        runs = [analyse_again(run, calibration.for_tracking(run.tracking)) for run in runs]
+    for name, path in _named(paths).items():
+        run = analyse_recording(path, name, progress=progress)
+        if calibration:
+            run = analyse_again(run, calibration.for_tracking(run.tracking))
+        runs.append(run)
     return findings(runs, calibration, moduli)
 
 
-def _named_paths(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
-    """Return the recordings by their names in the report, without the table of moduli."""
-    paths = [Path(each) for each in recordings]
-    if table:
-        paths = [path for path in paths if path.resolve() != table.resolve()]
+def _named(paths: Sequence[Path]) -> dict[str, Path]:
+    """Return the recordings by their names in the report."""
     if not paths:
         raise ValueError("recordings: got none, allowed: one or more")
-    if len({path.resolve() for path in paths}) < len(paths):
+    if len(set(map(Path.resolve, paths))) < len(paths):
         raise ValueError("recordings: got one twice, allowed: each once")
-    if len({path.name for path in paths}) < len(paths):
-        return {path.as_posix(): path for path in paths}
-    return {path.name: path for path in paths}
+    names = {path.name: path for path in paths}
+    if len(names) < len(paths):
+        names = dict(zip(map(Path.as_posix, paths), paths, strict=True))
+    return names
 
 
 def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
-    table = table_of_texts(specimen_table(specimens), of_text="specimen")
-    section = calibration_section(calibration)
-    return _render(ReportPage("Calibration of a probe", calibration=section, specimens=table))
+    section = CalibrationSection(calibration)
+    table = tables.table_of_texts(specimen_table(specimens))
+    return _render("Calibration of a probe", section=section, specimens=table)
 
 
-def _render(page: ReportPage) -> str:
+def _render(
+    title: str,
+    *,
+    section: CalibrationSection | None,
+    session: Session | None = None,
+    specimens: tables.ReportTable | None = None,
+) -> str:
     """Return a page as HTML: all of its texts are escaped except markup."""
     jinja2 = need("jinja2", "report")
     pages = jinja2.Environment(
@@ -199,5 +163,9 @@ def _render(page: ReportPage) -> str:
         lstrip_blocks=True,
     )
     pages.globals.update(exp=exp, digits=number_format, counted=counted, NONE=NONE)
-    pages.filters["percent"] = percent
-    return str(pages.get_template("report.html.j2").render(page=page)).lstrip()
+    pages.globals.update(tables=tables, curve_picture=curve_picture, version=__version__)
+    pages.filters["percent"] = tables.percent
+    page = pages.get_template("report.html.j2")
+    return str(
+        page.render(title=title, section=section, session=session, specimens=specimens)
+    ).lstrip()

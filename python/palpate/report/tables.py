@@ -3,29 +3,39 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
+from itertools import compress
 from math import isfinite, isnan, nan
-from typing import NamedTuple
 
 from palpate import number_format
 from palpate.calibration.assessment import Residual
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, ModulusUnit
-from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
+from palpate.display.markup import LEFT_OUT, MINUS, NONE
 from palpate.display.text import lasting
 from palpate.materials import shore_a_of_modulus
 from palpate.report.findings import Findings, ReportedTouch, SpecimenResult
-from palpate.report.recording_facts import RecordingFacts
+from palpate.report.recording_facts import Event, RecordingFacts
 
 Cell = str | int
 """A cell of a table; `Markup` is a text that is not escaped."""
 
 
-class ReportColumn(NamedTuple):
-    """A column of a table."""
-
-    name: str
-    of_text: bool = False
-    """Whether its cells are text, aligned to the left, and may wrap."""
+TEXT_COLUMNS = (
+    "Specimen",
+    "specimen",
+    "95 % interval",
+    "Inside",
+    "Mark",
+    "Recording",
+    "Missing",
+    "Check",
+    "What",
+    "Text",
+    "Parameter",
+    "Value",
+    "Values",
+)
+"""Columns whose cells are text, aligned to the left, and may wrap; those of all others are numbers."""
 
 
 @dataclass(frozen=True)
@@ -40,25 +50,20 @@ class ReportRow:
 class ReportTable:
     """A table as text."""
 
-    columns: tuple[ReportColumn, ...]
+    columns: tuple[str, ...]
     rows: tuple[ReportRow, ...]
 
     @classmethod
-    def of(cls, columns: Sequence[ReportColumn], rows: Iterable[ReportRow]) -> "ReportTable":
+    def of(cls, columns: Iterable[str], rows: Iterable[ReportRow]) -> "ReportTable":
         """Return a table without the columns that are empty in each row."""
         known = tuple(rows)
-        full = [
-            number
-            for number in range(len(columns))
-            if any(row.cells and row.cells[number] != "" for row in known)
-        ]
-        return cls(
-            tuple(columns[number] for number in full),
-            tuple(
-                replace(row, cells=tuple(row.cells[number] for number in full if row.cells))
-                for row in known
-            ),
-        )
+        cells = [row.cells for row in known if row.cells]
+        full = [set(column) != {""} for column in zip(*cells, strict=True)]
+        shown = []
+        for row in known:
+            filled = tuple(compress(row.cells, full))
+            shown.append(replace(row, cells=filled))
+        return cls(tuple(compress(columns, full)), tuple(shown))
 
 
 @dataclass(frozen=True)
@@ -68,10 +73,11 @@ class ModulusStyle:
     unit: ModulusUnit = ModulusUnit.MPA
     shore: bool = False
 
-    def columns(self) -> list[ReportColumn]:
+    def columns(self) -> list[str]:
         """Return the columns of a modulus."""
-        hardness = [ReportColumn("Shore A")] if self.shore else []
-        return [ReportColumn(self.unit), *hardness, ReportColumn("95 % interval", of_text=True)]
+        if self.shore:
+            return [self.unit, "Shore A", "95 % interval"]
+        return [self.unit, "95 % interval"]
 
     def cells(self, modulus: Modulus | None, missing: str) -> list[Cell]:
         """Return the cells of a modulus; without a value the interval says why."""
@@ -83,12 +89,17 @@ class ModulusStyle:
         if not self.shore:
             return [value or NONE, interval]
         hardness = shore_a_of_modulus(modulus.value)
-        return [value or NONE, f"{hardness:.0f}" if isfinite(hardness) else NONE, interval]
+        return [value or NONE, known_text(f"{hardness:.0f}", hardness), interval]
+
+
+def known_text(text: str, value: float) -> str:
+    """Return the text of a value; `NONE`: the value is unknown."""
+    return text if isfinite(value) else NONE
 
 
 def percent(share: float) -> str:
     """Return an error in percent; `NONE`: unknown."""
-    return number_format.error(100 * share) if isfinite(share) else NONE
+    return known_text(number_format.error(100 * share), share)
 
 
 def clock(seconds: float) -> str:
@@ -103,19 +114,11 @@ def signed(text: str) -> str:
 
 def result_table(found: Findings, style: ModulusStyle) -> ReportTable:
     """Return the table of the specimens."""
-    columns = [
-        ReportColumn("Specimen", of_text=True),
-        *style.columns(),
-        ReportColumn(f"Known, {style.unit}"),
-        ReportColumn("Inside", of_text=True),
-        ReportColumn("Ratio"),
-        ReportColumn("±"),
-        ReportColumn("CV, %"),
-        ReportColumn("Kept"),
-        ReportColumn("Left out"),
-    ]
+    columns = ["Specimen", *style.columns(), f"Known, {style.unit}", "Inside", "Ratio", "±"]
+    columns += ["CV, %", "Kept", "Left out"]
     missing = NONE if found.calibration else ""
-    return ReportTable.of(columns, [_result_row(one, style, missing) for one in found.results])
+    rows = [_result_row(one, style, missing) for one in found.results]
+    return ReportTable.of(columns, rows)
 
 
 def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> ReportRow:
@@ -123,123 +126,95 @@ def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> Repor
     if one.mean:
         ratio = number_format.number(one.mean.ratio, one.mean.standard_error)
         error = number_format.error(one.mean.standard_error)
-    inside = ""
-    if one.inside is not None:
-        inside = "yes" if one.inside else "no"
+    inside = {True: "yes", False: "no", None: ""}[one.inside]
+    known = f"{style.unit.of(one.known):g}" if one.known else ""
+    left_out = len(one.touches) - len(one.kept)
     cells: list[Cell] = [
         one.name,
         *style.cells(one.modulus, missing),
-        f"{style.unit.of(one.known):g}" if one.known else "",
+        known,
         inside,
         ratio,
         error,
         percent(one.variation),
         len(one.kept),
-        len(one.touches) - len(one.kept) or NONE,
+        left_out or NONE,
     ]
     return ReportRow(tuple(cells))
 
 
-def budget_table(results: Iterable[SpecimenResult]) -> ReportTable | None:
-    """Return the parts of the uncertainty of each modulus; None: there is no modulus."""
-    known = [one for one in results if one.budget]
-    if not known:
-        return None
-    parts = [ReportColumn(part.name.capitalize()) for part in known[0].budget]
+def budget_table(results: Iterable[SpecimenResult]) -> ReportTable:
+    """Return the parts of the uncertainty of each modulus."""
+    columns: dict[str, None] = {}
     rows = []
-    for one in known:
-        shares = [number_format.error(part.of_ratio) for part in one.budget]
-        of_modulus = number_format.error(one.budget[-1].of_modulus)
-        rows.append(ReportRow((one.name, *shares, of_modulus)))
-    return ReportTable.of(
-        [ReportColumn("Specimen", of_text=True), *parts, ReportColumn("Of the modulus")], rows
-    )
+    for one in results:
+        cells = [one.name]
+        for part in one.budget:
+            columns[part.name.capitalize()] = None
+            cells.append(number_format.error(part.of_ratio))
+        if one.budget:
+            cells.append(number_format.error(one.budget[-1].of_modulus))
+            rows.append(ReportRow(tuple(cells)))
+    return ReportTable.of(["Specimen", *columns, "Of the modulus"], rows)
 
 
-TOUCH_COLUMNS = (
-    ReportColumn("Start"),
-    ReportColumn("Samples"),
-    ReportColumn("Ratio"),
-    ReportColumn("±"),
-    ReportColumn("Noise, %"),
-    ReportColumn("From mean, %"),
-    ReportColumn("Alarm, %"),
-    ReportColumn("Mark", of_text=True),
-)
+def touch_columns(style: ModulusStyle) -> list[str]:
+    """Return the columns of the table of touches."""
+    columns = ["Touch", "Specimen", *style.columns(), "Start", "Samples", "Ratio", "±"]
+    return [*columns, "Noise, %", "From mean, %", "Alarm, %", "Mark"]
 
 
-@dataclass(frozen=True)
-class TouchTableBuilder:
-    """The table of the touches of a report, row by row."""
+def row_of_touch(
+    one: ReportedTouch, found: Findings, style: ModulusStyle, events: Iterable[Event]
+) -> ReportRow:
+    """Return the row of a touch, with the sentences about it; `events` are of its recording."""
+    touch = one.touch
+    known = one.uncertainty(found.scatter)
+    calibration = found.calibration
+    modulus = None
+    if calibration and not one.left_out:
+        modulus = calibration.modulus_of(touch)
+    noise = nan
+    if known.ratio:
+        noise = known.noise / abs(known.ratio)
+    from_mean = nan
+    for result in found.results:
+        if result.name == one.specimen and result.mean:
+            from_mean = one.ratio / result.mean.ratio - 1
+    cells: list[Cell] = [
+        one.number,
+        one.specimen or NONE,
+        *style.cells(modulus, NONE if calibration else ""),
+        clock(touch.start_s - one.run.first_s),
+        touch.samples,
+        number_format.number(known.ratio, known.uncertainty),
+        known_text(number_format.error(known.uncertainty), known.uncertainty),
+        percent(noise),
+        known_text(signed(f"{100 * from_mean:+.1f}"), from_mean),
+        f"{100 * touch.alarm_share:.0f}",
+        "; ".join(_marks(one, events)),
+    ]
+    remarks = [f"{LEFT_OUT} left out. {reason}" for reason in one.left_out]
+    for advice in one.advice:
+        if advice not in one.left_out:
+            remarks.append(advice)
+    return ReportRow(tuple(cells), tuple(remarks))
 
-    found: Findings
-    facts: Sequence[RecordingFacts]
-    style: ModulusStyle
 
-    def columns(self) -> list[ReportColumn]:
-        """Return the columns."""
-        first = [ReportColumn("Touch"), ReportColumn("Specimen", of_text=True)]
-        return [*first, *self.style.columns(), *TOUCH_COLUMNS]
-
-    def heading(self, one: ReportedTouch) -> ReportRow:
-        """Return the row with the name of the recording of a touch."""
-        return ReportRow(remarks=(element("b", one.run.name),))
-
-    def row(self, one: ReportedTouch) -> ReportRow:
-        """Return the row of a touch, with the sentences about it."""
-        touch = one.touch
-        known = one.uncertainty(self.found.scatter)
-        modulus = None
-        if self.found.calibration and not one.left_out:
-            modulus = self.found.calibration.modulus_of(touch)
-        noise = known.noise / abs(known.ratio) if known.ratio else nan
-        from_mean = self._from_mean(one)
-        cells: list[Cell] = [
-            one.number,
-            one.specimen or NONE,
-            *self.style.cells(modulus, NONE if self.found.calibration else ""),
-            clock(touch.start_s - one.run.first_s),
-            touch.samples,
-            number_format.number(known.ratio, known.uncertainty),
-            number_format.error(known.uncertainty) if isfinite(known.uncertainty) else NONE,
-            percent(noise),
-            signed(f"{100 * from_mean:+.1f}") if isfinite(from_mean) else NONE,
-            f"{100 * touch.alarm_share:.0f}",
-            "; ".join(self._marks(one)),
-        ]
-        left_out = [f"{LEFT_OUT} left out. {reason}" for reason in one.left_out]
-        others = [advice for advice in one.advice if advice not in one.left_out]
-        return ReportRow(tuple(cells), (*left_out, *others))
-
-    def _from_mean(self, one: ReportedTouch) -> float:
-        """Return the relative distance of a ratio from the mean of its specimen; nan: unknown."""
-        for result in self.found.results:
-            if result.name == one.specimen and result.mean:
-                return one.ratio / result.mean.ratio - 1
-        return nan
-
-    def _marks(self, one: ReportedTouch) -> list[str]:
-        """Return the marks in a recording during a touch."""
-        start_s = one.touch.start_s
-        end_s = start_s + one.touch.samples * one.run.period_s
-        [facts] = [each for each in self.facts if each.run.name == one.run.name]
-        return [
-            event.text
-            for event in facts.events
-            if event.kind == "mark" and start_s <= event.t_s <= end_s
-        ]
+def _marks(one: ReportedTouch, events: Iterable[Event]) -> list[str]:
+    """Return the marks in a recording during a touch."""
+    start_s = one.touch.start_s
+    end_s = start_s + one.touch.samples * one.run.period_s
+    marks = []
+    for event in events:
+        if event.kind == "mark" and start_s <= event.t_s <= end_s:
+            marks.append(event.text)
+    return marks
 
 
 def recording_table(facts: Iterable[RecordingFacts]) -> ReportTable:
     """Return the table of the recordings: begin, length, rows, lost samples, and remarks."""
-    columns = [
-        ReportColumn("Recording", of_text=True),
-        ReportColumn("Begin"),
-        ReportColumn("Length"),
-        ReportColumn("Rows"),
-        ReportColumn("Missing", of_text=True),
-        ReportColumn("Check", of_text=True),
-    ]
+    columns = ["Recording", "Begin", "Length", "Rows", "Missing", "Check"]
     rows = []
     for each in facts:
         run = each.run
@@ -256,46 +231,31 @@ def recording_table(facts: Iterable[RecordingFacts]) -> ReportTable:
     return ReportTable.of(columns, rows)
 
 
-def event_table(facts: Iterable[RecordingFacts]) -> ReportTable | None:
-    """Return the table of notes, marks, tares and gaps; None: there are none."""
-    columns = [
-        ReportColumn("Recording", of_text=True),
-        ReportColumn("Time"),
-        ReportColumn("What", of_text=True),
-        ReportColumn("Text", of_text=True),
-    ]
+def event_table(facts: Iterable[RecordingFacts]) -> ReportTable:
+    """Return the table of notes, marks, tares and gaps."""
     rows = []
     for each in facts:
         for event in each.events:
             time = clock(event.t_s - each.run.first_s)
             rows.append(ReportRow((each.run.name, time, event.kind, event.text)))
-    return ReportTable.of(columns, rows) if rows else None
+    return ReportTable.of(["Recording", "Time", "What", "Text"], rows)
 
 
 def parameter_table(calibration: Calibration) -> ReportTable:
     """Return the parameters of a calibration."""
-    names = ("Parameter", "Value", "95 % interval")
-    columns = [ReportColumn(name, of_text=True) for name in names]
-    return ReportTable.of(columns, [ReportRow(row) for row in calibration.parameter_rows()])
+    rows = map(ReportRow, calibration.parameter_rows())
+    return ReportTable.of(["Parameter", "Value", "95 % interval"], rows)
 
 
 def distance_table(calibration: Calibration) -> ReportTable:
     """Return the specimens of a fit: their values, their mean, and its distance from the curve."""
-    columns = [
-        ReportColumn("MPa"),
-        ReportColumn("Touches"),
-        ReportColumn("Ratio"),
-        ReportColumn("Curve"),
-        ReportColumn("Distance, %"),
-        ReportColumn("In std. errors"),
-        ReportColumn("Values", of_text=True),
-    ]
+    columns = ["MPa", "Touches", "Ratio", "Curve", "Distance, %", "In std. errors", "Values"]
     rows = [_distance_row(calibration, one) for one in calibration.residuals]
     return ReportTable.of(columns, rows)
 
 
 def _distance_row(calibration: Calibration, one: Residual) -> ReportRow:
-    values = calibration.ratios[calibration.moduli == one.modulus].tolist()
+    values = calibration.ratios[calibration.moduli == one.modulus]
     spread = calibration.touch_spread
     return ReportRow(
         (
@@ -305,12 +265,11 @@ def _distance_row(calibration: Calibration, one: Residual) -> ReportRow:
             number_format.number(one.fitted, one.standard_error),
             signed(one.percent),
             signed(f"{one.standardised:+.1f}"),
-            ", ".join(number_format.number(value, spread * value) for value in values),
+            ", ".join(map(number_format.number, values, spread * values)),
         )
     )
 
 
-def table_of_texts(rows: Sequence[Sequence[str]], of_text: str) -> ReportTable:
-    """Return a table of texts; the first row is the header, and names the column of text."""
-    columns = [ReportColumn(name, of_text=name == of_text) for name in rows[0]]
-    return ReportTable.of(columns, [ReportRow(tuple(row)) for row in rows[1:]])
+def table_of_texts(rows: Sequence[Sequence[str]]) -> ReportTable:
+    """Return a table of texts; the first row is the header."""
+    return ReportTable.of(rows[0], map(ReportRow, map(tuple, rows[1:])))
