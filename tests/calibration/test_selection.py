@@ -180,7 +180,9 @@ def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
         )
         assert {"tilt", "offset"} & {*shown["flags"]}
     assert palpate.most_reliable(touches, accept=["offset"], ratio_of=found.ratio_of) in touches
-    made = palpate.report.write_report(tilted / "gel.html", [gel], probe)
+    made = palpate.report.write_report(
+        tilted / "gel.html", [gel], palpate.report.ReportOptions(probe)
+    )
     assert made.results["kept"] == 4
     assert made.verdict.startswith("gel: 1.1")
 

@@ -1,8 +1,9 @@
-"""Assessment of a fit: distances of the specimens from the curve, objections, and a verdict."""
+"""Assessment of a fit: distances from the curve, objections, a verdict; and where it applies."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from palpate import number_format
 from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, specimen_means
 from palpate.errors import need
 from palpate.uncertainty import TOUCH_SCATTER
+
+if TYPE_CHECKING:
+    from palpate.calibration.calibration_file import StoredCalibration
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.2  # relative half width of the 95 % interval above which a parameter is not determined
@@ -61,7 +65,11 @@ class Residual:
 
 
 def residuals(
-    fit: CurveFit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array
+    fit: CurveFit,
+    ratios: Array,
+    moduli: Array,
+    standard_errors: Array,
+    touches: Array,
 ) -> list[Residual]:
     """Return the distance of each specimen from the curve, in order of modulus."""
     known, specimen = np.unique(moduli, return_inverse=True)
@@ -82,63 +90,38 @@ def residuals(
     ]
 
 
-@dataclass(frozen=True)
-class CurveMisfit:
-    """Objection: the specimens scatter around the curve by more than their touches explain."""
-
-    fit: CurveFit
-    probability: float
-    largest: Residual
-
-    def __str__(self) -> str:
-        """Return the objection as sentences."""
-        soft_ratio = float(self.fit.parameters[2])
-        soft_error = float(self.fit.covariance[2, 2]) ** 0.5
-        soft = f"{soft_ratio:g}"
-        if soft_error:
-            soft = number_format.number(soft_ratio, soft_error)
-        return (
-            f"The curve does not fit: the specimens scatter by a further "
-            f"{_percent(self.fit.specimen_variance)} % around it (probability by chance "
-            f"{self.probability:.1g}); the largest distance is {self.largest.percent} %, at "
-            f"{self.largest.modulus:g} MPa. Check the moduli, and whether the soft ratio is {soft}."
-        )
+def _curve_misfit(fit: CurveFit, probability: float, rows: Sequence[Residual]) -> str:
+    """Return the objection that the specimens scatter by more than their touches explain."""
+    largest = max(rows, key=lambda row: abs(row.standardised))
+    soft_ratio = float(fit.parameters[2])
+    soft_error = float(fit.covariance[2, 2]) ** 0.5
+    soft = f"{soft_ratio:g}"
+    if soft_error:
+        soft = number_format.number(soft_ratio, soft_error)
+    return (
+        f"The curve does not fit: the specimens scatter by a further "
+        f"{_percent(fit.specimen_variance)} % around it (probability by chance "
+        f"{probability:.1g}); the largest distance is {largest.percent} %, at "
+        f"{largest.modulus:g} MPa. Check the moduli, and whether the soft ratio is {soft}."
+    )
 
 
-@dataclass(frozen=True)
-class RigidRatioUndetermined:
-    """Objection: the interval of the rigid ratio, plus and minus `reach`, is too wide."""
-
-    rigid_ratio: float
-    reach: float
-    stiffest: float  # ratio of the curve at the stiffest specimen
-    few: bool
-
-    def __str__(self) -> str:
-        """Return the objection as sentences."""
-        low = self.rigid_ratio - self.reach
-        high = self.rigid_ratio + self.reach
-        needed = " or more specimens are" if self.few else " is"
-        return (
-            f"The rigid ratio is not determined ({low:.2g} to {high:.2g}, 95 %): the stiffest "
-            f"specimen reaches {100 * self.stiffest / self.rigid_ratio:.0f} % of it. "
-            f"A stiffer specimen{needed} needed."
-        )
-
-
-@dataclass(frozen=True)
-class NotRising:
-    """Objection: between these pairs of moduli, MPa, the mean ratio does not rise."""
-
-    moduli: tuple[tuple[float, float], ...]
-
-    def __str__(self) -> str:
-        """Return the objection as a sentence."""
-        pairs = ", ".join(f"{softer:g} and {stiffer:g} MPa" for softer, stiffer in self.moduli)
-        return f"The measured ratio does not rise with the modulus between {pairs}."
-
-
-Objection = CurveMisfit | RigidRatioUndetermined | NotRising
+def _undetermined(
+    fit: CurveFit,
+    rigid: float,
+    reach: float,
+    rows: Sequence[Residual],
+) -> str:
+    """Return the objection that the interval of the rigid ratio, +- `reach`, is too wide."""
+    stiffest = max(row.fitted for row in rows)
+    needed = " is"
+    if fit.specimen_freedom < _FEW:
+        needed = " or more specimens are"
+    return (
+        f"The rigid ratio is not determined ({rigid - reach:.2g} to {rigid + reach:.2g}, 95 %): "
+        f"the stiffest specimen reaches {100 * stiffest / rigid:.0f} % of it. "
+        f"A stiffer specimen{needed} needed."
+    )
 
 
 @dataclass(frozen=True)
@@ -149,21 +132,21 @@ class Assessment:
     ----------
     fit : palpate.calibration.fit.CurveFit
     specimens, values : int
-    objections : tuple of CurveMisfit, RigidRatioUndetermined and NotRising
-        Empty: the fit is sound. Each prints as a sentence.
+    objections : tuple of str
+        Sentences; empty: the fit is sound.
 
     Examples
     --------
     >>> from palpate import Calibration
     >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5]).assessment
-    >>> found.specimens, [type(each).__name__ for each in found.objections]
-    (4, [])
+    >>> found.specimens, found.objections
+    (4, ())
     """
 
     fit: CurveFit
     specimens: int
     values: int
-    objections: tuple[Objection, ...]
+    objections: tuple[str, ...]
 
     def __str__(self) -> str:
         """Return the complete verdict as text."""
@@ -174,7 +157,7 @@ class Assessment:
         scatter = _one_touch_each(self.fit)
         if self.fit.touch_freedom:
             scatter = _several_touches(self.fit)
-        return " ".join([opening, counts, scatter, *map(str, self.objections)])
+        return " ".join([opening, counts, scatter, *self.objections])
 
 
 def _one_touch_each(fit: CurveFit) -> str:
@@ -209,21 +192,22 @@ def _percent(variance: float) -> str:
 
 def assess(fit: CurveFit, rows: Sequence[Residual], values: int) -> Assessment:
     """Return the assessment of a fit to this number of values."""
-    objections: list[Objection] = []
+    objections = []
     probability = _misfit_probability(fit)
     if probability < DOUBT:
-        largest = max(rows, key=lambda row: abs(row.standardised))
-        objections.append(CurveMisfit(fit, probability, largest))
+        objections.append(_curve_misfit(fit, probability, rows))
     rigid = float(fit.parameters[0])
     t = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5
     if reach > LOOSE * rigid:
-        stiffest = max(row.fitted for row in rows)
-        few = fit.specimen_freedom < _FEW
-        objections.append(RigidRatioUndetermined(rigid, reach, stiffest, few))
-    falling = tuple((a.modulus, b.modulus) for a, b in pairwise(rows) if not b.ratio > a.ratio)
+        objections.append(_undetermined(fit, rigid, reach, rows))
+    falling = []
+    for softer, stiffer in pairwise(rows):
+        if not stiffer.ratio > softer.ratio:
+            falling.append(f"{softer.modulus:g} and {stiffer.modulus:g} MPa")
     if falling:
-        objections.append(NotRising(falling))
+        pairs = ", ".join(falling)
+        objections.append(f"The measured ratio does not rise with the modulus between {pairs}.")
     return Assessment(fit, len(rows), values, tuple(objections))
 
 
@@ -233,3 +217,54 @@ def _misfit_probability(fit: CurveFit) -> float:
         return 1.0
     above = need("scipy.special", "science").fdtrc
     return float(above(fit.specimen_freedom, fit.touch_freedom, fit.misfit))
+
+
+def other_settings(measured: Mapping[str, float], calibrated: Mapping[str, float]) -> str:
+    """Return why a touch has no modulus: it was measured with other settings of the tracker.
+
+    Examples
+    --------
+    >>> print(other_settings({"age": 0.0}, {"age": 1.3}))
+    measured with age 0, but calibrated with age 1.3: use --set age=1.3
+    """
+    of_touch = []
+    of_calibration = []
+    options = []
+    for name, value in calibrated.items():
+        if measured[name] != value:
+            of_touch.append(f"{name} {measured[name]:g}")
+            of_calibration.append(f"{name} {value:g}")
+            options.append(f"--set {name}={value:g}")
+    return (
+        f"measured with {' and '.join(of_touch)}, but calibrated with "
+        f"{' and '.join(of_calibration)}: use {' '.join(options)}"
+    )
+
+
+def calibration_doubts(calibration: "StoredCalibration", scene: str) -> list[str]:
+    """Return why the moduli by a calibration may be wrong in a measurement with this scene.
+
+    Examples
+    --------
+    >>> from palpate import Calibration
+    >>> from palpate.calibration.calibration_file import About
+    >>> about = About(scene="paper")
+    >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about)
+    >>> [reason[:41] for reason in calibration_doubts(found, "handheld")]
+    ['the calibration was made with scene paper']
+    """
+    about = calibration.about
+    reasons = []
+    if not calibration.sound:
+        reasons.append(f"calibration: {calibration.verdict}")
+    if about.scene and about.scene != scene:
+        reasons.append(
+            f"the calibration was made with scene {about.scene}, but this is scene {scene}: the "
+            "moduli may be wrong"
+        )
+    if about.doubts:
+        reasons.append(
+            "the calibration was made from recordings that were not as written, so the moduli may "
+            f"be wrong: {'; '.join(about.doubts)}"
+        )
+    return reasons

@@ -1,31 +1,45 @@
-"""Calibration files, TOML: parameters, scatter, fitted data, units, origin and version."""
+"""What a calibration file contains, TOML: parameters, scatter, fitted data, origin, version.
 
+`StoredCalibration` is read and written; its properties are what follows from the file alone: the
+curve, the distances of the specimens from it, and the verdict on the fit.
+"""
+
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from math import exp
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, Self
 
 import numpy as np
 
+from palpate.calibration.assessment import Assessment, Residual, assess, residuals
 from palpate.calibration.fit import Array, CurveFit
+from palpate.calibration.interval import check_level
+from palpate.calibration.modulus import ParameterRow, parameter_row
+from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
 from palpate.messages import quoted, shortened
 
-SCHEMA = 1
-UNITS = {
+_SCHEMA = 1
+_UNITS = {
     "modulus": "MPa",
     "ratio": "1",
     "standard_error": "1",
     "variance": "relative to the ratio squared",
 }
-PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
 
 Table = dict[str, Any]
 """A table of a TOML document."""
-_OF_HOLD: Table = {"ratio": "hold", "contact_exponent": 1.0, "age_s": 0.0, "error_share": 1.0}
+_OF_HOLD: Table = {
+    "ratio": "hold",
+    "contact_exponent": 1.0,
+    "age_s": 0.0,
+    "error_share": 1.0,
+}
 """The table `touch` of a file without one."""
 
 
@@ -64,19 +78,19 @@ class About:
     notes: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of_entries(cls, entries: Mapping[str, object]) -> "About":
+    def of_entries(cls, entries: Mapping[str, object]) -> Self:
         """Return the origin from the table `about` of a file."""
-        texts = {str(name): str(entry) for name, entry in entries.items()}
-        doubts = texts.pop("doubts", "")
+        notes = {str(name): str(entry) for name, entry in entries.items()}
+        doubts = notes.pop("doubts", "")
         return cls(
-            scene=texts.pop("scene", ""),
-            accepted_flags=tuple(texts.pop("accepted flags", "").split()),
+            scene=notes.pop("scene", ""),
+            accepted_flags=tuple(notes.pop("accepted flags", "").split()),
             doubts=(doubts,) if doubts else (),
-            ratio=texts.pop("ratio", ""),
-            contact_exponent=texts.pop("contact exponent", ""),
-            age=texts.pop("age", ""),
-            fitted_on=texts.pop("fitted on", ""),
-            notes=texts,
+            ratio=notes.pop("ratio", ""),
+            contact_exponent=notes.pop("contact exponent", ""),
+            age=notes.pop("age", ""),
+            fitted_on=notes.pop("fitted on", ""),
+            notes=notes,
         )
 
     def entries(self) -> dict[str, str]:
@@ -94,67 +108,173 @@ class About:
         return {name: entry for name, entry in entries.items() if entry}
 
 
-class StoredFields(TypedDict):
-    """The fields of `Calibration` as a file has them."""
+@dataclass(frozen=True, eq=False, repr=False)
+class StoredCalibration:
+    """The content of a calibration file: parameters, scatter, fitted data, and their assessment.
+
+    The attributes are those of `palpate.Calibration`.
+    """
 
     fitted: CurveFit
     ratios: Array
     moduli: Array
     standard_errors: Array
     touches: Array
-    about: About
-    version: str
-    ratio: str
-    contact_exponent: float
-    age_s: float
-    error_share: float
+    about: About = field(default_factory=About)
+    version: str = ""
+    ratio: str = "hold"
+    contact_exponent: float = 1.0
+    age_s: float = 0.0
+    error_share: float = 1.0
 
+    @property
+    def probe(self) -> Elasticity:
+        """Equation (2) with the fitted parameters."""
+        rigid, log_half, soft = self.fitted.parameters.tolist()
+        return Elasticity(rigid, exp(log_half), soft)
 
-def write_document(path: Path, document: Table) -> None:
-    """Write a document; the file is replaced atomically."""
-    text = need("tomli_w", "science").dumps(document)
-    parse_toml(text)
-    write_file(path, text.encode())
+    @property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest calibrated modulus, MPa."""
+        softest = float(self.moduli.min())
+        stiffest = float(self.moduli.max())
+        return softest, stiffest
 
+    @property
+    def residuals(self) -> list[Residual]:
+        """Distance of each specimen from the curve, in order of modulus."""
+        return residuals(
+            self.fitted,
+            self.ratios,
+            self.moduli,
+            self.standard_errors,
+            self.touches,
+        )
 
-def read_fields(path: Path) -> StoredFields:
-    """Return the fields of `Calibration` from a file; raise `CalibrationError` if it is none."""
-    try:
-        return _fields(read_toml(path))
-    except OSError as error:
-        raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
-    except KeyError as error:
-        raise CalibrationError(
-            f"{path}: not a calibration of palpate: {error} is missing"
-        ) from error
-    except (TypeError, ValueError, OverflowError) as error:
-        reason = shortened(str(error), 200)
-        raise CalibrationError(f"{path}: not a calibration of palpate: {reason}") from error
+    @property
+    def assessment(self) -> Assessment:
+        """What speaks against the fit; prints as the verdict."""
+        return assess(self.fitted, self.residuals, len(self.ratios))
 
+    @property
+    def verdict(self) -> str:
+        """Assessment of the fit, as text."""
+        return str(self.assessment)
 
-def _fields(document: Table) -> StoredFields:
-    if document["schema"] != SCHEMA:
-        raise ValueError(f"schema: got {quoted(document['schema'])}, allowed: {SCHEMA}")
-    fitted = _fit(document["fit"], document["scatter"])
-    data = document["data"]
-    size = (len(data["ratios"]),)
-    touch = _OF_HOLD | document.get("touch", {})
-    ratio = touch["ratio"]
-    if ratio not in ("hold", "level"):
-        raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
-    return {
-        "fitted": fitted,
-        "ratios": _array(data, "ratios", size),
-        "moduli": _positive_array(data, "moduli_MPa", size),
-        "standard_errors": _array(data, "standard_errors", size),
-        "touches": _positive_array(data, "touches", size),
-        "about": About.of_entries(dict(document["about"])),
-        "version": str(document["palpate"]),
-        "ratio": ratio,
-        "contact_exponent": _number(touch, "contact_exponent", 1.0, 3.0),
-        "age_s": _number(touch, "age_s", 0.0, _RANGE),
-        "error_share": _number(touch, "error_share", 0.0, 1.0),
-    }
+    @property
+    def sound(self) -> bool:
+        """Whether the fit has no objection."""
+        return not self.assessment.objections
+
+    def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
+        check_level(level)
+        quantile = need("scipy.special", "science").stdtrit
+        t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
+        reach = t * np.sqrt(np.diag(self.fitted.covariance))
+        low = (self.fitted.parameters - reach).tolist()
+        high = (self.fitted.parameters + reach).tolist()
+        return {
+            "rigid_ratio": (low[0], high[0]),
+            "half_modulus": (exp(low[1]), exp(high[1])),
+            "soft_ratio": (low[2], high[2]),
+        }
+
+    def parameter_rows(self) -> list[ParameterRow]:
+        """Return name, value and 95 % interval of each parameter as text."""
+        ends = self.parameter_intervals()
+        rows = []
+        for name, value in asdict(self.probe).items():
+            unit = " MPa" if name == "half_modulus" else ""
+            rows.append(parameter_row(name, unit, value, ends[name]))
+        return rows
+
+    def as_dict(self) -> Table:
+        """Return the contents of the file that `save` writes, as plain numbers and text."""
+        scatter = asdict(self.fitted)
+        parameters = scatter.pop("parameters")
+        covariance = scatter.pop("covariance")
+        return {
+            "schema": _SCHEMA,
+            "palpate": self.version,
+            "about": self.about.entries(),
+            "units": _UNITS,
+            "fit": {
+                "rigid_ratio": self.probe.rigid_ratio,
+                "half_modulus_MPa": self.probe.half_modulus,
+                "soft_ratio": self.probe.soft_ratio,
+                "calibrated_MPa": list(self.range),
+                "verdict": self.verdict,
+                "parameters": parameters.tolist(),
+                "covariance": covariance.tolist(),
+                "covariance_of": ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"],
+            },
+            "touch": {
+                "ratio": self.ratio,
+                "contact_exponent": self.contact_exponent,
+                "age_s": self.age_s,
+                "error_share": self.error_share,
+            },
+            "scatter": scatter,
+            "data": {
+                "moduli_MPa": self.moduli.tolist(),
+                "ratios": self.ratios.tolist(),
+                "standard_errors": self.standard_errors.tolist(),
+                "touches": self.touches.tolist(),
+            },
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the calibration as TOML, with units, versions and the fitted data."""
+        text = need("tomli_w", "science").dumps(self.as_dict())
+        parse_toml(text)
+        write_file(Path(path), text.encode())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Return the calibration from a file that `save` wrote.
+
+        Raises
+        ------
+        CalibrationError
+            The file is not a calibration.
+        """
+        try:
+            return cls._of_document(read_toml(Path(path)))
+        except OSError as error:
+            raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
+        except KeyError as error:
+            raise CalibrationError(
+                f"{path}: not a calibration of palpate: {error} is missing"
+            ) from error
+        except (TypeError, ValueError, OverflowError) as error:
+            reason = shortened(str(error), 200)
+            raise CalibrationError(f"{path}: not a calibration of palpate: {reason}") from error
+
+    @classmethod
+    def _of_document(cls, document: Table) -> Self:
+        if document["schema"] != _SCHEMA:
+            raise ValueError(f"schema: got {quoted(document['schema'])}, allowed: {_SCHEMA}")
+        fitted = _fit(document["fit"], document["scatter"])
+        data = document["data"]
+        size = (len(data["ratios"]),)
+        touch = _OF_HOLD | document.get("touch", {})
+        ratio = touch["ratio"]
+        if ratio not in ("hold", "level"):
+            raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
+        return cls(
+            fitted,
+            ratios=_array(data, "ratios", size),
+            moduli=_array(data, "moduli_MPa", size, positive=True),
+            standard_errors=_array(data, "standard_errors", size),
+            touches=_array(data, "touches", size, positive=True),
+            about=About.of_entries(document["about"]),
+            version=str(document["palpate"]),
+            ratio=ratio,
+            contact_exponent=_number(touch, "contact_exponent", 1.0, 3.0),
+            age_s=_number(touch, "age_s", 0.0, _RANGE),
+            error_share=_number(touch, "error_share", 0.0, 1.0),
+        )
 
 
 def _fit(fit: Table, scatter: Table) -> CurveFit:
@@ -182,19 +302,14 @@ def _fit(fit: Table, scatter: Table) -> CurveFit:
     )
 
 
-def _array(table: Table, name: str, shape: tuple[int, ...]) -> Array:
+def _array(table: Table, name: str, shape: tuple[int, ...], *, positive: bool = False) -> Array:
     values: Array = np.array(table[name], dtype=float)
     if values.shape != shape or not (np.abs(values) < _RANGE).all():
         allowed = f"{shape}, within {_RANGE:g}"
         raise ValueError(
             f"{name}: got shape {values.shape} or a value out of range, allowed: {allowed}"
         )
-    return values
-
-
-def _positive_array(table: Table, name: str, shape: tuple[int, ...]) -> Array:
-    values = _array(table, name, shape)
-    if not (values.size and (values > 0).all()):
+    if positive and not (values.size and (values > 0).all()):
         raise ValueError(
             f"{name}: got no value, or a value that is not positive, allowed: positive numbers"
         )

@@ -112,7 +112,11 @@ def fit_data(
 
 
 def _column(
-    name: str, given: ArrayLike, shape: tuple[int, ...], least: float, allowed: str
+    name: str,
+    given: ArrayLike,
+    shape: tuple[int, ...],
+    least: float,
+    allowed: str,
 ) -> Array:
     """Return one column of the data as a new array."""
     values: Array = np.array(given, dtype=float)
@@ -134,13 +138,15 @@ def gradient(parameters: Array, x: Array) -> Array:
     """Return the derivative of `curve` with respect to the parameters, shape (3, ...)."""
     rigid, log_half, soft = parameters
     share = _share(x - log_half)
-    return np.stack([share, -(rigid - soft) * share * (1 - share), 1 - share])
+    by_log_half = -(rigid - soft) * share * (1 - share)
+    return np.stack([share, by_log_half, 1 - share])
 
 
 def _share(x: Array) -> Array:
     """Return 1 / (1 + exp(-x)), without overflow."""
     small = np.exp(-np.abs(x))
-    return np.asarray(np.where(x < 0, small, 1.0) / (1 + small))
+    numerator = np.where(x < 0, small, 1.0)
+    return np.asarray(numerator / (1 + small))
 
 
 def specimen_means(rows: MeanRatios, touch_variance: float) -> tuple[Array, Array]:
@@ -197,7 +203,11 @@ def _touch_variance(rows: MeanRatios, freedom: int) -> float:
 
 
 def _total(
-    rows: MeanRatios, variance: Array, excess: float, level: Array, touch_freedom: int
+    rows: MeanRatios,
+    variance: Array,
+    excess: float,
+    level: Array,
+    touch_freedom: int,
 ) -> Array:
     """Return the variance of the mean of each specimen around the curve."""
     if touch_freedom:
@@ -206,7 +216,12 @@ def _total(
 
 
 def _excess(
-    rows: MeanRatios, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int
+    rows: MeanRatios,
+    mean: Array,
+    variance: Array,
+    level: Array,
+    touch_freedom: int,
+    freedom: int,
 ) -> float:
     """Return the variance between specimens; with one touch each, it includes the touches' own."""
 
@@ -233,12 +248,19 @@ def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
     return float(np.exp(brentq(excess_squares, low, high, xtol=1e-9)))
 
 
-def _start_parameters(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
+def _start_parameters(
+    x: Array,
+    mean: Array,
+    variance: Array,
+    soft_ratio: float | None,
+) -> Array:
     """Return start parameters: the best half modulus of a grid, with least-squares end ratios."""
     weight = 1 / np.sqrt(variance + 1e-6 * mean**2)
     best = np.empty(0)
     least = np.inf
-    for log_half in np.linspace(x.min() - np.log(1e3), x.max() + np.log(1e3), _HALF_MODULI):
+    lowest = x.min() - np.log(1e3)
+    highest = x.max() + np.log(1e3)
+    for log_half in np.linspace(lowest, highest, _HALF_MODULI):
         share = _share(x - log_half)
         if soft_ratio is None:
             columns = np.stack([share, 1 - share], axis=1)
@@ -248,7 +270,8 @@ def _start_parameters(x: Array, mean: Array, variance: Array, soft_ratio: float 
         else:
             soft = soft_ratio
             target = (mean - soft * (1 - share)) * weight
-            (rigid,), *_ = np.linalg.lstsq(share[:, None] * weight[:, None], target, rcond=None)
+            column = share[:, None] * weight[:, None]
+            (rigid,), *_ = np.linalg.lstsq(column, target, rcond=None)
         parameters = np.array([rigid, log_half, soft])
         squares = float((((mean - curve(parameters, x)) * weight) ** 2).sum())
         if squares < least:
@@ -258,7 +281,11 @@ def _start_parameters(x: Array, mean: Array, variance: Array, soft_ratio: float 
 
 
 def _least_squares(
-    x: Array, mean: Array, total: Array, parameters: Array, free: list[int]
+    x: Array,
+    mean: Array,
+    total: Array,
+    parameters: Array,
+    free: list[int],
 ) -> Array:
     """Return the weighted least-squares fit, by Levenberg and Marquardt, from start parameters."""
     weight = 1 / np.sqrt(total)
@@ -275,10 +302,17 @@ def _least_squares(
         return np.asarray((gradient(whole(values), x)[free] * weight).T)
 
     least_squares = need("scipy.optimize", "science").least_squares
-    result = least_squares(distances, parameters[free], jac=slopes, method="lm", x_scale="jac")
+    result = least_squares(
+        distances,
+        parameters[free],
+        jac=slopes,
+        method="lm",
+        x_scale="jac",
+    )
     found = whole(result.x)
     rigid, log_half, soft = found
-    beyond = abs(log_half - np.clip(log_half, x.min(), x.max()))
+    nearest = np.clip(log_half, x.min(), x.max())
+    beyond = abs(log_half - nearest)
     valid = result.success and np.isfinite(found).all() and rigid > soft
     if not valid or beyond > np.log(1e3):
         raise CalibrationError(

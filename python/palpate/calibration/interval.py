@@ -35,6 +35,12 @@ class MeasuredRatio:
     level: float = 0.95
 
 
+def check_level(level: float) -> None:
+    """Refuse a probability that is not between 0 and 1."""
+    if not 0 < level < 1:
+        raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
+
+
 def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
     """Return the lowest and highest log(E / MPa) that agree with a ratio; nan: none agrees."""
     # -inf: all softer objects agree; inf: all stiffer objects agree.
@@ -51,9 +57,19 @@ def bounds(fit: CurveFit, measured: MeasuredRatio) -> tuple[float, float]:
     first = agrees[0]
     last = agrees[-1]
     if first > 0:
-        low = _crossing(fit, measured, inside=x[first], outside=x[first - 1])
+        low = _crossing(
+            fit,
+            measured,
+            inside=x[first],
+            outside=x[first - 1],
+        )
     if last < len(x) - 1:
-        high = _crossing(fit, measured, inside=x[last], outside=x[last + 1])
+        high = _crossing(
+            fit,
+            measured,
+            inside=x[last],
+            outside=x[last + 1],
+        )
     return low, high
 
 
@@ -69,7 +85,8 @@ def _best(fit: CurveFit, ratio: float) -> float:
 
 def _distance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return ratio minus prediction at x, in units of `allowance`; it decreases with x."""
-    return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
+    difference = measured.ratio - curve(fit.parameters, x)
+    return np.asarray(difference / allowance(fit, measured, x))
 
 
 class Variances(NamedTuple):
@@ -111,7 +128,13 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     return np.asarray(t * np.sqrt(total))
 
 
-def _crossing(fit: CurveFit, measured: MeasuredRatio, *, inside: float, outside: float) -> float:
+def _crossing(
+    fit: CurveFit,
+    measured: MeasuredRatio,
+    *,
+    inside: float,
+    outside: float,
+) -> float:
     """Return x where the distance is 1 or -1, between a point inside and one outside."""
     if not np.isfinite(inside):
         return outside  # beyond _REACH

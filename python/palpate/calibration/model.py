@@ -1,10 +1,8 @@
 """The calibration of a probe: fitted to specimens, it converts a ratio to a modulus."""
 
-import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import exp, inf, isfinite, isnan, log, nan, sqrt
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,17 +10,22 @@ from numpy.typing import ArrayLike
 
 from palpate import number_format
 from palpate._core import Tracker, __version__
-from palpate.calibration import calibration_file
-from palpate.calibration.assessment import Assessment, Residual, assess, residuals
-from palpate.calibration.calibration_file import About
-from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, fit_curve, fit_data
-from palpate.calibration.interval import MeasuredRatio, allowance, bounds, variances
-from palpate.calibration.modulus import Modulus, ParameterRow, UncertaintyPart, parameter_row
+from palpate.calibration.assessment import other_settings
+from palpate.calibration.calibration_file import About, StoredCalibration
+from palpate.calibration.fit import MeanRatios, curve, fit_curve, fit_data
+from palpate.calibration.interval import (
+    MeasuredRatio,
+    allowance,
+    bounds,
+    check_level,
+    variances,
+)
+from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
-from palpate.calibration.validity import Refusal, refusal
 from palpate.elasticity import Elasticity
-from palpate.errors import CalibrationError, need
-from palpate.repeatability import Agreement, Objection, agreement, objections
+from palpate.errors import CalibrationError
+from palpate.plotted import Plotted
+from palpate.repeatability import Agreement, agreement, objections
 from palpate.touch import Touch
 from palpate.uncertainty import Scatter
 
@@ -52,14 +55,8 @@ def _check_touches(touches: float) -> None:
         raise ValueError(f"touches: got {touches}, allowed: 1 or more")
 
 
-def check_level(level: float) -> None:
-    """Refuse a probability that is not between 0 and 1."""
-    if not 0 < level < 1:
-        raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(StoredCalibration, Plotted):
     """The calibration curve of a probe, made by `fit` or `load`: converts a ratio to a modulus.
 
     Attributes
@@ -80,18 +77,6 @@ class Calibration:
         Share of the standard errors of level ratios that showed in the scatter within the
         specimens.
     """
-
-    fitted: CurveFit
-    ratios: Array
-    moduli: Array
-    standard_errors: Array
-    touches: Array
-    about: About = field(default_factory=About)
-    version: str = ""
-    ratio: str = "hold"
-    contact_exponent: float = 1.0
-    age_s: float = 0.0
-    error_share: float = 1.0
 
     @classmethod
     def fit(
@@ -175,24 +160,8 @@ class Calibration:
 
         return calibration_card(self, lambda: curve_picture(self.curve()))
 
-    def plot(self, ax: Any = None) -> Any:
-        """Draw the curve, the band for a touch, and the measured ratios over the modulus.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Default: new axes of pyplot.
-
-        Returns
-        -------
-        matplotlib Axes
-
-        Raises
-        ------
-        MissingExtra
-            matplotlib is missing; type: pip install 'palpate[science]'.
-        """
-        return draw_calibration(ax, self.curve(400))
+    def _draw(self, ax: Any) -> None:
+        draw_calibration(ax, self.curve(400))
 
     def curve(self, points: int = 80) -> CalibrationCurve:
         """Return the numbers of a drawing: the curve with its band, and the data.
@@ -214,7 +183,9 @@ class Calibration:
         [0.09, 0.95, 10.0]
         """
         low, high = self.range
-        log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
+        lowest = np.log(low / _BELOW)
+        highest = np.log(high * _ABOVE)
+        log_modulus = np.linspace(lowest, highest, points)
         return CalibrationCurve(
             log_modulus=log_modulus,
             ratio=curve(self.fitted.parameters, log_modulus),
@@ -226,12 +197,6 @@ class Calibration:
             ratios=self.ratios,
             specimens=self.residuals,
         )
-
-    @property
-    def probe(self) -> Elasticity:
-        """Equation (2) with the fitted parameters."""
-        rigid, log_half, soft = (float(value) for value in self.fitted.parameters)
-        return Elasticity(rigid, exp(log_half), soft)
 
     @property
     def touch_spread(self) -> float:
@@ -268,7 +233,9 @@ class Calibration:
     def accepted(self) -> frozenset[str]:
         """Flags that do not exclude a touch: accepted for the fit; offset for level ratios."""
         accepted = frozenset(self.about.accepted_flags)
-        return accepted | {"offset"} if self.ratio == "level" else accepted
+        if self.ratio == "level":
+            return accepted | {"offset"}
+        return accepted
 
     def for_tracking(self, tracking: Mapping[str, Any]) -> dict[str, Any]:
         """Return scene and settings of a tracker with the age and the exponent of this calibration.
@@ -276,24 +243,38 @@ class Calibration:
         A setting that the scene does not have is not added.
         """
         known = {**Tracker(tracking.get("scene", "handheld")).settings, **tracking}
+        needed = {"age": self.age_s}
+        if self.ratio == "level":
+            needed["contact_exponent"] = self.contact_exponent
         changed = dict(tracking)
-        if known.get("age", self.age_s) != self.age_s:
-            changed["age"] = self.age_s
-        exponent = self.contact_exponent
-        if self.ratio == "level" and known.get("contact_exponent", exponent) != exponent:
-            changed["contact_exponent"] = exponent
+        for name, value in needed.items():
+            if known.get(name, value) != value:
+                changed[name] = value
         return changed
 
-    def refusal(self, touch: Touch) -> Refusal | None:
-        """Return why a touch has no modulus by this calibration; None: it has one."""
-        exponent = self.contact_exponent if self.ratio == "level" else None
-        return refusal(touch, exponent, self.age_s)
+    def refusal(self, touch: Touch) -> str:
+        """Return why a touch has no modulus by this calibration; "": it has one."""
+        by_level = self.ratio == "level"
+        measured = {"age": touch.age_s}
+        calibrated = {"age": self.age_s}
+        if by_level:
+            measured["contact_exponent"] = touch.contact_exponent
+            calibrated["contact_exponent"] = self.contact_exponent
+        if measured != calibrated:
+            return other_settings(measured, calibrated)
+        if isfinite(touch.level_ratio if by_level else touch.ratio):
+            return ""
+        if by_level:
+            return (
+                "no level ratio, as the press shows no sweep of the depth: press more slowly, "
+                "and hold"
+            )
+        return "no ratio"
 
-    def objections(self, touch: Touch) -> tuple[Objection | Refusal, ...]:
+    def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count: flags, and `refusal`; empty if it does."""
-        against = objections(touch, self.accepted)
-        refused = self.refusal(touch)
-        return (*against, refused) if refused else against
+        against = [*objections(touch, self.accepted), self.refusal(touch)]
+        return tuple(filter(None, against))
 
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
         """Return the ratio of a touch that this calibration converts, and its standard error.
@@ -319,58 +300,9 @@ class Calibration:
         """Return the modulus of an object from a touch: `modulus` of its `ratio_of`."""
         refused = self.refusal(touch)
         if refused:
-            return Modulus(nan, nan, nan, str(refused))
+            return Modulus(nan, nan, nan, refused)
         ratio, error = self.ratio_of(touch)
         return self.modulus(ratio, error if isfinite(error) else None)
-
-    @property
-    def range(self) -> tuple[float, float]:
-        """Smallest and largest calibrated modulus, MPa."""
-        return float(self.moduli.min()), float(self.moduli.max())
-
-    @property
-    def residuals(self) -> list[Residual]:
-        """Distance of each specimen from the curve, in order of modulus."""
-        return residuals(self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches)
-
-    @property
-    def assessment(self) -> Assessment:
-        """What speaks against the fit; prints as the verdict."""
-        return assess(self.fitted, self.residuals, len(self.ratios))
-
-    @property
-    def verdict(self) -> str:
-        """Assessment of the fit, as text."""
-        return str(self.assessment)
-
-    @property
-    def sound(self) -> bool:
-        """Whether the fit has no objection."""
-        return not self.assessment.objections
-
-    def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
-        check_level(level)
-        quantile = need("scipy.special", "science").stdtrit
-        t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
-        reach = t * np.sqrt(np.diag(self.fitted.covariance))
-        low = (self.fitted.parameters - reach).tolist()
-        high = (self.fitted.parameters + reach).tolist()
-        return {
-            "rigid_ratio": (low[0], high[0]),
-            "half_modulus": (exp(low[1]), exp(high[1])),
-            "soft_ratio": (low[2], high[2]),
-        }
-
-    def parameter_rows(self) -> list[ParameterRow]:
-        """Return name, value and 95 % interval of each parameter as text."""
-        ends = self.parameter_intervals()
-        probe = self.probe
-        return [
-            parameter_row("rigid_ratio", "", probe.rigid_ratio, ends["rigid_ratio"]),
-            parameter_row("half_modulus", " MPa", probe.half_modulus, ends["half_modulus"]),
-            parameter_row("soft_ratio", "", probe.soft_ratio, ends["soft_ratio"]),
-        ]
 
     def modulus(
         self,
@@ -481,11 +413,12 @@ class Calibration:
             "fitted curve": float(parts.curve),
         }
         squares["together"] = sum(squares.values())
-        errors = {name: 100 * sqrt(square) for name, square in squares.items()}
         slope = self.probe.slope(ratio) / modulus
-        return [
-            UncertaintyPart(name, error / ratio, error * slope) for name, error in errors.items()
-        ]
+        budget = []
+        for name, square in squares.items():
+            error = 100 * sqrt(square)
+            budget.append(UncertaintyPart(name, error / ratio, error * slope))
+        return budget
 
     def agreement(self, touches: Sequence[Touch]) -> Agreement:
         """Return whether touches agree, and their mean, with the scatter of this calibration.
@@ -502,58 +435,3 @@ class Calibration:
             accept=self.accepted,
             ratio_of=self.ratio_of,
         )
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the calibration as TOML, with units, versions and the fitted data."""
-        calibration_file.write_document(Path(path), self.as_dict())
-
-    def as_dict(self) -> calibration_file.Table:
-        """Return the contents of the file that `save` writes, as plain numbers and text."""
-        fitted = self.fitted
-        return {
-            "schema": calibration_file.SCHEMA,
-            "palpate": self.version,
-            "about": self.about.entries(),
-            "units": calibration_file.UNITS,
-            "fit": {
-                "rigid_ratio": self.probe.rigid_ratio,
-                "half_modulus_MPa": self.probe.half_modulus,
-                "soft_ratio": self.probe.soft_ratio,
-                "calibrated_MPa": list(self.range),
-                "verdict": self.verdict,
-                "parameters": fitted.parameters.tolist(),
-                "covariance": fitted.covariance.tolist(),
-                "covariance_of": calibration_file.PARAMETERS,
-            },
-            "touch": {
-                "ratio": self.ratio,
-                "contact_exponent": self.contact_exponent,
-                "age_s": self.age_s,
-                "error_share": self.error_share,
-            },
-            "scatter": {
-                "touch_variance": fitted.touch_variance,
-                "touch_freedom": fitted.touch_freedom,
-                "specimen_variance": fitted.specimen_variance,
-                "specimen_freedom": fitted.specimen_freedom,
-                "specimen_share": fitted.specimen_share,
-                "misfit": fitted.misfit,
-            },
-            "data": {
-                "moduli_MPa": self.moduli.tolist(),
-                "ratios": self.ratios.tolist(),
-                "standard_errors": self.standard_errors.tolist(),
-                "touches": self.touches.tolist(),
-            },
-        }
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> "Calibration":
-        """Return the calibration from a file that `save` wrote.
-
-        Raises
-        ------
-        CalibrationError
-            The file is not a calibration.
-        """
-        return cls(**calibration_file.read_fields(Path(path)))

@@ -108,7 +108,8 @@ class Modulus:
         if not isfinite(self.value):
             _, low_text, high_text = number_format.between((low + high) / 2, low, high)
             return ModulusText("", f"{low_text} to {high_text} {unit}")
-        value_text, low_text, high_text = number_format.between(unit.of(self.value), low, high)
+        value = unit.of(self.value)
+        value_text, low_text, high_text = number_format.between(value, low, high)
         return ModulusText(value_text, f"{low_text} to {high_text}")
 
     def __str__(self) -> str:
@@ -145,7 +146,12 @@ class ParameterRow(NamedTuple):
     interval: str
 
 
-def parameter_row(name: str, unit: str, value: float, ends: tuple[float, float]) -> ParameterRow:
+def parameter_row(
+    name: str,
+    unit: str,
+    value: float,
+    ends: tuple[float, float],
+) -> ParameterRow:
     """Return a parameter with the ends of its interval; equal ends: it was given, not fitted."""
     low, high = ends
     if not high > low:

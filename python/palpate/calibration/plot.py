@@ -12,7 +12,7 @@ from palpate.calibration.fit import Array
 from palpate.calibration.modulus import Modulus
 from palpate.display import markup, text
 from palpate.display.markup import ACCENT, Axis, Markup
-from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, written
+from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, written
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,15 @@ class CalibrationCurve:
 def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> None:
     """Draw the curve and the band on matplotlib axes, over a logarithmic axis of moduli."""
     modulus = curve.modulus
-    band: dict[str, object] = {"color": colour, "alpha": 0.15, "linewidth": 0}
-    ax.fill_between(modulus, curve.low, curve.high, label="95 % of touches", **band)
+    ax.fill_between(
+        modulus,
+        curve.low,
+        curve.high,
+        label="95 % of touches",
+        color=colour,
+        alpha=0.15,
+        linewidth=0,
+    )
     ax.plot(modulus, curve.ratio, color=colour, label="eq. (2), fitted")
     ax.axhline(curve.rigid_ratio, **TRUTH, label=curve.rigid_label)
     moduli_axis(ax)
@@ -76,32 +83,29 @@ def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> N
     ax.set_ylabel("capacitance ratio")
 
 
-def draw_calibration(ax: Any, curve: CalibrationCurve) -> Any:
-    """Draw curve, ratios and means of specimens on axes, or on new ones; return the axes."""
-    with axes(ax) as drawn:
-        draw_curve(drawn, curve)
-        drawn.plot(
-            curve.moduli,
-            curve.ratios,
-            ".",
-            color=HARD,
-            markersize=3,
-            label="measured",
-            zorder=3,
-        )
-        drawn.errorbar(
-            [each.modulus for each in curve.specimens],
-            [each.ratio for each in curve.specimens],
-            [each.standard_error for each in curve.specimens],
-            fmt="_",
-            color=PAPER,
-            markersize=9,
-            capsize=2,
-            linewidth=0.8,
-            label="specimen's mean, std. error",
-        )
-        drawn.legend(loc="lower right")
-    return drawn
+def draw_calibration(ax: Any, curve: CalibrationCurve) -> None:
+    """Draw curve, ratios and means of specimens on axes."""
+    draw_curve(ax, curve)
+    ax.plot(
+        curve.moduli,
+        curve.ratios,
+        ".",
+        color=HARD,
+        markersize=3,
+        label="measured",
+        zorder=3,
+    )
+    specimens = [(each.modulus, each.ratio, each.standard_error) for each in curve.specimens]
+    ax.errorbar(
+        *np.transpose(specimens),
+        fmt="_",
+        color=PAPER,
+        markersize=9,
+        capsize=2,
+        linewidth=0.8,
+        label="specimen's mean, std. error",
+    )
+    ax.legend(loc="lower right")
 
 
 def moduli_axis(ax: Any) -> None:
@@ -156,12 +160,16 @@ def curve_picture(curve: CalibrationCurve, objects: Iterable[MeasuredObject] = (
     """Return an SVG picture: the curve, its band, the data as dots, and objects as rings."""
     bottom = min(1.0, float(curve.ratios.min()), curve.soft_ratio)
     top = 1.08 * max(curve.rigid_ratio, float(curve.ratios.max()))
-    across = markup.axis(curve.log_modulus[0], curve.log_modulus[-1], _LEFT, _RIGHT)
+    softest = curve.log_modulus[0]
+    stiffest = curve.log_modulus[-1]
+    across = markup.axis(softest, stiffest, _LEFT, _RIGHT)
     scales = _Scales(curve, across, markup.axis(bottom, top, _FOOT, _TOP))
     drawn = _grid(scales, bottom, top)
     drawn += _curve_and_band(scales)
     for modulus, ratio in zip(curve.moduli, curve.ratios, strict=True):
-        drawn.append(markup.dot(scales.x(modulus), scales.y(ratio), fill="currentColor"))
+        x = scales.x(modulus)
+        y = scales.y(ratio)
+        drawn.append(markup.dot(x, y, fill="currentColor"))
     for one in objects:
         drawn += _ring(scales, one)
     return markup.drawing(450, 250, "Calibration: ratio against modulus", *drawn)
@@ -173,11 +181,13 @@ def _grid(scales: _Scales, bottom: float, top: float) -> list[Markup]:
     ends = scales.curve.modulus
     for modulus in markup.decades(float(ends[0]), float(ends[-1])):
         x = scales.x(modulus)
-        drawn.append(markup.path((x, x), (_TOP, _FOOT), **_GRID))
+        line = markup.path((x, x), (_TOP, _FOOT), **_GRID)
+        drawn.append(line)
         drawn.append(markup.label(x, _FOOT + 15, f"{modulus:g}", "middle"))
     for ratio in markup.ticks(bottom, top):
         y = scales.y(ratio)
-        drawn.append(markup.path((_LEFT, _RIGHT), (y, y), **_GRID))
+        line = markup.path((_LEFT, _RIGHT), (y, y), **_GRID)
+        drawn.append(line)
         drawn.append(markup.label(_LEFT - 6, y + 4, f"{ratio:g}", "end"))
     return drawn
 
@@ -190,8 +200,18 @@ def _curve_and_band(scales: _Scales) -> list[Markup]:
     rigid = scales.y(curve.rigid_ratio)
     dashed: dict[str, object] = {"stroke": "currentColor", "stroke_dasharray": "5 4"}
     return [
-        markup.path(across(around), down(edge), fill=ACCENT, fill_opacity=0.24),
-        markup.path(across(curve.log_modulus), down(curve.ratio), stroke=ACCENT, stroke_width=2),
+        markup.path(
+            across(around),
+            down(edge),
+            fill=ACCENT,
+            fill_opacity=0.24,
+        ),
+        markup.path(
+            across(curve.log_modulus),
+            down(curve.ratio),
+            stroke=ACCENT,
+            stroke_width=2,
+        ),
         markup.path((_LEFT, _RIGHT), (rigid, rigid), **dashed),
         markup.label(_LEFT + 8, rigid - 4, curve.rigid_label),
         markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
@@ -207,4 +227,5 @@ def _ring(scales: _Scales, one: MeasuredObject) -> list[Markup]:
     if x > (_LEFT + _RIGHT) / 2:
         name = markup.label(x - 8, y - 6, one.name, "end")
     bar = markup.path(ends, (y, y), **_BAR)
-    return [bar, markup.dot(x, y, 4, fill="none", **_BAR), name]
+    ring = markup.dot(x, y, 4, fill="none", **_BAR)
+    return [bar, ring, name]

@@ -1,10 +1,9 @@
 """Selects the ratio that scatters least on the specimens: hold or level, exponent, age."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, field
 from itertools import product
-from math import isfinite, nan, sqrt
+from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +35,16 @@ class Track(NamedTuple):
     recording: RecordingProtocol
     tracking: Mapping[str, Any]
     specimens: Mapping[int, str]
+
+    def settings(self, contact_exponent: float, age_s: float) -> Mapping[str, Any]:
+        """Return the settings with another exponent and age."""
+        return {**self.tracking, "contact_exponent": contact_exponent, "age": age_s}
+
+    def specimen_of(self, touch: Touch, accept: Collection[str]) -> str | None:
+        """Return the specimen of a touch; None: the touch does not count."""
+        if objections(touch, accept):
+            return None
+        return self.specimens.get(touch.start)
 
 
 @dataclass(frozen=True)
@@ -80,76 +89,6 @@ class RatioScatter:
         return f"{number_format.error(100 * self.scatter)} %"
 
 
-class ExponentReason(StrEnum):
-    """Why a contact exponent was chosen."""
-
-    GIVEN = "as given"
-    TOO_LEVEL = "assumed: the touches were too level to show it"
-    TOO_FEW = "assumed: too few touches are repeated to show it"
-    LEAST_SCATTER = "as the scatter is least at"
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """The ratio that was chosen beside those it was compared with.
-
-    Attributes
-    ----------
-    chosen : RatioScatter
-    other : RatioScatter
-        The best ratio of the other kind with the same age.
-    whole_touch : RatioScatter or None
-        The chosen ratio with an age of 0; None: it was not compared.
-    most_touches : int
-        Largest number of touches that have one of the compared ratios.
-    ratio_given : bool
-        Whether the kind of ratio was given.
-    exponent_reason : ExponentReason
-    fitted_exponent : float
-        Exponent with the least scatter; nan: not determined.
-    """
-
-    chosen: RatioScatter
-    other: RatioScatter
-    whole_touch: RatioScatter | None
-    most_touches: int
-    ratio_given: bool
-    exponent_reason: ExponentReason
-    fitted_exponent: float = nan
-
-    def about(self) -> About:
-        """Return the reasons as sentences, for a person and for the file."""
-        chosen = self.chosen
-        exponent = age = ""
-        if chosen.ratio == "level":
-            exponent = f"{chosen.contact_exponent:g}, {self.exponent_reason}"
-            if self.exponent_reason is ExponentReason.LEAST_SCATTER:
-                exponent += f" {self.fitted_exponent:.2f}"
-        if chosen.age_s and self.whole_touch:
-            whole = f"{self.whole_touch.percent}{self._missing(self.whole_touch)}"
-            age = f"{chosen.age_s:g} s; the whole touch scatters by {whole}"
-        elif chosen.age_s:
-            age = f"{chosen.age_s:g} s, as given"
-        return About(ratio=self._about_ratio(), contact_exponent=exponent, age=age)
-
-    def _about_ratio(self) -> str:
-        name = self.chosen.ratio
-        if self.ratio_given:
-            name += ", as given"
-        other = self.other
-        if self.chosen.freedom < _FEWEST:
-            return f"{name}, as too few touches are repeated to compare it with {other.ratio}"
-        scatter = f"which scatters by {self.chosen.percent} within the specimens"
-        return f"{name}, {scatter}; {other.ratio} {other.percent}{self._missing(other)}"
-
-    def _missing(self, one: RatioScatter) -> str:
-        """Return a remark if too few of the touches have a ratio."""
-        if not _is_rare(one, self.most_touches):
-            return ""
-        counts = f"{one.touches} of {self.most_touches} touches have it"
-        return f" ({counts}, the others a flag against it)"
-
-
 @dataclass(frozen=True)
 class RatioChoice:
     """The ratio of a touch that a calibration converts; made by `choose_ratio`.
@@ -160,8 +99,8 @@ class RatioChoice:
         "hold" or "level".
     settings : dict
         Of the tracker: contact_exponent and age, s; empty in a scene that has none.
-    comparison : Comparison or None
-        Why; None: the scene has only one ratio.
+    about : palpate.calibration.calibration_file.About
+        The reasons as sentences; the other fields are empty.
 
     Examples
     --------
@@ -171,21 +110,19 @@ class RatioChoice:
 
     ratio: str
     settings: Mapping[str, float]
-    comparison: Comparison | None = None
+    about: About = field(default_factory=About)
 
     @property
     def ratio_of(self) -> RatioOf:
         """The ratio of a touch, and its standard error."""
         return RATIOS[self.ratio]
 
-    @property
-    def about(self) -> About:
-        """The reasons as sentences; the other fields are empty."""
-        return self.comparison.about() if self.comparison else About()
-
 
 def choose_ratio(
-    tracks: Sequence[Track], *, ratio: str | None = None, accept: Collection[str] = ()
+    tracks: Sequence[Track],
+    *,
+    ratio: str | None = None,
+    accept: Collection[str] = (),
 ) -> RatioChoice:
     """Return the ratio, exponent and age whose ratios scatter least within the specimens.
 
@@ -221,7 +158,9 @@ def choose_ratio(
     """
     if not all(map(_has_exponent, tracks)):
         return RatioChoice("hold", {})
-    given = {name: value for track in tracks for name, value in track.tracking.items()}
+    given: dict[str, float] = {}
+    for track in tracks:
+        given |= track.tracking
     exponents = [given["contact_exponent"]] if "contact_exponent" in given else EXPONENTS
     ages = [given["age"]] if "age" in given else AGES_S
     avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
@@ -235,26 +174,58 @@ def choose_ratio(
         if is_shown and ratio in (None, each.ratio):
             allowed.append(each)
     chosen = _simplest(allowed)
-    reason = ExponentReason.TOO_LEVEL
-    fitted = nan
-    if len(exponents) == 1:
-        reason = ExponentReason.GIVEN
-    elif chosen.ratio == "level" and chosen.is_better_than(holds[chosen.age_s]):
-        reason = ExponentReason.LEAST_SCATTER
-        fitted = fitted_exponent(tracks, chosen.age_s, accepted)
-    elif chosen.freedom < _FEWEST:
-        reason = ExponentReason.TOO_FEW
-    settings = {"contact_exponent": chosen.contact_exponent, "age": chosen.age_s}
-    comparison = Comparison(
-        chosen,
-        other=_best_other(chosen, compared),
-        whole_touch=_whole_touch(chosen, compared),
-        most_touches=_most_touches(compared),
-        ratio_given=ratio is not None,
-        exponent_reason=reason,
-        fitted_exponent=fitted,
+    exponent = ""
+    if chosen.ratio == "level":
+        exponent = f"{chosen.contact_exponent:g}, "
+        if len(exponents) == 1:
+            exponent += "as given"
+        elif chosen.is_better_than(holds[chosen.age_s]):
+            best = fitted_exponent(tracks, chosen.age_s, accepted)
+            exponent += f"as the scatter is least at {best:.2f}"
+        elif chosen.freedom < _FEWEST:
+            exponent += "assumed: too few touches are repeated to show it"
+        else:
+            exponent += "assumed: the touches were too level to show it"
+    about = About(
+        ratio=_about_ratio(chosen, compared, is_given=ratio is not None),
+        contact_exponent=exponent,
+        age=_about_age(chosen, compared),
     )
-    return RatioChoice(chosen.ratio, settings, comparison)
+    settings = {"contact_exponent": chosen.contact_exponent, "age": chosen.age_s}
+    return RatioChoice(chosen.ratio, settings, about)
+
+
+def _about_ratio(chosen: RatioScatter, compared: Sequence[RatioScatter], *, is_given: bool) -> str:
+    """Return why the kind of ratio was chosen: beside the best one of the other kind and this age."""
+    others = [e for e in compared if e.ratio != chosen.ratio and e.age_s == chosen.age_s]
+    other = min(others, key=lambda each: each.scatter)
+    name = chosen.ratio
+    if is_given:
+        name += ", as given"
+    if chosen.freedom < _FEWEST:
+        return f"{name}, as too few touches are repeated to compare it with {other.ratio}"
+    scatter = f"which scatters by {chosen.percent} within the specimens"
+    return f"{name}, {scatter}; {other.ratio} {other.percent}{_missing(other, compared)}"
+
+
+def _about_age(chosen: RatioScatter, compared: Sequence[RatioScatter]) -> str:
+    """Return why the age was chosen: beside the same ratio of the whole touch, if it was compared."""
+    if not chosen.age_s:
+        return ""
+    for each in compared:
+        is_same = (each.ratio, each.contact_exponent) == (chosen.ratio, chosen.contact_exponent)
+        if is_same and not each.age_s:
+            whole = f"{each.percent}{_missing(each, compared)}"
+            return f"{chosen.age_s:g} s; the whole touch scatters by {whole}"
+    return f"{chosen.age_s:g} s, as given"
+
+
+def _missing(one: RatioScatter, compared: Sequence[RatioScatter]) -> str:
+    """Return a remark if too few of the touches have a ratio."""
+    most = _most_touches(compared)
+    if not _is_rare(one, most):
+        return ""
+    return f" ({one.touches} of {most} touches have it, the others a flag against it)"
 
 
 def _has_exponent(track: Track) -> bool:
@@ -266,11 +237,9 @@ def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[st
     """Return the exponent, 1 to 2 in steps of 0.02, with the least scatter within specimens."""
     touches = []
     for track in tracks:
-        settings = {**track.tracking, "contact_exponent": 1.0, "age": age_s}
-        for touch in offline(track.recording, **settings):
-            name = track.specimens.get(touch.live.start)
-            if name is not None and not objections(touch.live, accept):
-                touches.append((name, touch))
+        for touch in offline(track.recording, **track.settings(1.0, age_s)):
+            name = track.specimen_of(touch.live, accept)
+            touches.append((name, touch))
     variances = []
     for exponent in _GRID:
         variance, _, _ = within_groups((name, touch.level(exponent)) for name, touch in touches)
@@ -295,21 +264,24 @@ def _compared(
         variance, freedom, used = within_groups(
             (name, RATIOS[kind](touch)) for name, touch in touches
         )
-        compared.append(RatioScatter(kind, exponent, age_s, sqrt(variance), len(used), freedom))
+        scatter = sqrt(variance)
+        compared.append(RatioScatter(kind, exponent, age_s, scatter, len(used), freedom))
     return compared
 
 
 def _measured_with(
-    tracks: Sequence[Track], exponent: float, age_s: float, accept: Collection[str]
-) -> list[tuple[str, Touch]]:
+    tracks: Sequence[Track],
+    exponent: float,
+    age_s: float,
+    accept: Collection[str],
+) -> list[tuple[str | None, Touch]]:
     """Return the touches that count with these settings, each with the name of its specimen."""
     touches = []
     for track in tracks:
-        settings = {**track.tracking, "contact_exponent": exponent, "age": age_s}
-        for touch in tracked(track.recording, **settings).touches:
-            name = track.specimens.get(touch.start)
-            if name is not None and not objections(touch, accept):
-                touches.append((name, touch))
+        found = tracked(track.recording, **track.settings(exponent, age_s))
+        for touch in found.touches:
+            name = track.specimen_of(touch, accept)
+            touches.append((name, touch))
     return touches
 
 
@@ -330,18 +302,3 @@ def _most_touches(compared: Sequence[RatioScatter]) -> int:
 def _is_rare(one: RatioScatter, most: int) -> bool:
     """Return whether less than nine tenths of the touches have a ratio."""
     return one.touches < (1 - _MOST_LOST) * most
-
-
-def _best_other(chosen: RatioScatter, compared: Sequence[RatioScatter]) -> RatioScatter:
-    """Return the ratio of the other kind, with the same age, that scatters least."""
-    others = [e for e in compared if e.ratio != chosen.ratio and e.age_s == chosen.age_s]
-    return min(others, key=lambda each: each.scatter)
-
-
-def _whole_touch(chosen: RatioScatter, compared: Sequence[RatioScatter]) -> RatioScatter | None:
-    """Return the chosen ratio of the whole touch; None: it was not compared."""
-    settings = (chosen.ratio, chosen.contact_exponent, 0.0)
-    for each in compared:
-        if (each.ratio, each.contact_exponent, each.age_s) == settings:
-            return each
-    return None

@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Callable, Iterable, Mapping
+from math import inf, nan
 from pathlib import Path
 
 from palpate.ad7746.registers import SATURATED_PF
@@ -21,12 +22,17 @@ def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, fl
     """Return the moduli, MPa, by name; `note` gets what was assumed."""
     # A header row, which may name a unit; rows of name and modulus; comma, semicolon or tab.
     lines = _lines(path)
-    delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
+    delimiter = ","
+    for mark in ";\t":
+        if lines and mark in lines[0]:
+            delimiter = mark
     moduli: dict[str, float] = {}
     power: int | None = None
     for number, line in enumerate(lines, 1):
-        cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
-        if number == 1 and not _is_row(cells):
+        row = next(csv.reader([line], delimiter=delimiter), [])
+        cells = list(map(str.strip, row))
+        is_header = len(cells) < 2 or not _number(cells[1]) > 0
+        if number == 1 and is_header:
             power = without_unit(" ".join(cells[1:2]), f"{path}, line 1: ")[1]
         elif any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
@@ -52,11 +58,12 @@ def _lines(path: Path) -> list[str]:
         ) from error
 
 
-def _is_row(cells: list[str]) -> bool:
+def _number(text: str) -> float:
+    """Return the number in a cell; nan: there is none."""
     try:
-        return len(cells) > 1 and to_number(cells[1]) > 0
+        return to_number(text)
     except ValueError:
-        return False
+        return nan
 
 
 _UNIT = re.compile(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", re.IGNORECASE)
@@ -76,9 +83,11 @@ def without_unit(text: str, place: str = "") -> tuple[str, int | None]:
     >>> without_unit("143 kPa"), without_unit("modulus")
     (('143', -3), ('modulus', None))
     """
-    if not (unit := _UNIT.search(text)):
+    unit = _UNIT.search(text)
+    if not unit:
         return text, None
-    if (name := unit[1].lower()) not in _POWERS:
+    name = unit[1].lower()
+    if name not in _POWERS:
         raise CalibrationError(f"{place}got the unit {quoted(name)}, allowed: Pa, kPa, MPa or GPa")
     return _UNIT.sub("", text, 1).strip(), _POWERS[name]
 
@@ -88,11 +97,8 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
         raise CalibrationError(
             f"{place}: got {len(cells)} cells, allowed: name of the specimen and modulus in MPa"
         )
-    try:
-        modulus = to_number(cells[1])
-    except ValueError:
-        modulus = float("nan")
-    if not 0 < modulus < float("inf"):
+    modulus = _number(cells[1])
+    if not 0 < modulus < inf:
         raise CalibrationError(
             f"{place}: got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa"
         )
@@ -104,9 +110,12 @@ def specimen_in(file: Path, names: Mapping[str, str]) -> str:
     # The name of the file is the name of the specimen, or begins with it, followed by a space,
     # hyphen, underscore or dot: `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` are of `30 OO`.
     stem = file.stem
-    ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
-    found = (names[name_key(stem[:end])] for end in ends if name_key(stem[:end]) in names)
-    return next(found, "") or re.sub(r"[-_ .]\d{1,3}$", "", file.name.partition(".")[0]) or stem
+    for end in range(len(stem), -1, -1):
+        name = name_key(stem[:end])
+        if name in names and (end == len(stem) or ord(stem[end]) in _SEPARATORS):
+            return names[name]
+    first = file.name.partition(".")[0]
+    return re.sub(r"[-_ .]\d{1,3}$", "", first) or stem
 
 
 _SEPARATORS = dict.fromkeys(map(ord, "-_ ."))
@@ -133,7 +142,8 @@ def write_session(
         data = HEADER.encode() + format_rows(block)
         write_file(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
-        sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(block), data))
+        document = sidecar.made(device, len(block), data)
+        sidecar.save(sidecar.sidecar_path(path), document)
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
     write_file(table, f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths, table]

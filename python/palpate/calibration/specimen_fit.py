@@ -1,8 +1,9 @@
 """Touches on the specimens of a calibration: combined ratios, their table, and the fit."""
 
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import isfinite, nan, sqrt
 
 import numpy as np
@@ -95,90 +96,76 @@ class SpecimenTouches:
             return nan
         return float(np.std(ratios, ddof=1) / np.mean(ratios))
 
-    def summary(self) -> "SpecimenSummary":
-        """Return the row of this specimen in a table."""
-        against = [objections(touch, self.accept, self.ratio_of) for touch in self.touches]
-        return SpecimenSummary(
-            name=self.name,
-            modulus=self.modulus,
-            touches=len(self.touches),
-            usable=against.count(()),
-            smallest_covariance=self._ratio("covariance"),
-            smallest_error=self._ratio("standard_error"),
-            nearest_to_mean=self._ratio("agreement"),
-            mean=self._ratio("mean"),
-            spread=self.spread,
-        )
-
-    def _ratio(self, by: str) -> float:
-        """Return the ratio by a choice; nan if no touch is usable for it."""
-        try:
-            return self.choose(by).ratio
-        except ValueError:
-            return nan
-
-
-RATIO_COLUMNS = ("smallest P", "smallest error", "nearest to mean", "mean")
-"""Ratios of a summary: of the touch with the smallest P (the choice of the paper), and so on."""
-
-
-@dataclass(frozen=True)
-class SpecimenSummary:
-    """A specimen in the table of a calibration; a ratio is nan if no touch is usable for it."""
-
-    name: str
-    modulus: float
-    touches: int
-    usable: int
-    smallest_covariance: float
-    smallest_error: float
-    nearest_to_mean: float
-    mean: float
-    spread: float
+    @property
+    def ratios(self) -> dict[str, float]:
+        """The ratios of `RATIO_COLUMNS`; nan if no touch is usable for one."""
+        ratios = dict.fromkeys(RATIO_COLUMNS, nan)
+        for column, by in RATIO_COLUMNS.items():
+            with suppress(ValueError):
+                ratios[column] = self.choose(by).ratio
+        return ratios
 
     @property
-    def ratios(self) -> tuple[float, float, float, float]:
-        """The ratios of `RATIO_COLUMNS`."""
-        return (self.smallest_covariance, self.smallest_error, self.nearest_to_mean, self.mean)
+    def counted(self) -> int:
+        """Number of touches that nothing speaks against."""
+        count = 0
+        for touch in self.touches:
+            if not objections(touch, self.accept, self.ratio_of):
+                count += 1
+        return count
 
     def as_dict(self) -> dict[str, object]:
         """Return plain values for JSON; None for nan."""
-        ratios = dict(zip(RATIO_COLUMNS, self.ratios, strict=True))
         return {
             "specimen": self.name,
             "modulus_MPa": self.modulus,
-            "touches": self.touches,
-            "usable": self.usable,
-            **number_format.plain({**ratios, "spread": self.spread}),
+            "touches": len(self.touches),
+            "usable": self.counted,
+            **number_format.plain({**self.ratios, "spread": self.spread}),
         }
 
     def cells(self) -> list[str]:
-        """Return the row as text; ratios have two digits of their scatter (less for a mean)."""
-        spread = "-"
+        """Return the row of a table; ratios have two digits of their scatter (less for a mean)."""
+        cells = [self.name, f"{self.modulus:g}", str(len(self.touches))]
+        for column, ratio in self.ratios.items():
+            scatter = self.spread * abs(ratio)
+            if column == "mean":
+                scatter /= sqrt(max(self.counted, 1))
+            cells.append(number_format.number(ratio, scatter))
         if isfinite(self.spread):
-            spread = f"{number_format.error(100 * self.spread)} %"
-        texts = [number_format.number(each, self.spread * abs(each)) for each in self.ratios[:-1]]
-        of_mean = self.spread * abs(self.mean) / sqrt(max(self.usable, 1))
-        texts.append(number_format.number(self.mean, of_mean))
-        return [self.name, f"{self.modulus:g}", str(self.touches), *texts, spread]
+            return [*cells, f"{number_format.error(100 * self.spread)} %"]
+        return [*cells, "-"]
+
+
+RATIO_COLUMNS = {
+    "smallest P": "covariance",
+    "smallest error": "standard_error",
+    "nearest to mean": "agreement",
+    "mean": "mean",
+}
+"""Columns of the table of specimens, and the choice of each ratio; the first is the paper's."""
 
 
 def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
     """Return the table as text: header, a row for each specimen, and which columns rise."""
-    summaries = [specimen.summary() for specimen in specimens]
     rows = [["specimen", "MPa", "touches", *RATIO_COLUMNS, "spread"]]
-    rows += [summary.cells() for summary in summaries]
+    rows += [specimen.cells() for specimen in specimens]
     rising = []
-    for column in zip(*(summary.ratios for summary in summaries), strict=True):
-        if not np.isfinite(column).all():
+    for ratios in zip(*(specimen.ratios.values() for specimen in specimens), strict=True):
+        if not np.isfinite(ratios).all():
             rising.append("-")
+        elif rises(ratios):
+            rising.append("yes")
         else:
-            rising.append("yes" if rises(column) else "no")
+            rising.append("no")
     return [*rows, ["rises", "", "", *rising, ""]]
 
 
 def combined_ratio(
-    touches: Sequence[Touch], by: str, accept: Collection[str] = (), ratio_of: RatioOf = hold_ratio
+    touches: Sequence[Touch],
+    by: str,
+    accept: Collection[str] = (),
+    ratio_of: RatioOf = hold_ratio,
 ) -> CombinedRatio:
     """Return one ratio for several touches on one object.
 
@@ -213,7 +200,7 @@ def combined_ratio(
     if by not in ("mean", "weighted"):
         best = most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)
         return _single_ratio(ratio_of(best))
-    each = [_single_ratio(ratio_of(touch)) for touch in usable(touches, accept, ratio_of)]
+    each = list(map(_single_ratio, map(ratio_of, usable(touches, accept, ratio_of))))
     weights = np.ones(len(each))
     if by == "weighted":
         errors = np.array([one.standard_error for one in each])
@@ -289,7 +276,7 @@ def fit_specimens(
     if by not in CHOICES:
         raise ValueError(f"by: {unlike(by, CHOICES)}")
     kinds = {specimen.ratio_of for specimen in specimens}
-    used = [touch for specimen in specimens for touch in specimen.usable]
+    used = list(chain.from_iterable(specimen.usable for specimen in specimens))
     ages = {touch.age_s for touch in used}
     exponents = {touch.contact_exponent for touch in used}
     by_level = level_ratio in kinds
@@ -300,17 +287,21 @@ def fit_specimens(
     share = 1.0
     if by_level:
         share = error_share([level_ratio(touch) for touch in each.usable] for each in specimens)
-    rows = []
+    ratios = []
     moduli = []
+    errors = []
+    touches = []
     for specimen in specimens:
-        ratios = _ratios(specimen, by)
-        rows += ratios
-        moduli += [specimen.modulus] * len(ratios)
+        for row in _ratios(specimen, by):
+            ratios.append(row.ratio)
+            moduli.append(specimen.modulus)
+            errors.append(share * row.standard_error)
+            touches.append(row.touches)
     found = Calibration.fit(
-        [row.ratio for row in rows],
+        ratios,
         moduli,
-        standard_errors=[share * row.standard_error for row in rows],
-        touches=[row.touches for row in rows],
+        standard_errors=errors,
+        touches=touches,
         soft_ratio=soft_ratio,
         about=replace(about or About(), fitted_on=by),
     )
@@ -326,7 +317,7 @@ def fit_specimens(
 def _ratios(specimen: SpecimenTouches, by: str) -> list[CombinedRatio]:
     """Return the values of a specimen that are fitted."""
     if by == "all":
-        return [_single_ratio(specimen.ratio_of(touch)) for touch in specimen.usable]
+        return list(map(_single_ratio, map(specimen.ratio_of, specimen.usable)))
     return [specimen.choose(by)]
 
 

@@ -13,7 +13,6 @@ from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.calibration.specimen_files import without_unit
-from palpate.calibration.validity import Refusal
 from palpate.errors import CalibrationError, PalpateError
 from palpate.flags import advice, sentences
 from palpate.importers.units import to_number
@@ -24,7 +23,7 @@ from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
-from palpate.repeatability import Objection, objections, session_scatter
+from palpate.repeatability import objections, session_scatter
 from palpate.stream import Listener, Stream
 from palpate.touch import Touch
 from palpate.uncertainty import RATIOS, RatioOf, hold_ratio
@@ -390,7 +389,7 @@ class Progress:
         """Which ratio of a touch counts."""
         return self.calibration.ratio_of if self.calibration else RATIOS[self.kind]
 
-    def objections(self, touch: Touch) -> tuple[Objection | Refusal, ...]:
+    def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count."""
         if self.calibration:
             return self.calibration.objections(touch)
