@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
+from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
 from palpate.samples import RETAKEN, require_scale, settings_for
 from palpate.touch import Touch
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 
-class Touches(list[Touch], Framed):
+class Touches(list[Touch], Framed, Plotted):
     """The touches of a recording, in order of time: a list that shows and draws itself.
 
     Attributes
@@ -76,26 +77,10 @@ class Touches(list[Touch], Framed):
 
         return touches_card(self, note_lines(self.notes, self.doubts))
 
-    def plot(self, ax: Any = None) -> Any:
-        """Draw the ratio of each touch over its begin, with its uncertainty and flags.
+    def _draw(self, ax: Any) -> None:
+        from palpate.display.plots import draw_touches
 
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Default: new axes of pyplot.
-
-        Returns
-        -------
-        matplotlib Axes
-
-        Raises
-        ------
-        MissingExtra
-            matplotlib is missing; type: pip install 'palpate[science]'.
-        """
-        from palpate.display.plots import plot_touches
-
-        return plot_touches(self, ax)
+        draw_touches(self, ax)
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""

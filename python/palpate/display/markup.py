@@ -7,7 +7,7 @@ and no script runs.
 
 from collections.abc import Callable, Iterable
 from html import escape
-from math import ceil, floor, isnan, log10, nan
+from math import ceil, floor, isfinite, isnan, log10, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,6 @@ LEFT_OUT = "\N{MULTIPLICATION SIGN}"
 """Beside a value that does not count."""
 _FIRST = 20
 """Readings at the start, whose median is the level there."""
-_COLUMNS = 240
-"""Points of a line: more rows are drawn as the smallest and the largest of each group."""
 
 
 class Markup(str):
@@ -67,8 +65,10 @@ def span(values: Iterable[float]) -> tuple[float, float]:
     >>> span([4.0, 1.0, float("nan")]), span([])
     ((1.0, 4.0), (0.0, 1.0))
     """
-    known = [float(value) for value in values if np.isfinite(value)]
-    return (min(known), max(known)) if known else (0.0, 1.0)
+    known = list(filter(isfinite, map(float, values)))
+    if not known:
+        return 0.0, 1.0
+    return min(known), max(known)
 
 
 def path(x: Iterable[float], y: Iterable[float], **attributes: object) -> Markup:
@@ -118,7 +118,9 @@ def ticks(low: float, high: float, limit: int = 6) -> list[float]:
     for factor in (2, 5, 10, 20):
         if (high - low) / step > limit - 1:
             step = factor * power
-    return [step * number for number in range(ceil(low / step), floor(high / step) + 1)]
+    first = ceil(low / step)
+    last = floor(high / step)
+    return [step * number for number in range(first, last + 1)]
 
 
 def decades(low: float, high: float) -> list[float]:
@@ -129,16 +131,25 @@ def decades(low: float, high: float) -> list[float]:
     >>> decades(0.07, 35.0)
     [0.1, 0.3, 1.0, 3.0, 10.0, 30.0]
     """
-    powers = range(floor(log10(low)), ceil(log10(high)) + 1)
-    values: list[float] = []
-    for power in powers:
-        values += [float(f"1e{power}"), float(f"3e{power}")]
-    return [value for value in values if low <= value <= high]
+    first = floor(log10(low))
+    last = ceil(log10(high))
+    values = []
+    for power in range(first, last + 1):
+        for value in (float(f"1e{power}"), float(f"3e{power}")):
+            if low <= value <= high:
+                values.append(value)
+    return values
 
 
 def dot(x: float, y: float, radius: float = 2.6, **attributes: object) -> Markup:
     """Return a circle."""
-    return element("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=radius, **attributes)
+    return element(
+        "circle",
+        cx=f"{x:.1f}",
+        cy=f"{y:.1f}",
+        r=radius,
+        **attributes,
+    )
 
 
 def label(x: float, y: float, text: str, anchor: str = "start") -> Markup:
@@ -179,25 +190,7 @@ def changes(readings: Array) -> tuple[Array, float]:
     (array([0.  , 0.  , 0.  , 0.25]), 0.5)
     """
     known = readings[np.isfinite(readings)]
-    level = float(np.median(known[:_FIRST])) if len(known) else nan
+    level = nan
+    if len(known):
+        level = float(np.median(known[:_FIRST]))
     return readings - level, level
-
-
-def envelope(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return a line of few points with the same extremes, in any group of neighbours.
-
-    Each of at most 240 groups has two points.
-
-    Examples
-    --------
-    >>> x, y = envelope(np.arange(10_000.0), np.arange(10_000.0) % 7)
-    >>> len(x), float(y.min()), float(y.max())
-    (480, 0.0, 6.0)
-    """
-    begins = np.unique(np.linspace(0, len(y), _COLUMNS, endpoint=False).astype(int))
-    if len(begins) == len(y):
-        return x, y
-    ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
-    falls = y[begins] > y[np.append(begins[1:], len(y)) - 1]
-    ends[:, falls] = ends[::-1, falls]  # the larger end first: else a falling line goes up and down
-    return np.repeat(x[begins], 2), ends.T.ravel()

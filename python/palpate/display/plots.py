@@ -1,8 +1,8 @@
 """Figures of a recording and of touches with matplotlib, and the style of all figures."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import isnan
+from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +31,12 @@ PAPER = "#D55E00"
 HANDHELD = "#0072B2"
 SLOW = "#009E73"
 FAST = "#CC79A7"
-TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
-STYLE: dict[str, Any] = {
+TRUTH: Mapping[str, object] = {
+    "color": "black",
+    "linewidth": 0.7,
+    "linestyle": (0, (4, 2)),
+}
+STYLE: Mapping[str, object] = {
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8),
     **dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 7),
     **dict.fromkeys(("axes.linewidth", "grid.linewidth"), 0.5),
@@ -66,7 +70,8 @@ def written(path: Path, width_in: float, height_in: float) -> Iterator[Any]:
     with sheet(width_in, height_in) as figure:
         yield figure
         with replacing(path) as file:
-            figure.savefig(file, format=path.suffix[1:].lower())
+            suffix = path.suffix.lower()
+            figure.savefig(file, format=suffix.removeprefix("."))
 
 
 @contextmanager
@@ -79,12 +84,13 @@ def axes(ax: Any) -> Iterator[Any]:
     if ax is None:
         # Before the context, which would restore the backend that a notebook's first figure selects.
         pyplot = need("matplotlib.pyplot", "science")
-        figure = pyplot.figure(figsize=(COLUMN_IN * 1.5, COLUMN_IN * 0.8), layout="constrained")
+        size = (COLUMN_IN * 1.5, COLUMN_IN * 0.8)
+        figure = pyplot.figure(figsize=size, layout="constrained")
     with need("matplotlib", "science").rc_context(STYLE):
         yield figure.add_subplot() if figure else ax
 
 
-_ABOVE: dict[str, Any] = {
+_ABOVE: Mapping[str, object] = {
     "loc": "lower left",
     "bbox_to_anchor": (0, 1),
     "ncols": 2,
@@ -93,37 +99,44 @@ _ABOVE: dict[str, Any] = {
 """Place of a legend: above the axes, where nothing is drawn."""
 
 
-def plot_recording(shown: "Recording", ax: Any = None) -> Any:
-    """Draw the change of both channels over time, with marks and gaps; return the axes."""
-    with axes(ax) as drawn:
-        is_timed = text.known_duration(shown) is not None
-        pairs = np.arange(len(shown.hard))
-        t_hard = shown.t_hard_s if is_timed else pairs
-        t_soft = shown.t_soft_s if is_timed else pairs
-        _plot_channel(drawn, "hard", t_hard, shown.hard, HARD, shown.unit)
-        _plot_channel(drawn, "soft", t_soft, shown.soft, SOFT, shown.unit)
-        for row in shown.gap_rows:
-            drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
-        for at_s, name in shown.marks if is_timed else ():
-            if not isnan(at_s):
-                _plot_mark(drawn, at_s, name)
-        drawn.set_xlabel("time, s" if is_timed else "pair")
-        drawn.set_ylabel(f"change, {shown.unit}")
-        drawn.legend(**_ABOVE)
-    return drawn
+def draw_recording(shown: "Recording", ax: Any) -> None:
+    """Draw the change of both channels over time, with marks and gaps."""
+    t_hard: Array = np.arange(len(shown.hard), dtype=float)
+    t_soft = t_hard
+    is_timed = text.known_duration(shown) is not None
+    if is_timed:
+        t_hard = shown.t_hard_s
+        t_soft = shown.t_soft_s
+    _draw_channel(ax, "hard", t_hard, shown.hard, HARD, shown.unit)
+    _draw_channel(ax, "soft", t_soft, shown.soft, SOFT, shown.unit)
+    for row in shown.gap_rows:
+        ax.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
+    for t_s, name in shown.marks:
+        if is_timed and not isnan(t_s):
+            _draw_mark(ax, t_s, name)
+    ax.set_xlabel("time, s" if is_timed else "pair")
+    ax.set_ylabel(f"change, {shown.unit}")
+    ax.legend(**_ABOVE)
 
 
-def _plot_channel(drawn: Any, name: str, t: Any, readings: Array, colour: str, unit: str) -> None:
+def _draw_channel(
+    ax: Any,
+    name: str,
+    t: Any,
+    readings: Array,
+    colour: str,
+    unit: str,
+) -> None:
     change, level = changes(readings)
     label = f"{name}, from {number_format.number(level)} {unit}"
-    drawn.plot(t, change, color=colour, label=label)
+    ax.plot(t, change, color=colour, label=label)
 
 
-def _plot_mark(drawn: Any, at_s: float, name: str) -> None:
-    drawn.axvline(at_s, color="0.5", linestyle=":", linewidth=0.8)
-    drawn.annotate(
+def _draw_mark(ax: Any, t_s: float, name: str) -> None:
+    ax.axvline(t_s, color="0.5", linestyle=":", linewidth=0.8)
+    ax.annotate(
         name,
-        (at_s, 1),
+        (t_s, 1),
         xycoords=("data", "axes fraction"),
         xytext=(2, -2),
         va="top",
@@ -135,27 +148,37 @@ def _plot_mark(drawn: Any, at_s: float, name: str) -> None:
     )
 
 
-def plot_touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
-    """Draw the ratio of each touch over its start, with its uncertainty and flags; return the axes."""
-    with axes(ax) as drawn:
-        is_timed = all(not isnan(touch.start_s) for touch in shown)
-        starts = [touch.start_s for touch in shown] if is_timed else range(1, len(shown) + 1)
-        at = np.array(starts)
-        ratios = np.array([touch.ratio for touch in shown])
-        errors = np.nan_to_num([Uncertainty.of(touch).uncertainty for touch in shown], nan=0.0)
-        drawn.errorbar(
-            at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, uncertainty"
-        )
-        drawn.legend(**_ABOVE)
-        for x, y, touch in zip(at, ratios, shown, strict=True):
-            if touch.flags and np.isfinite(y):
-                flags = ", ".join(touch.flags)
-                place = {"xytext": (5, 3), "textcoords": "offset points"}
-                drawn.annotate(flags, (x, y), fontsize=6, **place)
-        drawn.set_xlabel("begin of the touch, s" if is_timed else "touch")
-        drawn.set_ylabel("capacitance ratio")
-        drawn.margins(x=0.08, y=0.2)
-    return drawn
+def draw_touches(shown: "Sequence[Touch]", ax: Any) -> None:
+    """Draw the ratio of each touch over its start, with its uncertainty and flags."""
+    at = [touch.start_s for touch in shown]
+    is_timed = not any(map(isnan, at))
+    if not is_timed:
+        at = list(range(1, len(shown) + 1))
+    ratios = [touch.ratio for touch in shown]
+    uncertainties = [Uncertainty.of(touch).uncertainty for touch in shown]
+    errors = np.nan_to_num(uncertainties, nan=0.0)
+    ax.errorbar(
+        at,
+        ratios,
+        errors,
+        fmt="o",
+        color=HANDHELD,
+        capsize=3,
+        label="ratio, uncertainty",
+    )
+    ax.legend(**_ABOVE)
+    for x, touch in zip(at, shown, strict=True):
+        if touch.flags and isfinite(touch.ratio):
+            ax.annotate(
+                ", ".join(touch.flags),
+                (x, touch.ratio),
+                fontsize=6,
+                xytext=(5, 3),
+                textcoords="offset points",
+            )
+    ax.set_xlabel("begin of the touch, s" if is_timed else "touch")
+    ax.set_ylabel("capacitance ratio")
+    ax.margins(x=0.08, y=0.2)
 
 
 def save_figure(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
@@ -163,8 +186,8 @@ def save_figure(shown: "Recording", found: "Sequence[Touch]", path: Path) -> Non
     with written(path, PAGE_IN, 0.6 * PAGE_IN) as figure:
         is_timed = text.known_duration(shown) is not None
         upper, lower = figure.subplots(2, 1, sharex=is_timed)
-        plot_recording(shown, upper)
-        plot_touches(found, lower)
+        draw_recording(shown, upper)
+        draw_touches(found, lower)
         if is_timed:
             upper.set_xlabel("")
 

@@ -1,17 +1,16 @@
 """Objects as one short line, for a prompt."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isnan, nan
 from typing import TYPE_CHECKING, Any
 
 from palpate import number_format
-from palpate._core import HandoverRls, HandoverRls32, VectorRls
+from palpate._core import HandoverRls, HandoverRls32, Tracker, VectorRls
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from datetime import timedelta
 
-    from palpate._core import Tracker
     from palpate.calibration import Calibration
     from palpate.recording import Recording
     from palpate.stream import Stream
@@ -57,7 +56,9 @@ def lasting(duration: "timedelta | None") -> str:
     if duration is None:
         return "duration unknown"
     length_s = duration.total_seconds()
-    return f"{length_s:.1f} s" if length_s < 600 else str(duration).partition(".")[0]
+    if length_s < 600:
+        return f"{length_s:.1f} s"
+    return str(duration).partition(".")[0]
 
 
 def counted(count: int, noun: str) -> str:
@@ -74,9 +75,35 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{plural}"
 
 
-def changed(settings: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings that differ from their defaults."""
-    return {name: value for name, value in settings.items() if value != defaults[name]}
+def counts_text(counts: Mapping[str, int]) -> str:
+    """Return the counts that are not 0, each with its name.
+
+    Examples
+    --------
+    >>> counts_text({"saturated": 1411, "refused": 0, "late": 2})
+    '1,411 saturated, 2 late'
+    """
+    parts = []
+    for name, count in counts.items():
+        if count:
+            parts.append(f"{count:,} {name}")
+    return ", ".join(parts)
+
+
+def changed_settings(shown: Any) -> dict[str, object]:
+    """Return the settings of an estimator or a tracker that are not the default, and a size."""
+    kind = own_class(shown)
+    if isinstance(shown, Tracker):
+        default = kind(shown.scene).settings
+    elif isinstance(shown, VectorRls):
+        default = {**kind(size=1).settings, "size": None}
+    else:
+        default = kind().settings
+    changed = {}
+    for name, value in shown.settings.items():
+        if value != default[name]:
+            changed[name] = value
+    return changed
 
 
 def own_class(shown: object) -> Any:
@@ -84,17 +111,10 @@ def own_class(shown: object) -> Any:
     return next(kind for kind in type(shown).__mro__ if kind.__module__ == "palpate")
 
 
-def defaults(shown: Any) -> dict[str, Any]:
-    """Return the default settings of an estimator, of its size."""
-    kind = own_class(shown)
-    made = kind(size=shown.settings["size"]) if "size" in shown.settings else kind()
-    return dict(made.settings)
-
-
 def estimator_line(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
-    others = _assignments(changed(shown.settings, defaults(shown) | {"size": None}))
-    return f"<{type(shown).__name__}({', '.join(others)}): {estimator_result(shown)}>"
+    settings = ", ".join(_assignments(shown))
+    return f"<{type(shown).__name__}({settings}): {estimator_result(shown)}>"
 
 
 def estimator_result(shown: Any) -> str:
@@ -103,28 +123,31 @@ def estimator_result(shown: Any) -> str:
     if shown.rejected:
         samples += f", {shown.rejected:,} rejected"
     if isinstance(shown, VectorRls):
-        pairs = zip(shown.coefficients.tolist(), shown.standard_errors.tolist(), strict=True)
-        return f"coefficients {', '.join(ratio(*pair) for pair in pairs)}, {samples}"
-    error = shown.standard_error if isinstance(shown, (HandoverRls, HandoverRls32)) else nan
+        errors = shown.standard_errors.tolist()
+        coefficients = map(ratio, shown.coefficients.tolist(), errors)
+        return f"coefficients {', '.join(coefficients)}, {samples}"
+    error = nan
+    if isinstance(shown, HandoverRls | HandoverRls32):
+        error = shown.standard_error
     return f"ratio {ratio(shown.ratio, error)}, {samples}"
 
 
-def _assignments(settings: dict[str, Any]) -> list[str]:
-    return [f"{name}={value!r}" for name, value in settings.items()]
+def _assignments(shown: Any) -> list[str]:
+    return [f"{name}={value!r}" for name, value in changed_settings(shown).items()]
 
 
-def tracker_line(shown: "Tracker") -> str:
+def tracker_line(shown: Tracker) -> str:
     """Return a tracker, with the settings that are not the default of its scene."""
-    others = _assignments(changed(shown.settings, own_class(shown)(shown.scene).settings))
-    arguments = ", ".join([repr(shown.scene), *others])
+    arguments = ", ".join([repr(shown.scene), *_assignments(shown)])
     parts: list[str] = [shown.state]
-    if running_ratio(shown):
-        parts.append(f"ratio {running_ratio(shown)}")
+    running = running_ratio(shown)
+    if running:
+        parts.append(f"ratio {running}")
     parts.append(counted(shown.touch_count, "touch"))
     return f"<{type(shown).__name__}({arguments}): {', '.join(parts)}>"
 
 
-def running_ratio(shown: "Tracker") -> str:
+def running_ratio(shown: Tracker) -> str:
     """Return the ratio of the running touch; "" without one: a touch that has ended has its own."""
     if shown.state not in ("contact", "done"):
         return ""
@@ -136,7 +159,9 @@ def touch_line(shown: "Touch") -> str:
 
     A touch does not know its session: the scatter is assumed.
     """
-    when = f"reading {shown.start}" if isnan(shown.start_s) else seconds(shown.start_s)
+    when = seconds(shown.start_s)
+    if isnan(shown.start_s):
+        when = f"reading {shown.start}"
     parts = [f"ratio {Uncertainty.of(shown)}", counted(shown.samples, "sample")]
     if shown.flags:
         parts.append(f"flags {', '.join(shown.flags)}")
@@ -145,7 +170,7 @@ def touch_line(shown: "Touch") -> str:
 
 def touch_lines(shown: "Sequence[Touch]", notes: "Sequence[str]" = ()) -> str:
     """Return a list of touches, one a line; then the notes on their recording."""
-    lines = [repr(touch) for touch in shown]
+    lines = list(map(repr, shown))
     if len(lines) > _LONGEST:
         half = _LONGEST // 2
         lines[half:-half] = [f"... {counted(len(lines) - _LONGEST, 'touch')} more ..."]
@@ -162,7 +187,10 @@ def note_lines(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
     ['results may be wrong: changed', 'note: a gap']
     """
     lines = [f"results may be wrong: {doubt}" for doubt in doubts]
-    return lines + [f"note: {note}" for note in notes if note not in doubts]
+    for note in notes:
+        if note not in doubts:
+            lines.append(f"note: {note}")
+    return lines
 
 
 def recording_line(shown: "Recording") -> str:
@@ -193,13 +221,14 @@ def known_duration(shown: "Recording") -> "timedelta | None":
 def calibration_line(shown: "Calibration") -> str:
     """Return a calibration: its specimens, and the range of their moduli."""
     low, high = shown.range
-    specimens = counted(len(set(shown.moduli.tolist())), "specimen")
+    specimens = counted(len(shown.residuals), "specimen")
     return f"<Calibration: {specimens}, {low:g} to {high:g} MPa, rigid ratio {rigid_ratio(shown)}>"
 
 
 def rigid_ratio(shown: "Calibration") -> str:
     """Return the ratio on a rigid object, with its standard error."""
-    return ratio(shown.probe.rigid_ratio, float(shown.fitted.covariance[0, 0]) ** 0.5)
+    error = float(shown.fitted.covariance[0, 0]) ** 0.5
+    return ratio(shown.probe.rigid_ratio, error)
 
 
 def stream_line(shown: "Stream") -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.dataframe import Framed
+from palpate.plotted import Plotted
 from palpate.recording.session import Plan
 from palpate.recording_protocol import ArrayRecording
 
@@ -38,7 +39,7 @@ class Mark(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording(ArrayRecording, Framed):
+class Recording(ArrayRecording, Framed, Plotted):
     """A recording in memory: times and capacitances of both channels.
 
     Attributes
@@ -159,26 +160,10 @@ class Recording(ArrayRecording, Framed):
 
         return recording_card(self)
 
-    def plot(self, ax: Any = None) -> Any:
-        """Draw the change of both channels over time, with the marks, and a dashed line at each gap.
+    def _draw(self, ax: Any) -> None:
+        from palpate.display.plots import draw_recording
 
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Default: new axes of pyplot.
-
-        Returns
-        -------
-        matplotlib Axes
-
-        Raises
-        ------
-        MissingExtra
-            matplotlib is missing; type: pip install 'palpate[science]'.
-        """
-        from palpate.display.plots import plot_recording
-
-        return plot_recording(self, ax)
+        draw_recording(self, ax)
 
     def touches(
         self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
