@@ -113,7 +113,6 @@ live sim: --host 0.0.0.0 --no-token                           2  allowed
 live names.csv --no-open --record r.csv                       2  with a source that measures
 kit noise four.csv                                            2  allowed: usb:, i2c:, or sim: for a simulated board
 kit nose                                                      2  did you mean 'noise'
-kit report text.csv                                           4  run palpate kit accept again
 simulate -o four.csv                                          4  four.csv
 simulate -o new --object gel                                  2  gel=
 doctor now                                                    2  palpate doctor --help

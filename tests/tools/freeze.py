@@ -259,7 +259,6 @@ def accepted(folder: Path) -> str:
         return "".join(
             [
                 said("kit", "accept", "sim:?wiring=exca", "--no-prompt", "-o", report),
-                said("kit", "report", report),
                 Path(report).read_text(encoding="utf-8"),
                 *(
                     said("kit", "scan", f"sim:{wiring}")

@@ -34,8 +34,6 @@ if __name__ == "__main__":
 with imports:
     import click
     import palpate
-    from palpate import PalpateError
-    from palpate.acceptance import report
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.usb_bus import RAM_BYTES, read_hex
     from palpate.ad7746.simulator.usb_backend import SimulatedUsb
@@ -140,12 +138,6 @@ def moduli(data: bytes) -> None:
         specimen_in(Path("70A-1.csv"), {name: name for name in found})
 
 
-def kit_report(data: bytes) -> None:
-    """Parse a report of `palpate kit accept`; an accepted one has nothing that acts on a terminal."""
-    with suppress(PalpateError):
-        assert all(map(str.isprintable, report.read_report(_file("report.json", data)).lines()))
-
-
 def firmware(data: bytes) -> None:
     """Parse an Intel HEX file; an accepted one fits the board."""
     with suppress(ProtocolError):
@@ -232,7 +224,6 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
             table,
             calibration,
             moduli,
-            kit_report,
             firmware,
             lines,
             uri,

@@ -5,7 +5,7 @@ times, the CAPDAC) are measured separately.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from statistics import mean
 from typing import Any, NamedTuple
@@ -32,6 +32,10 @@ _CENTRED_PF = 0.3
 _PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
 _STEP_READINGS = 4  # whose mean is taken at each of two CAPDAC settings
 _STEPS_APART = 16  # the distance of these two settings
+
+
+Ask = Callable[[str], bool]
+"""Tells the person at the board what to do now, and waits; False: leave the step out."""
 
 
 class InputLevel(NamedTuple):
@@ -148,6 +152,7 @@ class BoardUnderTest:
     dump: bytes = b""
     levels: dict[tuple[int, str], InputLevel] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
+    ask: Ask | None = None
 
     @property
     def configuration(self) -> Configuration:
@@ -176,21 +181,24 @@ class BoardUnderTest:
         """Return the excitation for an input: the configured one, unless only the other answers."""
         channel = int(self.configuration.hard_input != pin)
         configured = self.configuration.channel(channel).excitation
-        answering = [name for name in EXCITATIONS if self.answers(pin, name)]
+        answering = self.answering(pin)
         if not answering or configured in (*answering, "AB"):
             return configured
         return answering[0]
 
-    def answers(self, pin: int, excitation: str) -> bool:
-        """Return whether a sensor is connected between an input and an excitation."""
-        return self.levels[pin, excitation].capacitance.is_sensor
+    def answering(self, pin: int) -> list[str]:
+        """Return the excitations between which and an input a sensor is connected."""
+        return [name for name in EXCITATIONS if self.levels[pin, name].capacitance.is_sensor]
 
     def level(self, pin: int) -> InputLevel | None:
         """Return the level of an input with its excitation; None: there is no sensor."""
         excitation = self.excitation(pin)
-        if excitation == "AB" and any(self.answers(pin, name) for name in EXCITATIONS):
+        answering = self.answering(pin)
+        if excitation == "AB" and answering:
             return self.chip.level(pin, excitation, self.configuration)
-        return self.levels[pin, excitation] if self.answers(pin, excitation) else None
+        if excitation in answering:
+            return self.levels[pin, excitation]
+        return None
 
     def measure_input(self, name: str, excitation: str) -> InputCapacitance:
         """Return the capacitance of an input, "1+" to "2-", with an excitation, from the levels."""

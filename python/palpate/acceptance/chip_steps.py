@@ -59,8 +59,8 @@ def check_registers(board: BoardUnderTest) -> Iterator[Step]:
 
 def check_bus(board: BoardUnderTest) -> Iterator[Step]:
     """Compare reads of 1 and of 15 registers: 14 bytes of 9 bits more."""
-    few_ns = min(_read_ns(board, _FEW) for _ in range(_READS))
-    many_ns = min(_read_ns(board, _MANY) for _ in range(_READS))
+    few_ns = _read_ns(board, _FEW)
+    many_ns = _read_ns(board, _MANY)
     kHz = (_MANY - _FEW) * 9e6 / max(many_ns - few_ns, 1)
     read_ms = few_ns / 1e6
     low, high = _BUS_KHZ
@@ -75,9 +75,13 @@ def check_bus(board: BoardUnderTest) -> Iterator[Step]:
 
 
 def _read_ns(board: BoardUnderTest, count: int) -> int:
-    begun = board.chip.clock.now_ns()
-    board.chip.registers(count)
-    return board.chip.clock.now_ns() - begun
+    """Return the shortest time in which registers are read."""
+    durations_ns = []
+    for _ in range(_READS):
+        begun = board.chip.clock.now_ns()
+        board.chip.registers(count)
+        durations_ns.append(board.chip.clock.now_ns() - begun)
+    return min(durations_ns)
 
 
 def check_voltages(board: BoardUnderTest) -> Iterator[Step]:
@@ -108,11 +112,13 @@ def check_times(board: BoardUnderTest) -> Iterator[Step]:
     """Measure how long a conversion takes at each CAPF, by the pin RDY#."""
     nominal_s = registers.CONVERSION_S
     found_s = []
+    values = {}
     right = True
     for capf, expected_s in enumerate(nominal_s):
         base = replace(board.configuration, capf=capf)
         duration_s = board.chip.duration(base, _REPEATED)
         found_s.append(duration_s)
+        values[f"conversion_{capf}_ms"] = round(1e3 * duration_s, 2)
         right = right and abs(duration_s - expected_s) <= _PACE * expected_s + _POLL_S
     clock = 100 * (found_s[-1] / nominal_s[-1] - 1)
     yield Step.judged(
@@ -121,7 +127,7 @@ def check_times(board: BoardUnderTest) -> Iterator[Step]:
         f"{_milliseconds(nominal_s)} ms, within {100 * _PACE:.0f} %",
         f"{AGAIN}; if it stays, the chip's clock is outside its data sheet",
         right=right,
-        values={f"conversion_{capf}_ms": round(1e3 * s, 2) for capf, s in enumerate(found_s)},
+        values=values,
     )
 
 
@@ -142,14 +148,14 @@ def check_inputs(board: BoardUnderTest) -> Iterator[Step]:
         total_pF = None if math.isnan(level.pF) else round(level.total_pF, 4)
         values[f"cin{pin}_exc{name.lower()}_pF"] = total_pF
     for pin in PINS:  # of all that does not prevent a measurement, this is wrong
-        wrong = wrong or all(board.answers(pin, name) for name in EXCITATIONS)
+        wrong = wrong or board.answering(pin) == list(EXCITATIONS)
     yield Step(
         "inputs and excitations (above 4 pF: within 20 %)",
         Verdict.WRONG if wrong else Verdict.OK,
         ", ".join(measured),
         f"hard bump on CIN{own.input(HARD)} and EXC{own.hard.excitation}, "
         f"soft bump on CIN{own.input(SOFT)} and EXC{own.soft.excitation}",
-        tuple(str(mistake) for mistake in board.mistakes),
+        tuple(map(str, board.mistakes)),
         values,
     )
 

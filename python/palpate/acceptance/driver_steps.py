@@ -6,7 +6,7 @@ from functools import reduce
 from itertools import islice, pairwise
 from operator import or_
 from statistics import mean
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,13 +37,6 @@ _BY_HAND = "left out: it needs a hand"
 Pair = tuple[float, float]  # Capacitances of the hard and the soft bump, pF.
 
 
-class Prompts(Protocol):
-    """Asks the person at the board."""
-
-    def ready(self, text: str) -> bool:
-        """Show what to do now, and wait; False: leave the step out."""
-
-
 def check_pairs(board: BoardUnderTest) -> Iterator[Step]:
     """Read pairs as a measurement does."""
     # The first pair follows the setting of the CAPDACs.
@@ -53,12 +46,13 @@ def check_pairs(board: BoardUnderTest) -> Iterator[Step]:
         return
     yield _judge_rate(board, samples[0], samples[-1])
     yield _judge_losses(board)
-    bad = sum(sample.status != Status.OK for sample in samples)
+    statuses = [sample.status for sample in samples]
+    bad = len(samples) - statuses.count(Status.OK)
     yield Step.judged(
         "status of the pairs",
         f"{len(samples) - bad} of {len(samples)} OK",
         "all OK",
-        *_causes(board, samples),
+        *_causes(board, reduce(or_, statuses)),
         right=not bad,
         values={"not_ok": bad},
     )
@@ -123,9 +117,8 @@ def _judge_uncertainty(most_us: int) -> Step:
     )
 
 
-def _causes(board: BoardUnderTest, samples: list[Sample]) -> list[str]:
+def _causes(board: BoardUnderTest, status: int) -> list[str]:
     """Return why pairs are not OK. The inputs were right before: they are measured again."""
-    status = reduce(or_, (sample.status for sample in samples))
     causes = []
     if status & Status.LOST:
         causes.append("lost: see the losses")
@@ -159,18 +152,21 @@ def _level_now(board: BoardUnderTest, channel: int) -> str:
     )
 
 
-def check_replug(board: BoardUnderTest, prompts: Prompts | None) -> Step:
+def check_replug(board: BoardUnderTest) -> Iterator[Step]:
     """Wait until the board was pulled and replugged; compare the fingerprint."""
     name = "pull and replug"
     if not board.is_kit:
-        return Step.not_done(name, "not on USB")
+        yield Step.not_done(name, "not on USB")
+        return
     request = f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."
-    if prompts is None or not prompts.ready(request):
-        return Step.not_done(name, _BY_HAND)
+    if not (board.ask and board.ask(request)):
+        yield Step.not_done(name, _BY_HAND)
+        return
     gaps: list[Gap] = []
     gap_s = _gap_of_replug_s(board, gaps)
     if gap_s is None:
-        return Step.not_done(name, f"the board was not pulled within {_WAIT_S:g} s")
+        yield Step.not_done(name, f"the board was not pulled within {_WAIT_S:g} s")
+        return
     gains = board.chip.registers()[registers.CAP_GAIN :]
     marks = [gap.text for gap in gaps]
     remedy = "report this: a gap without a mark makes a false touch possible"
@@ -179,7 +175,7 @@ def check_replug(board: BoardUnderTest, prompts: Prompts | None) -> Step:
             "another board was plugged in, or its gains were read wrongly: "
             "run this again with one board"
         )
-    return Step.judged(
+    yield Step.judged(
         name,
         f"back after {gap_s:.1f} s; fingerprint {gains.hex()}; "
         f"marked: {'; '.join(marks) or 'no gap'}",
@@ -212,34 +208,37 @@ class _Press(NamedTuple):
     @property
     def peaks(self) -> Pair:
         """Largest change of each bump."""
-        hard = max((hard for hard, _ in self.changes), key=abs)
-        soft = max((soft for _, soft in self.changes), key=abs)
-        return hard, soft
+        hard, soft = zip(*self.changes, strict=True)
+        return max(hard, key=abs), max(soft, key=abs)
 
     @property
     def ratio(self) -> float:
         """Ratio of the changes, by least squares."""
-        squares = sum(soft * soft for _, soft in self.changes)
-        if not squares:
-            return math.inf
-        return sum(hard * soft for hard, soft in self.changes) / squares
+        products = 0.0
+        squares = 0.0
+        for hard, soft in self.changes:
+            products += hard * soft
+            squares += soft * soft
+        return products / squares if squares else math.inf
 
 
-def check_press(board: BoardUnderTest, prompts: Prompts | None) -> Step:
+def check_press(board: BoardUnderTest) -> Iterator[Step]:
     """Wait for a press; its ratio shows which bump is the hard one."""
     request = (
         "Hold the probe still in the air. Then press both bumps on something hard, as a table, "
         f"for 2 s; lift it. There are {_WAIT_S:g} s."
     )
-    if prompts is None or not prompts.ready(request):
-        return Step.not_done("press", _BY_HAND)
+    if not (board.ask and board.ask(request)):
+        yield Step.not_done("press", _BY_HAND)
+        return
     press = _wait_for_press(board)
     if press is None:
-        return Step.not_done("press", f"no press within {_WAIT_S:g} s: neither bump changed")
+        yield Step.not_done("press", f"no press within {_WAIT_S:g} s: neither bump changed")
+        return
     hard_pF, soft_pF = press.peaks
     ratio = press.ratio
     remedy = _doubt(board, press)
-    return Step.judged(
+    yield Step.judged(
         "press",
         f"hard bump {hard_pF:+.4f} pF, soft bump {soft_pF:+.4f} pF, ratio {ratio:.2f}",
         "both change, the hard bump more: ratio above 1",
@@ -260,8 +259,7 @@ def _wait_for_press(board: BoardUnderTest) -> _Press | None:
     idle = list(islice(pairs, _IDLE_PAIRS))
     if len(idle) < _IDLE_PAIRS:
         return None
-    hard_idle = [hard for hard, _ in idle]
-    soft_idle = [soft for _, soft in idle]
+    hard_idle, soft_idle = zip(*idle, strict=True)
     noise_pF = max(_noise_pF(hard_idle), _noise_pF(soft_idle))
     limit_pF = max(_NOISES * noise_pF, _LEAST_PF)
     changes = _changes(pairs, (mean(hard_idle), mean(soft_idle)), limit_pF)

@@ -3,26 +3,17 @@
 import json
 import platform
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from pathlib import Path
 from typing import Any, Self
 
 from palpate._core import __version__
-from palpate.errors import PalpateError
-from palpate.files import read_bytes
 from palpate.messages import shortened
 
 SCHEMA = "palpate-kit-report-1"
-LARGEST = 1_000_000  # bytes of a report
 _LONGEST_ERROR = 1000  # characters
-_LONGEST_REASON = 200
-_REMEDY = (
-    "damaged, cut off, or another file: take it again from whoever made it, "
-    "or run palpate kit accept again"
-)
 
 Value = bool | int | float | str | None
 
@@ -88,81 +79,43 @@ def count_verdicts(steps: Iterable[Step]) -> str:
     return ", ".join(f"{found.count(verdict)} {verdict}" for verdict in Verdict)
 
 
-class ReportError(PalpateError):
-    """A file is not a report of an acceptance."""
-
-
 @dataclass(frozen=True)
 class AcceptanceReport:
-    """All results of an acceptance."""
+    """All results of an acceptance; `source` has no file path, `registers` are in hexadecimal."""
 
     started: str
     source: str
     versions: Mapping[str, str]
     device: Mapping[str, Any]
     registers: str
-    steps: tuple[Step, ...]
+    steps: Sequence[Step]
     stopped: str = ""
 
     def to_json(self) -> str:
         """Return the report as JSON."""
         return json.dumps({"schema": SCHEMA, **asdict(self)}, indent=2, default=str) + "\n"
 
-    def lines(self) -> list[str]:
-        """Return a title and the steps, as lines of text."""
-        title = f"{self.source}, {self.started}, palpate {self.versions.get('palpate', '?')}"
-        return [title, *(line for step in self.steps for line in step.lines())]
+
+def versions() -> dict[str, str]:
+    """Return the versions of this installation."""
+    return {
+        "palpate": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+    }
+
+
+def without_path(source: str) -> str:
+    """Return a source without the path of a firmware file.
+
+    Examples
+    --------
+    >>> without_path("usb:?firmware=/home/ann/Icv_usb.hex&capf=0")
+    'usb:?firmware=...&capf=0'
+    """
+    return re.sub(r"(firmware=)[^&]*", r"\1...", source)
 
 
 def utc_now() -> str:
     """Return the time, UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def new_report(
-    started: str,
-    source: str,
-    device: Mapping[str, Any],
-    registers: bytes,
-    steps: Iterable[Step],
-    stopped: str = "",
-) -> AcceptanceReport:
-    """Return the report of these steps, with the versions of this installation and no file path."""
-    versions = {
-        "palpate": __version__,
-        "python": platform.python_version(),
-        "system": platform.platform(),
-    }
-    without_path = re.sub(r"(firmware=)[^&]*", r"\1...", source)
-    return AcceptanceReport(
-        started, without_path, versions, device, registers.hex(" "), tuple(steps), stopped
-    )
-
-
-def read_report(path: Path) -> AcceptanceReport:
-    """Read a report.
-
-    Raises OSError, or ReportError: another schema, a part that is missing or unknown, or characters
-    that cannot be printed.
-    """
-    data = read_bytes(path, LARGEST)
-    try:
-        return _parse(json.loads(data))
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        reason = shortened(str(error), _LONGEST_REASON)
-        raise ReportError(f"{path}: not a report ({reason}): {_REMEDY}") from error
-
-
-def _parse(document: dict[str, Any]) -> AcceptanceReport:
-    if document.pop("schema", "") != SCHEMA:
-        raise ValueError(f"no schema {SCHEMA} in it")
-    steps = tuple(_parse_step(**step) for step in document.pop("steps"))
-    report = AcceptanceReport(steps=steps, **document)
-    for text in [report.stopped, *report.lines()]:
-        if not text.isprintable():
-            raise ValueError("its texts are not printable")
-    return report
-
-
-def _parse_step(verdict: str, do: list[str], **texts: Any) -> Step:
-    return Step(verdict=Verdict(verdict), do=tuple(do), **texts)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator
 
-from palpate.acceptance.board_under_test import BoardUnderTest
+from palpate.acceptance.board_under_test import Ask, BoardUnderTest
 from palpate.acceptance.chip_steps import (
     check_bus,
     check_capdac,
@@ -12,13 +12,12 @@ from palpate.acceptance.chip_steps import (
     check_times,
     check_voltages,
 )
-from palpate.acceptance.driver_steps import Prompts, check_pairs, check_press, check_replug
+from palpate.acceptance.driver_steps import check_pairs, check_press, check_replug
 from palpate.acceptance.report import Step, Verdict, error_line
 from palpate.errors import DeviceNotFound, SourceError
 from palpate.messages import unlike
 
-# By the name that `--skip` takes: steps that need nobody, and steps that ask for something.
-_AUTOMATIC: dict[str, Callable[[BoardUnderTest], Iterator[Step]]] = {
+_STEPS: dict[str, Callable[[BoardUnderTest], Iterator[Step]]] = {
     "registers": check_registers,
     "bus": check_bus,
     "voltages": check_voltages,
@@ -27,12 +26,10 @@ _AUTOMATIC: dict[str, Callable[[BoardUnderTest], Iterator[Step]]] = {
     "capdac": check_capdac,
     "noise": check_noise,
     "pairs": check_pairs,
-}
-_PROMPTED: dict[str, Callable[[BoardUnderTest, Prompts | None], Step]] = {
     "replug": check_replug,
     "press": check_press,
 }
-NAMES = (*_AUTOMATIC, *_PROMPTED)  # Names of the steps, in order.
+NAMES = tuple(_STEPS)  # as `--skip` takes them, in order; the last two need a hand
 _NEED_INPUTS = ("capdac", "noise", "press")
 _BY_DRIVER = ("pairs", "replug", "press")
 _FIRST = "registers"
@@ -42,18 +39,18 @@ _CHECK = "check link LK2 and the supply of the board, then the cable; unplug the
 class Acceptance:
     """Measures a board step by step: iterate over it.
 
-    Without `prompts` the steps that need a hand are left out.
+    Without `ask` the steps that need a hand are left out.
     """
 
     def __init__(
-        self, board: BoardUnderTest, prompts: Prompts | None = None, *, skip: Collection[str] = ()
+        self, board: BoardUnderTest, ask: Ask | None = None, *, skip: Collection[str] = ()
     ) -> None:
         for name in sorted(skip):
             if name not in NAMES:
                 raise ValueError(f"skip: {unlike(name, NAMES)}")
         self.stopped: str = ""
         self._board = board
-        self._prompts = prompts
+        self._board.ask = ask
         self._skip = skip
         self._done: set[str] = set()
 
@@ -65,16 +62,10 @@ class Acceptance:
                 yield Step.not_done(name, reason)
                 continue
             try:
-                yield from self._measure(name)
+                yield from _STEPS[name](self._board)
                 self._done.add(name)
             except SourceError as error:
                 yield self._failed(name, error)
-
-    def _measure(self, name: str) -> Iterator[Step]:
-        if name in _AUTOMATIC:
-            yield from _AUTOMATIC[name](self._board)
-        else:
-            yield _PROMPTED[name](self._board, self._prompts)
 
     def _failed(self, name: str, error: SourceError) -> Step:
         """Return the step that an error ended; all others end without a board or first step."""

@@ -11,16 +11,16 @@ from typing import Any, BinaryIO
 import click
 
 from palpate.acceptance import steps
-from palpate.acceptance.board_under_test import PINS, BoardUnderTest, InputLevel, open_board
+from palpate.acceptance.board_under_test import PINS, BoardUnderTest, open_board
 from palpate.acceptance.chip_steps import measure_noise
 from palpate.acceptance.report import (
     AcceptanceReport,
     Step,
     Verdict,
     count_verdicts,
-    new_report,
-    read_report,
     utc_now,
+    versions,
+    without_path,
 )
 from palpate.ad7746.registers import CONVERSION_S, NOISE_PF, describe_registers
 from palpate.cli.exit_codes import ExitCode, usage_errors
@@ -33,7 +33,7 @@ from palpate.cli.output import (
     print_message,
     print_result,
 )
-from palpate.cli.paths import OUTPUT, InputFile, require_free
+from palpate.cli.paths import OUTPUT, require_free
 from palpate.cli.shared_options import complete_source, firmware_option
 
 _INTERRUPTED = "interrupted"  # why an acceptance ended, in its report
@@ -48,7 +48,9 @@ def _board_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
 @contextmanager
 def _opened_board(source: str, firmware: Path | None) -> Iterator[BoardUnderTest]:
     """Open a board, and close it in the end."""
-    options = {"firmware": str(firmware)} if firmware else {}
+    options = {}
+    if firmware:
+        options["firmware"] = str(firmware)
     with usage_errors():
         board = open_board(source, options)
     with closing(board.source):
@@ -64,7 +66,6 @@ def kit() -> None:
     \b
     Example:
       palpate kit accept usb: --firmware Icv_usb.hex
-      palpate kit report kit-report-20261122-110500.json
     """  # noqa: D301
 
 
@@ -115,7 +116,11 @@ def accept_command(
         with path.open("xb") as output:  # before the steps: a minute of work needs a place
             asks = sys.stdin.isatty() if prompt is None else prompt
             report = _measure(board, source, output, asks=asks, skip=skip)
-    _print_summary(report)
+    if is_json():
+        click.echo(report.to_json().rstrip())
+    else:
+        ended = f"; ended early: {report.stopped}" if report.stopped else ""
+        click.echo(count_verdicts(report.steps) + ended)
     print_message(f"report: {path}")
     sys.exit(acceptance_exit_code(report))
 
@@ -132,7 +137,7 @@ def _measure(
     started = utc_now()
     done: list[Step] = []
     stopped = ""
-    acceptance = steps.Acceptance(board, Terminal() if asks else None, skip=skip)
+    acceptance = steps.Acceptance(board, ask if asks else None, skip=skip)
     try:
         for step in acceptance:
             done.append(step)
@@ -146,18 +151,12 @@ def _measure(
         raise
     finally:
         device = board.source.describe()
-        report = new_report(started, source, device, board.dump, done, stopped)
+        registers = board.dump.hex(" ")
+        report = AcceptanceReport(
+            started, without_path(source), versions(), device, registers, done, stopped
+        )
         output.write(report.to_json().encode())
     return report
-
-
-def _print_summary(report: AcceptanceReport) -> None:
-    """Print the number of steps with each verdict, or the whole report as JSON."""
-    if is_json():
-        click.echo(report.to_json().rstrip())
-        return
-    ended = f"; ended early: {report.stopped}" if report.stopped else ""
-    click.echo(count_verdicts(report.steps) + ended)
 
 
 def acceptance_exit_code(report: AcceptanceReport) -> ExitCode:
@@ -171,14 +170,11 @@ def acceptance_exit_code(report: AcceptanceReport) -> ExitCode:
     return ExitCode.DONE
 
 
-class Terminal:
-    """Asks at the terminal; questions go to standard error."""
-
-    def ready(self, text: str) -> bool:
-        """Wait for Enter; s leaves the step out."""
-        question = f"{text} Enter: go on, s: leave out"
-        answer: str = click.prompt(question, default="", show_default=False, err=True)
-        return answer.strip().lower() != "s"
+def ask(text: str) -> bool:
+    """Ask at the terminal, on standard error, and wait for Enter; s leaves the step out."""
+    question = f"{text} Enter: go on, s: leave out"
+    answer: str = click.prompt(question, default="", show_default=False, err=True)
+    return answer.strip().lower() != "s"
 
 
 _NOISE_HEADER = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
@@ -230,27 +226,17 @@ def noise_command(
         board.chip.reset()
         board.scan()
         for capf in rounds * speeds:
-            levels = [board.level(pin) for pin in PINS]
-            cin1_aF = _noise_aF(board, 1, levels[0], capf, readings)
-            cin2_aF = _noise_aF(board, 2, levels[1], capf, readings)
-            data_sheet_aF = 1e6 * NOISE_PF[capf]
-            documents.append(
-                {
-                    "capf": capf,
-                    "cin1_aF": cin1_aF,
-                    "cin2_aF": cin2_aF,
-                    "data_sheet_aF": round(data_sheet_aF, 1),
-                }
-            )
+            row: dict[str, float | None] = {"capf": capf}
+            cells = [str(capf), f"{1e3 * CONVERSION_S[capf]:.1f}"]
+            for pin in PINS:
+                noise_aF = _noise_aF(board, pin, capf, readings)
+                row[f"cin{pin}_aF"] = noise_aF
+                cells.append("-" if noise_aF is None else f"{noise_aF:.1f}")
+            data_sheet_aF = round(1e6 * NOISE_PF[capf], 1)
+            row["data_sheet_aF"] = data_sheet_aF
+            documents.append(row)
             if not is_json():
-                cells = [
-                    capf,
-                    f"{1e3 * CONVERSION_S[capf]:.1f}",
-                    _noise_text(cin1_aF),
-                    _noise_text(cin2_aF),
-                    f"{data_sheet_aF:.1f}",
-                ]
-                click.echo(format_row(_NOISE_HEADER, cells))
+                click.echo(format_row(_NOISE_HEADER, [*cells, f"{data_sheet_aF:.1f}"]))
         for pin in PINS:
             if board.level(pin) is None:
                 found = f"{board.levels[pin, 'A']} on EXCA and {board.levels[pin, 'B']} on EXCB"
@@ -261,18 +247,13 @@ def noise_command(
     print_result({"readings": readings, "noise": documents}, "")
 
 
-def _noise_aF(
-    board: BoardUnderTest, pin: int, level: InputLevel | None, capf: int, readings: int
-) -> float | None:
+def _noise_aF(board: BoardUnderTest, pin: int, capf: int, readings: int) -> float | None:
     """Return the noise of an input, aF rms; None: nothing is connected."""
+    level = board.level(pin)
     if level is None:
         return None
     rms_pF, _ = measure_noise(board, pin, level, capf, readings)
     return round(1e6 * rms_pF, 2)
-
-
-def _noise_text(noise_aF: float | None) -> str:
-    return "-" if noise_aF is None else f"{noise_aF:.1f}"
 
 
 @kit.command("scan")
@@ -328,23 +309,3 @@ def dump_command(source: str, firmware: Path | None) -> None:
         documents.append({**register._asdict(), "content": content})
         rows.append((f"{register.address:02X}", register.name, content, register.words))
     print_result({"registers": documents}, format_table(rows, "<"))
-
-
-@kit.command("report")
-@click.argument("file", type=InputFile())
-@json_option
-def kit_report_command(file: Path) -> None:
-    """Print the report of an acceptance.
-
-    Exit codes as those of `palpate kit accept`: 0, all is right; 3, it was stopped by the board; 5,
-    a step is wrong; 130, it was interrupted; also 4, the file is not a report.
-
-    \b
-    Example:
-      palpate kit report kit-report-20261122-110500.json
-    """  # noqa: D301
-    report = read_report(file)
-    if not is_json():
-        click.echo("\n".join(report.lines()))
-    _print_summary(report)
-    sys.exit(acceptance_exit_code(report))
