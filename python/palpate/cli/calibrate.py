@@ -1,11 +1,11 @@
 """`palpate calibrate` and `palpate simulate`, which writes recordings to try it."""
 
-import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
+from math import inf
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -32,6 +32,7 @@ from palpate.cli.paths import (
     require_free_in,
 )
 from palpate.cli.shared_options import (
+    Keywords,
     SourceOptions,
     TrackerOptions,
     parse_numbers,
@@ -102,7 +103,7 @@ _LONGEST_DOUBTS = 1000  # characters
     "--accept",
     multiple=True,
     metavar="FLAG",
-    type=click.Choice([flag.value for flag in Flag]),
+    type=click.Choice(list(map(str, Flag))),
     help="Use touches with this flag all the same; may be repeated. The file says so.",
 )
 @force_option
@@ -141,8 +142,8 @@ def calibrate_command(
       palpate calibrate specimens/*A.csv specimens/*O.csv --moduli specimens/moduli.csv -o probe.toml --plot probe.png
       palpate calibrate palpate-2026-11-22-1.csv -o probe.toml
     """  # noqa: D301
-    outputs = [path for path in (output, plot, report) if path is not None]
-    inputs = [*files, moduli] if moduli else files
+    outputs = filter(None, (output, plot, report))
+    inputs = filter(None, (*files, moduli))
     require_free(outputs, inputs, force=force)
     need("scipy", "science")  # before the touches are measured
     if plot:
@@ -159,14 +160,15 @@ def calibrate_command(
     chosen = _choose_ratio(runs, modulus_of, ratio, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
-    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
+    doubts: list[str] = []
+    notes: list[str] = []
+    for run in runs:
+        doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
+        notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
     doubts += _duplicates(runs)
-    about = replace(
-        chosen.about,
-        scene=tracking["scene"],
-        accepted_flags=accept,
-        doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),) if doubts else (),
-    )
+    about = replace(chosen.about, scene=tracking["scene"], accepted_flags=accept)
+    if doubts:
+        about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
     with usage_errors():
         soft_ratio = None if free_soft_ratio else 1.0
         calibration = fit_specimens(specimens, by=by, soft_ratio=soft_ratio, about=about)
@@ -179,15 +181,15 @@ def calibrate_command(
         "calibration": str(output),
         **calibration.as_dict(),
         "sound": calibration.sound,
-        "specimens": [specimen.summary().as_dict() for specimen in specimens],
-        "notes": [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes],
+        "specimens": [specimen.as_dict() for specimen in specimens],
+        "notes": notes,
     }
     print_result(document, _fit_text(calibration, specimens, chosen))
     if doubts or not calibration.sound:
         sys.exit(ExitCode.NOT_RELIABLE)
 
 
-def _analyse(file: Path, reading: SourceOptions, tracking: dict[str, Any]) -> AnalysedRecording:
+def _analyse(file: Path, reading: SourceOptions, tracking: Keywords) -> AnalysedRecording:
     """Measure the touches of a recording, and print the notes on it."""
     with usage_errors(f"{file}: "):
         run = analyse_recording(file, file.name, tracking, **reading.keywords())
@@ -242,15 +244,18 @@ def _usable_specimens(
 ) -> list[SpecimenTouches]:
     """Return the specimens with a usable touch, in order of modulus; print the others with the reason."""
     touches_of = _touches_of_specimens(runs, moduli, accept, chosen)
-    flags = {flag for touches in touches_of.values() for touch in touches for flag in touch.flags}
+    flags: set[str] = set()
+    for touch in chain.from_iterable(touches_of.values()):
+        flags.update(touch.flags)
     for flag in set(accept) - flags:
         existing = " ".join(sorted(flags)) or "none"
         print_message(f"--accept {flag}: no touch has this flag; those found: {existing}")
     specimens = []
     for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
         touches = touches_of[name]
-        if any(not objections(touch, accept, chosen.ratio_of) for touch in touches):
-            specimens.append(SpecimenTouches(name, modulus, touches, accept, chosen.ratio_of))
+        specimen = SpecimenTouches(name, modulus, touches, accept, chosen.ratio_of)
+        if specimen.counted:
+            specimens.append(specimen)
         elif touches:
             reason = f"{len(touches)} touches, none of them usable"
             print_message(f"{name}: {reason}: the specimen is left out")
@@ -333,9 +338,9 @@ def _fit_text(
 ) -> str:
     """Return the specimens, why the ratio was chosen, the parameters and the verdict."""
     lines = [format_table(specimen_table(specimens)), ""]
-    reasons = chosen.about.entries()
-    if reasons:
-        lines += [f"{name}: {text}" for name, text in reasons.items()]
+    for name, text in chosen.about.entries().items():
+        lines.append(f"{name}: {text}")
+    if lines[-1]:
         lines.append("")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
@@ -348,7 +353,7 @@ def _parse_objects(
 ) -> dict[str, float]:
     moduli = parse_numbers(texts, "gel=1.1")
     for name, modulus in moduli.items():
-        if not name or set(name) & set("/\\") or not 0 < modulus < math.inf:
+        if not name or set(name) & set("/\\") or not 0 < modulus < inf:
             allowed = "NAME=MPA, for example gel=1.1"
             raise click.BadParameter(f"got {name}={modulus:g}, allowed: {allowed}")
     return moduli
@@ -412,5 +417,5 @@ def simulate_command(
             seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=update
         )
     blocks = {name: simulation.block() for name, simulation in simulations.items()}
-    paths = [str(path) for path in write_session(folder, blocks, moduli)]
+    paths = list(map(str, write_session(folder, blocks, moduli)))
     print_result({"files": paths}, "\n".join(paths))

@@ -3,8 +3,6 @@
 import os
 import platform
 import re
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -63,7 +61,7 @@ def devices_command(lsl: bool) -> None:
 @click.option(
     "--install-udev",
     is_flag=True,
-    help="Linux: write the udev rule that lets users open the board; asks sudo.",
+    help="Linux: write the udev rule that lets users open the board; needs sudo.",
 )
 @json_option
 def doctor_command(install_udev: bool) -> None:
@@ -80,13 +78,14 @@ def doctor_command(install_udev: bool) -> None:
       palpate doctor
       palpate doctor --install-udev
     """  # noqa: D301
-    findings = []
+    documents = []
+    codes = []
     for finding in install_udev_rule() if install_udev else all_checks():
-        findings.append(finding)
+        documents.append(finding.to_json())
+        if finding.code:
+            codes.append(finding.code)
         if not is_json():
             click.echo(finding.text_lines())
-    codes = [finding.code for finding in findings if finding.code]
-    documents = [finding.to_json() for finding in findings]
     print_result({"palpate": __version__, "wrong": len(codes), "findings": documents}, "")
     sys.exit(codes[0] if codes else ExitCode.DONE)
 
@@ -162,9 +161,12 @@ def check_installation() -> Iterator[Finding]:
     system = f"Python {platform.python_version()}, {platform.system()} {platform.machine()}"
     installed = metadata.version("palpate")
     if installed == __version__:
-        libraries = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "click"))
+        numpy = metadata.version("numpy")
         folder = Path(__file__).parents[1]
-        yield Finding("palpate", f"{__version__}, {system}, {libraries}, {folder}")
+        text = (
+            f"{__version__}, {system}, numpy {numpy}, click {metadata.version('click')}, {folder}"
+        )
+        yield Finding("palpate", text)
     else:
         text = f"the compiled core is {__version__}, the package {installed}"
         remedy = "pip install --force-reinstall palpate"
@@ -179,15 +181,20 @@ def check_extras() -> Iterator[Finding]:
         if match and match[2] not in _DEVELOPERS_EXTRAS:
             packages.setdefault(match[2], []).append(match[1])
     for extra, names in packages.items():
-        versions = {name: _installed_version(name) for name in names}
-        missing = [name for name, version in versions.items() if not version]
+        installed = []
+        missing = []
+        for name in names:
+            version = _installed_version(name)
+            if version:
+                installed.append(f"{name} {version}")
+            else:
+                missing.append(name)
         if missing:
             text = f"not installed: {', '.join(missing)}"
             remedy = f"pip install 'palpate[{extra}]'"
             yield Finding(f"extra {extra}", text, remedy, is_optional=True)
         else:
-            text = ", ".join(f"{name} {version}" for name, version in versions.items())
-            yield Finding(f"extra {extra}", text)
+            yield Finding(f"extra {extra}", ", ".join(installed))
 
 
 def _installed_version(package: str) -> str:
@@ -308,7 +315,7 @@ def check_packages() -> Iterator[Finding]:
 
 
 def install_udev_rule() -> Iterator[Finding]:
-    """Write the rule and apply it, as a user without rights through sudo; add further steps."""
+    """Write the rule and apply it; add further steps, as the command that a user has to type."""
     if sys.platform != "linux":
         text = (
             f"this system is {sys.platform}, udev is part of Linux; macOS needs no rule, and on "
@@ -320,7 +327,10 @@ def install_udev_rule() -> Iterator[Finding]:
         yield Finding("udev rule", udev.install())
     except OSError as error:
         if isinstance(error, PermissionError) and os.geteuid():
-            yield from _install_through_sudo()
+            # -P: with -m, Python would take modules of the current folder, as root.
+            remedy = f"sudo {sys.executable} -P -m {INSTALL_UDEV}"
+            text = "only root may write it: type"
+            yield Finding("udev rule", text, remedy, ExitCode.NO_DEVICE)
         else:
             yield Finding("udev rule", error_text(error), code=ExitCode.BAD_DATA)
         return
@@ -336,17 +346,3 @@ def install_udev_rule() -> Iterator[Finding]:
         f"{udev.GROUP} can: type"
     )
     yield Finding("users", text, f"{udev.JOIN_GROUP}  # then log in again", is_optional=True)
-
-
-def _install_through_sudo() -> Iterator[Finding]:
-    # -P: with -m, Python would take modules of the current folder, as root.
-    command = ["sudo", sys.executable, "-P", "-m", *INSTALL_UDEV.split()]
-    remedy = " ".join(command)
-    if is_json() or not sys.stdin.isatty() or not shutil.which("sudo"):
-        text = "only root may write it: type"
-        yield Finding("udev rule", text, remedy, ExitCode.NO_DEVICE)
-        return
-    yield Finding("udev rule", "only root may write it:", remedy, is_optional=True)
-    code = subprocess.call(command)
-    if code:
-        yield Finding("sudo", f"ended with exit code {code}", code=code)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from palpate.calibration.validity import doubts_of_calibration
+from palpate.calibration.assessment import calibration_doubts
 from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
 from palpate.cli.output import (
     json_option,
@@ -230,7 +230,7 @@ def _load_calibration(path: Path, scene: str) -> "Calibration":
 
     need("scipy", "science")  # now, not during the measurement
     calibration = Calibration.load(path)
-    print_notes(path, doubts_of_calibration(calibration, scene).sentences())
+    print_notes(path, calibration_doubts(calibration, scene))
     return calibration
 
 

@@ -36,13 +36,11 @@ def is_json() -> bool:
 
 
 def _set_json(context: click.Context, _: click.Parameter, value: bool) -> None:
-    if value:
-        output_settings(context).json = True
+    output_settings(context).json |= value
 
 
 def _set_debug(context: click.Context, _: click.Parameter, value: bool) -> None:
-    if value:
-        output_settings(context).debug = True
+    output_settings(context).debug |= value
 
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -117,6 +115,8 @@ def progress_bar(label: str, length: int) -> Any:
 @contextmanager
 def reading_progress(label: str, files: Collection[Path]) -> Iterator[Callable[[Path], None]]:
     """Show the progress of reading files by their sizes; yield the function to call after each."""
-    sizes = {file: file.stat().st_size if file.is_file() else 1 for file in files}
+    sizes = dict.fromkeys(files, 1)
+    for file in filter(Path.is_file, files):
+        sizes[file] = file.stat().st_size
     with progress_bar(label, sum(sizes.values())) as bar:
         yield lambda file: bar.update(sizes[file])

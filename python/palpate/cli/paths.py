@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Callable, Iterable
 from glob import escape, glob, has_magic
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -102,7 +103,7 @@ def require_free(
 
     With `force` None, for a measurement, the error does not propose --force.
     """
-    input_files = [file for path in inputs for file in with_sidecar(path) if file.exists()]
+    input_files = list(filter(Path.exists, chain.from_iterable(map(with_sidecar, inputs))))
     for path in outputs:
         _require_folder(path.parent)
         require_file_name(path)

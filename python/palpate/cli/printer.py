@@ -5,7 +5,6 @@ import time
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -85,7 +84,7 @@ class MeasurementPrinter(Listener):
             return True
         return self.elapsed_s - self._ends_s[touches - 1] >= _LONGEST_WAIT_S
 
-    def document(self, file: Path, error: PalpateError | None) -> dict[str, Any]:
+    def document(self, file: Path, error: PalpateError | None) -> dict[str, object]:
         """Return the result for JSON."""
         touches = self._stream.touches
         return {

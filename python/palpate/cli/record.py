@@ -149,11 +149,7 @@ class Limits:
 
     def is_any(self) -> bool:
         """Return whether anything is limited or may change during the measurement."""
-        return self.touches is not None or self.has_end() or self.recentre
-
-    def has_end(self) -> bool:
-        """Return whether the time is limited."""
-        return self.seconds < inf
+        return self.touches is not None or self.seconds < inf or self.recentre
 
     def is_reached(self, printer: "MeasurementPrinter") -> bool:
         """Return whether there are enough touches or seconds."""
@@ -180,7 +176,7 @@ def _measure(
     """Measure until the source ends or a limit is reached."""
     recentring = _Recentring(stream)
     with stream, ExitStack() as cleanup:
-        if limits.has_end() and stream.source.live:  # ends also if no samples come
+        if limits.seconds < inf and stream.source.live:  # ends also if no samples come
             timer = Timer(limits.seconds + _GRACE_S, stream.stop)
             timer.daemon = True
             timer.start()

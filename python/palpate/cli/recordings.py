@@ -1,8 +1,11 @@
 """`palpate check`, `import`, `convert`, `plot` and `report`: commands for whole recordings."""
 
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
+from typing import Any, NoReturn
 
 import click
 
@@ -27,6 +30,7 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
+from palpate.display.text import counted
 from palpate.errors import RecordingError
 from palpate.flags import Suspicion, advice_at_end
 from palpate.importers.formats import read_table
@@ -81,7 +85,20 @@ def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool,
                     raise click.UsageError(f"{file}: {message_line(str(error))}") from error
                 errors[file] = ErrorReport.of_file(error)
             update(file)
-    unreadable = [{"file": str(file), "error": asdict(errors[file])} for file in errors]
+    _print_verifications(verifications, errors)
+    if errors or any(each.faults for each in verifications):
+        sys.exit(ExitCode.BAD_DATA)
+    if any(each.findings for each in verifications):
+        sys.exit(ExitCode.NOT_RELIABLE)
+
+
+def _print_verifications(
+    verifications: Sequence[Verification], errors: Mapping[Path, ErrorReport]
+) -> None:
+    """Print the verdicts, then the errors."""
+    unreadable = []
+    for file, report in errors.items():
+        unreadable.append({"file": str(file), "error": asdict(report)})
     document = {
         "recordings": [each.as_dict() for each in verifications],
         "unreadable": unreadable,
@@ -89,10 +106,6 @@ def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool,
     print_result(document, "\n".join(map(_verification_text, verifications)))
     for file, report in errors.items():
         print_message(report.line(file))
-    if errors or any(each.faults for each in verifications):
-        sys.exit(ExitCode.BAD_DATA)
-    if any(each.findings for each in verifications):
-        sys.exit(ExitCode.NOT_RELIABLE)
 
 
 def _check_file(file: Path, repair: bool, yes: bool, reading: SourceOptions) -> Verification:
@@ -152,10 +165,9 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         recording = of_table(file, table, options)
     measured = touches(recording)
     notes = list(recording.notes)
-    for touch_advice in advice_at_end(measured):
-        for advice in touch_advice:
-            if advice.flag is Suspicion.SWAPPED and str(advice) not in notes:
-                notes.append(str(advice))
+    for advice in chain.from_iterable(advice_at_end(measured)):
+        if advice.flag is Suspicion.SWAPPED and str(advice) not in notes:
+            notes.append(str(advice))
     set_options = reading.keywords()
     if reading.soft:
         set_options["soft"] = str(reading.soft)
@@ -167,9 +179,9 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         "notes": notes,
         "asked": set_options,
     }
-    ratios = [str(Uncertainty.of(touch)) for touch in measured]
-    result = "1 touch" if len(ratios) == 1 else f"{len(ratios)} touches"
-    if ratios:
+    result = counted(len(measured), "touch")
+    if measured:
+        ratios = list(map(str, map(Uncertainty.of, measured)))
         result += f": ratio {listed(ratios, _MOST_RATIOS)}"
     print_result(document, "\n".join([recording.understood, *notes, result]))
 
@@ -210,22 +222,20 @@ def convert_command(file: Path, output: Path, reading: SourceOptions, force: boo
       palpate convert run.csv -o run.parquet
       palpate convert other.csv --map "hard=C1 (pF),soft=C2 (pF)" -o run.csv
     """  # noqa: D301
-    inputs = [path for path in (file, reading.soft) if path is not None]
+    inputs = filter(None, (file, reading.soft))
     require_free(with_sidecar(output), inputs, force=force)
     with usage_errors():
         recording = recorded(file, **reading.keywords())
         rows = convert_recording(recording, output, force=force)
     notes = _conversion_notes(recording)
-    document = {
+    document: dict[str, object] = {
         "file": str(file),
         "written": str(output),
         "rows": rows,
         "lost": recording.survey.refused,
         "notes": notes,
     }
-    print_notes(file, dict.fromkeys([recording.understood, *notes]))
-    print_result(document, f"{output}: {rows} rows")
-    sys.exit(_recording_exit_code(recording))
+    _finish(recording, document, notes, f"{output}: {rows} rows")
 
 
 def _conversion_notes(recording: OpenedRecording) -> list[str]:
@@ -239,9 +249,13 @@ def _conversion_notes(recording: OpenedRecording) -> list[str]:
     return notes
 
 
-def _recording_exit_code(recording: OpenedRecording) -> ExitCode:
-    """Return NOT_RELIABLE if a recording that was read is not as it was written."""
-    return ExitCode.NOT_RELIABLE if recording.doubts else ExitCode.DONE
+def _finish(
+    recording: OpenedRecording, document: dict[str, object], notes: list[str], text: str
+) -> NoReturn:
+    """Print result and notes, and exit: NOT_RELIABLE if the recording is not as it was written."""
+    print_notes(document["file"], dict.fromkeys([recording.understood, *notes]))
+    print_result(document, text)
+    sys.exit(ExitCode.NOT_RELIABLE if recording.doubts else ExitCode.DONE)
 
 
 @click.command("plot")
@@ -273,16 +287,14 @@ def plot_command(
         recording = recorded(file, **reading.keywords())
         found = tracked(recording, **tracker.for_recording(recording)).touches
         plots.save_figure(recording.in_memory(), found, output)
-    notes = [note for note in (recording.understood, *found.notes) if note]
-    document = {
+    notes = list(filter(None, (recording.understood, *found.notes)))
+    document: dict[str, object] = {
         "file": str(file),
         "written": str(output),
         "touches": len(found),
         "notes": notes,
     }
-    print_notes(file, dict.fromkeys([recording.understood, *notes]))
-    print_result(document, f"{output}: {len(found)} touches")
-    sys.exit(_recording_exit_code(recording))
+    _finish(recording, document, notes, f"{output}: {len(found)} touches")
 
 
 @click.command("report")
@@ -316,18 +328,7 @@ def plot_command(
 @force_option
 @json_option
 def report_command(
-    recordings: tuple[Path, ...],
-    calibration: Path | None,
-    moduli: Path | None,
-    output: Path | None,
-    title: str,
-    operator: str,
-    probe: str,
-    site: str,
-    unit: str,
-    shore: bool,
-    notes: tuple[str, ...],
-    force: bool,
+    recordings: tuple[Path, ...], output: Path | None, force: bool, **options: Any
 ) -> None:
     """Write a report of recordings as one HTML file, which prints on A4.
 
@@ -345,25 +346,14 @@ def report_command(
     Example:
       palpate report gel/gel.csv --calibration probe.toml -o gel.html --operator "A. Bee"
     """  # noqa: D301
-    from palpate.report import write_report
+    from palpate.report import ReportOptions, write_report
 
     path = output or recordings[0].with_name(f"{recordings[0].stem}-report.html")
-    tables = [table for table in (calibration, moduli) if table is not None]
+    report_options = ReportOptions(**options)
+    tables = [file.path for file in report_options.files()]
     require_free([path], [*recordings, *tables], force=force)
     try:
-        written = write_report(
-            path,
-            recordings,
-            calibration,
-            moduli=moduli,
-            title=title,
-            operator=operator,
-            probe=probe,
-            site=site,
-            unit=unit,
-            shore=shore,
-            notes=notes,
-        )
+        written = write_report(path, recordings, report_options)
     except (ValueError, TypeError) as error:
         message = str(error).splitlines()[0]
         if "--map" in message:

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import count
@@ -14,7 +14,7 @@ import click
 import palpate
 from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
-from palpate.calibration.validity import doubts_of_calibration
+from palpate.calibration.assessment import calibration_doubts
 from palpate.cli import touch_table
 from palpate.cli.exit_codes import ErrorReport, ExitCode, usage_errors
 from palpate.cli.output import (
@@ -36,20 +36,15 @@ from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan
 from palpate.repeatability import objections, session_scatter
-from palpate.tracking import baseline_takes, tracked
+from palpate.tracking import Touches, Tracked, Windows, baseline_takes, tracked
 from palpate.uncertainty import RATIOS, RatioOf, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, Touch
     from palpate.offline_touches import OfflineTouch
 
-Window = tuple[float, float]
-"""Begin and end, s."""
 
-
-def _parse_windows(
-    _: click.Context, __: click.Parameter, texts: tuple[str, ...]
-) -> list[Window] | None:
+def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> Windows | None:
     """Return begin and end of each window; None without windows."""
     windows = []
     try:
@@ -99,7 +94,7 @@ def replay_command(
     tracker: TrackerOptions,
     calibration: Path | None,
     is_offline: bool,
-    windows: list[Window] | None,
+    windows: Windows | None,
     jobs: int,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send recordings through the estimator again: one row for each touch.
@@ -130,10 +125,16 @@ def replay_command(
         )
     if is_offline and windows:
         raise click.UsageError("--offline and --window: allowed one of them")
-    loaded = palpate.Calibration.load(calibration) if calibration else None
+    loaded = None
+    if calibration:
+        loaded = palpate.Calibration.load(calibration)
     options = ReplayOptions(reading, tracker, loaded, is_offline, windows)
-    paths = list(dict.fromkeys(path for argument in files for path in argument.files))
-    if len(paths) > 1 or any(argument.is_pattern for argument in files):
+    paths: dict[Path, None] = {}
+    are_several = False
+    for argument in files:
+        paths |= dict.fromkeys(argument.files)
+        are_several = argument.is_pattern or len(paths) > 1 or are_several
+    if are_several:
         option = "--soft" if reading.soft else "--window"
         if reading.soft or windows:
             raise click.UsageError(
@@ -144,7 +145,7 @@ def replay_command(
     with usage_errors():
         replay = replay_recording(INPUT.convert(path, None, None), options)
     print_result(replay.to_json(), "\n".join([*replay.table(), *replay.sentences()]))
-    print_notes(path, [replay.understood, *replay.notes, *replay.warnings])
+    print_notes(path, [replay.understood, *replay.touches.notes, *replay.warnings])
     sys.exit(replay.exit_code)
 
 
@@ -156,7 +157,7 @@ class ReplayOptions:
     tracker: TrackerOptions
     calibration: "Calibration | None" = None
     is_offline: bool = False
-    windows: Sequence[Window] | None = None
+    windows: Windows | None = None
 
 
 @dataclass(frozen=True)
@@ -164,51 +165,52 @@ class Replay:
     """The touches of one recording, with specimen, modulus and advice of each."""
 
     file: Path
+    options: ReplayOptions
     tracking: Mapping[str, Any]
     """Scene and settings of the tracker."""
     rows: int
     unit: str
-    windows: Sequence[Window] | None
-    touches: "Sequence[Touch]"
-    cut: int
-    """Touches at the end that were running when the recording ended."""
+    found: Tracked
     uncertainties: Sequence[Uncertainty]
     entries: Sequence[Entry | None] | None
     """The session's entry for each touch; None without a session."""
     is_level: bool
     """Whether the level ratio is used."""
-    calibration: "Calibration | None"
     moduli: touch_table.TouchModuli | None
     offline: "Sequence[OfflineTouch] | None"
     understood: str
     """How a table of another program is read, or that the recording is simulated."""
-    notes: Sequence[str]
     warnings: Sequence[str]
     """Notes that are not in the document: on the calibration, and why there is no touch."""
     is_as_written: bool
     """Whether the recording has no doubts."""
 
     @property
+    def touches(self) -> Touches:
+        """The touches, with the notes on the recording."""
+        return self.found.touches
+
+    @property
     def exit_code(self) -> ExitCode:
         """NOT_RELIABLE: no touch, a doubtful recording, or a calibration that is not sound."""
-        if not self.touches or not self.is_as_written:
-            return ExitCode.NOT_RELIABLE
-        if self.calibration is not None and not self.calibration.sound:
-            return ExitCode.NOT_RELIABLE
-        return ExitCode.DONE
+        calibration = self.options.calibration
+        is_sound = calibration is None or calibration.sound
+        if self.touches and self.is_as_written and is_sound:
+            return ExitCode.DONE
+        return ExitCode.NOT_RELIABLE
 
     def table(self) -> list[str]:
         """Return the lines of the table: the header, and a row for each touch."""
         if self.offline is not None:
-            offline_rows = list(map(touch_table.offline_row, count(1), self.offline))
+            offline_rows = map(touch_table.offline_row, count(1), self.offline)
             return touch_table.with_header(offline_rows, touch_table.OFFLINE_HEADER)
         rows = map(touch_table.touch_row, count(1), self.touches, self.uncertainties)
-        lines = touch_table.with_header(list(rows))
+        lines = touch_table.with_header(rows)
         if self.entries is not None:
-            cells = [touch_table.specimen_cell(entry) for entry in self.entries]
+            cells = map(touch_table.specimen_cell, self.entries)
             lines = touch_table.add_column(lines, ["specimen", *cells])
         if self.moduli is not None and self.touches:
-            cells = [touch_table.modulus_cell(modulus) for modulus in self.moduli.moduli]
+            cells = map(touch_table.modulus_cell, self.moduli.moduli)
             lines = touch_table.add_column(lines, ["modulus (95 % interval)", *cells])
         return lines
 
@@ -219,35 +221,44 @@ class Replay:
         sentences = []
         if self.is_level:
             sentences.append("The ratios are level ratios: over the swept depth, not of the hold.")
-        if self.moduli is not None and self.calibration is not None:
-            sentences += self.moduli.sentences(self.calibration)
+        if self.moduli is not None:
+            sentences += self.moduli.sentences()
         if self.unit != "pF" and self.touches:
             sentences.append(f"unit: {self.unit}; of the covariance: 1/({self.unit})^2")
-        return sentences + touch_table.advice_lines(self.touches, cut=self.cut)
+        return sentences + touch_table.advice_lines(self.touches, cut=self.found.cut)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """Return the document."""
-        records = touch_table.touch_records(self.touches, self.uncertainties, cut=self.cut)
-        settings = {
-            name: _without_infinity(value)
-            for name, value in self.tracking.items()
-            if name != "scene"
-        }
-        document = {
+        settings = {**self.tracking}
+        scene = settings.pop("scene")
+        for name, value in settings.items():
+            if value in (math.inf, -math.inf):  # JSON has no infinity
+                settings[name] = str(value)
+        document: dict[str, object] = {
             "file": str(self.file),
-            "scene": self.tracking["scene"],
+            "scene": scene,
             "settings": settings,
             "palpate": palpate.__version__,
             "rows": self.rows,
-            "notes": list(self.notes),
+            "notes": self.touches.notes,
         }
         if self.unit != "pF":
             document["unit"] = self.unit
-        if self.windows:
-            document["windows"] = self.windows
-        document["touches"] = records
+        if self.options.windows:
+            document["windows"] = self.options.windows
+        document["touches"] = self._touch_records()
         if self.is_level:
             document["ratio_used"] = "level_ratio"
+        if self.moduli is not None:
+            agreement = self.moduli.agreement
+            of_mean = self.moduli.of_mean
+            document["agreement"] = agreement and agreement.as_dict()
+            document["modulus_of_mean"] = of_mean and of_mean.as_dict()
+        return document
+
+    def _touch_records(self) -> list[dict[str, object]]:
+        """Return the touches for the document."""
+        records = touch_table.touch_records(self.touches, self.uncertainties, cut=self.found.cut)
         if self.entries is not None:
             for record, entry in zip(records, self.entries, strict=True):
                 record["specimen"] = entry.specimen if entry else None
@@ -255,14 +266,10 @@ class Replay:
         if self.moduli is not None:
             for record, modulus in zip(records, self.moduli.moduli, strict=True):
                 record["modulus"] = modulus.as_dict()
-            agreement = self.moduli.agreement
-            of_mean = self.moduli.of_mean
-            document["agreement"] = agreement.as_dict() if agreement else None
-            document["modulus_of_mean"] = of_mean.as_dict() if of_mean else None
         if self.offline is not None:
             for record, touch in zip(records, self.offline, strict=False):
                 record["offline"] = touch.as_dict()
-        return document
+        return records
 
 
 def replay_recording(file: Path, options: ReplayOptions) -> Replay:
@@ -276,36 +283,33 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     calibration = options.calibration
     recording = recorded(file, **options.reading.keywords())
     tracking = options.tracker.for_recording(recording, calibration)
-    offline = palpate.offline(recording, **tracking) if options.is_offline else None
+    offline = moduli = None
+    if options.is_offline:
+        offline = palpate.offline(recording, **tracking)
     found = tracked(recording, windows=options.windows, **tracking)
     touches = found.touches
     plan = recording.sidecar.session
     entries = plan.matched(touches, recording.survey.period_s)
     warnings = []
     if calibration is not None:
-        warnings += doubts_of_calibration(calibration, tracking["scene"]).sentences()
+        moduli = touch_table.TouchModuli.of(calibration, touches)
+        warnings += calibration_doubts(calibration, tracking["scene"])
     if not touches:
-        warnings.append(
-            f"no touch found: {_why_no_touch(recording, was_retaken=found.retaken > 0)}"
-        )
+        reason = _why_no_touch(recording, was_retaken=found.retaken > 0)
+        warnings.append(f"no touch found: {reason}")
     return Replay(
-        file=file,
-        tracking=tracking,
+        file,
+        options,
+        tracking,
         rows=recording.survey.rows,
         unit=recording.unit,
-        windows=options.windows,
-        touches=touches,
-        cut=found.cut,
+        found=found,
         uncertainties=_uncertainties(recording, touches, plan, entries, calibration),
         entries=entries if touches and plan.touches else None,
         is_level=(calibration or plan).ratio == "level",
-        calibration=calibration,
-        moduli=touch_table.TouchModuli.of(calibration, touches)
-        if calibration is not None
-        else None,
+        moduli=moduli,
         offline=offline,
         understood=recording.understood or simulation_note(recording),
-        notes=touches.notes,
         warnings=warnings,
         is_as_written=not recording.doubts,
     )
@@ -332,11 +336,6 @@ def _uncertainties(
         scatter = session_scatter(kept, ratio_of)
     linearity = linearity_pF(recording.full_scale_pF)
     return [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
-
-
-def _without_infinity(value: Any) -> Any:
-    """Return a setting for JSON, which has no infinity."""
-    return str(value) if value in (math.inf, -math.inf) else value
 
 
 def _why_no_touch(recording: OpenedRecording, *, was_retaken: bool) -> str:
@@ -368,7 +367,7 @@ _PRIORITY = (
 """Exit codes of several recordings: the first one here that any of them has is returned."""
 
 
-def _replay_all(files: Sequence[Path], options: ReplayOptions, jobs: int) -> ExitCode:
+def _replay_all(files: Collection[Path], options: ReplayOptions, jobs: int) -> ExitCode:
     """Replay recordings in threads, print the results in order, and return the exit code."""
     results: _Results = {}
     work = in_order(partial(replay_recording, options=options), files, jobs)
@@ -404,7 +403,7 @@ def _print_all(results: _Results) -> set[ExitCode]:
             continue
         codes.add(result.exit_code)
         documents.append(result.to_json())
-        notes = [*result.notes, *result.warnings]
+        notes = [*result.touches.notes, *result.warnings]
         if result.understood != understood:
             notes.insert(0, result.understood)
             understood = result.understood

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from palpate.recording.opened import OpenedRecording
 
 _Function = Callable[..., Any]
+Keywords = dict[str, Any]
+"""Keyword arguments of palpate's functions."""
 _Decorator = Callable[[_Function], _Function]
 _SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
 _LSL_NAME = "palpate"
@@ -38,9 +40,9 @@ class SourceOptions:
     firmware: Path | None = None
     excitation: str | None = None
 
-    def keywords(self) -> dict[str, Any]:
+    def keywords(self) -> Keywords:
         """Return the options that are set, as keywords of `palpate.read` and `palpate.open`."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
+        return _without_none(asdict(self))
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class TrackerOptions:
                 "got a length of a touch in seconds and in samples, allowed: only one of them"
             )
 
-    def keywords(self) -> dict[str, Any]:
+    def keywords(self) -> Keywords:
         """Return keywords of `palpate.Stream`; a given length replaces the one of scene and recording.
 
         Examples
@@ -68,7 +70,7 @@ class TrackerOptions:
         {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 6.0}
         """
         changed = self._changed_settings()
-        keywords: dict[str, Any] = {}
+        keywords: Keywords = {}
         if self.scene is not None:
             keywords["scene"] = self.scene
         if changed.keys() & {"seconds", "samples"}:
@@ -77,7 +79,7 @@ class TrackerOptions:
 
     def for_recording(
         self, recording: "OpenedRecording", calibration: "Calibration | None" = None
-    ) -> dict[str, Any]:
+    ) -> Keywords:
         """Return keywords for a recording: without a scene its own; then the calibration's."""
         options = self.keywords()
         keywords = options
@@ -89,16 +91,15 @@ class TrackerOptions:
 
     def with_settings(self, **settings: float | None) -> "TrackerOptions":
         """Return the options with more settings, without those that are None."""
-        more = {name: value for name, value in settings.items() if value is not None}
-        return replace(self, settings={**self.settings, **more})
+        return replace(self, settings={**self.settings, **_without_none(settings)})
 
     def _changed_settings(self) -> dict[str, float]:
-        changed = dict(self.settings)
-        if self.touch_seconds is not None:
-            changed["seconds"] = self.touch_seconds
-        if self.samples is not None:
-            changed["samples"] = self.samples
-        return changed
+        length = {"seconds": self.touch_seconds, "samples": self.samples}
+        return {**self.settings, **_without_none(length)}
+
+
+def _without_none(values: Mapping[str, Any]) -> Keywords:
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def simulation_note(recording: "OpenedRecording") -> str:
@@ -118,7 +119,7 @@ def complete_source(
     if begin.startswith("sim:"):
         from palpate.simulation.board_input import board_scenarios
 
-        words = [f"sim:{name}" for name in board_scenarios()]
+        words = map("sim:{}".format, board_scenarios())
     elif begin.startswith(_SCHEMES):
         from palpate.sources.devices import devices
 
@@ -278,11 +279,13 @@ def _pass_as(
     argument: str, options_class: type[SourceOptions | TrackerOptions], command: _Function
 ) -> _Function:
     """Pass the options of a command that are fields of a class as one argument, its object."""
-    names = [each.name for each in fields(options_class)]
 
     @wraps(command)
     def with_object(*args: Any, **values: Any) -> Any:
-        own = {name: values.pop(name) for name in names if name in values}
+        own = {}
+        for option in fields(options_class):
+            if option.name in values:
+                own[option.name] = values.pop(option.name)
         return command(*args, **{argument: options_class(**own)}, **values)
 
     return with_object

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from palpate import Touch, number_format
 from palpate.cli.output import format_row
@@ -73,9 +73,10 @@ def _ratio_cells(touch: "Touch | OfflineTouch") -> list[str]:
     return [number_format.number(touch.ratio, error), number_format.error(error)]
 
 
-def with_header(lines: Sequence[str], header: Sequence[str] = HEADER) -> list[str]:
-    """Return lines below their header; no header without lines."""
-    return [format_row(header, header), *lines] if lines else []
+def with_header(rows: Iterable[str], header: Sequence[str] = HEADER) -> list[str]:
+    """Return rows below their header; no header without rows."""
+    lines = [format_row(header, header), *rows]
+    return lines if len(lines) > 1 else []
 
 
 def add_column(lines: Sequence[str], column: Sequence[str]) -> list[str]:
@@ -115,7 +116,7 @@ def offline_methods(touches: "Iterable[OfflineTouch]") -> list[str]:
 
 def touch_records(
     touches: Sequence[Touch], uncertainties: Sequence[Uncertainty], *, cut: int = 0
-) -> list[dict[str, Any]]:
+) -> list[dict[str, object]]:
     """Return touches for JSON: their fields, their advice, and their uncertainty.
 
     The last `cut` touches were running when the recording ended.
@@ -123,7 +124,7 @@ def touch_records(
     records = []
     advice = advice_at_end(touches, cut=cut)
     for touch, own_advice, uncertainty in zip(touches, advice, uncertainties, strict=True):
-        sentences = [str(each) for each in own_advice]
+        sentences = list(map(str, own_advice))
         records.append({**touch.as_dict(), "advice": sentences, **uncertainty.as_dict()})
     return records
 
@@ -143,6 +144,7 @@ def advice_lines(touches: Sequence[Touch], *, first: int = 1, cut: int = 0) -> l
 class TouchModuli:
     """The modulus of each touch, and of all if they agree."""
 
+    calibration: "Calibration"
     moduli: "Sequence[Modulus]"
     agreement: Agreement | None
     """None below two usable touches."""
@@ -155,16 +157,16 @@ class TouchModuli:
         moduli = [calibration.modulus_of(touch) for touch in touches]
         usable = [touch for touch in touches if not calibration.objections(touch)]
         if len(usable) < 2:
-            return cls(moduli, None, None)
+            return cls(calibration, moduli, None, None)
         agreement = calibration.agreement(usable)
         if not agreement.agree:
-            return cls(moduli, agreement, None)
+            return cls(calibration, moduli, agreement, None)
         of_mean = calibration.modulus(
             agreement.ratio, agreement.own_error, touches=agreement.effective
         )
-        return cls(moduli, agreement, of_mean)
+        return cls(calibration, moduli, agreement, of_mean)
 
-    def sentences(self, calibration: "Calibration") -> list[str]:
+    def sentences(self) -> list[str]:
         """Return a sentence on the mean, and one on the intervals; none without touches."""
         if not self.moduli:
             return []
@@ -174,5 +176,5 @@ class TouchModuli:
             if self.of_mean:
                 sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
             sentences.append(sentence)
-        sentences.append(f"The intervals include the {calibration.scatter}.")
+        sentences.append(f"The intervals include the {self.calibration.scatter}.")
         return sentences
