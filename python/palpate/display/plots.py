@@ -111,9 +111,10 @@ def draw_recording(shown: "Recording", ax: Any) -> None:
     _draw_channel(ax, "soft", t_soft, shown.soft, SOFT, shown.unit)
     for row in shown.gap_rows:
         ax.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
-    for t_s, name in shown.marks:
-        if is_timed and not isnan(t_s):
-            _draw_mark(ax, t_s, name)
+    if is_timed:
+        for t_s, name in shown.marks:
+            if not isnan(t_s):
+                _draw_mark(ax, t_s, name)
     ax.set_xlabel("time, s" if is_timed else "pair")
     ax.set_ylabel(f"change, {shown.unit}")
     ax.legend(**_ABOVE)
