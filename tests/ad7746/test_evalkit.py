@@ -6,27 +6,24 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
 from dataclasses import asdict, replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
 from typing import Any
 
-import palpate
 import pytest
 from effort import Tally
 from kit_bench import CENTRED, Bench, pair_of
 from palpate.ad7746 import registers
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
-from palpate.ad7746.evalkit import discovery
 from palpate.ad7746.evalkit.discovery import VENDOR, list_boards, usb_devices
-from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, PORTS, EvalKit
+from palpate.ad7746.evalkit.usb_bus import ERROR_COUNT, I2C, I2C_PLAIN, PORTS
 from palpate.ad7746.simulator.evalboard import Fault, FaultKind
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
-from palpate.sources.board import WatchedKit
+from palpate.sources.board import BoardSource, ConverterOptions
 from recording_bench import SampleReader, soon
 
 FOREVER = math.inf
@@ -293,59 +290,40 @@ def test_a_device_may_outlive_its_context(bench: Bench) -> None:
     assert device.idVendor == VENDOR
 
 
-@contextmanager
-def watched(bench: Bench, replug_s: float) -> Iterator[tuple[EvalKit, WatchedKit, list[str]]]:
-    """Begin to measure and to watch; a real carrier has a system to look at."""
-    kit, notes = bench.open_kit(), list[str]()
-    look = None if bench.carrier.real else lambda: set(list_boards(bench.carrier.backend()))
-    source = WatchedKit(kit, {"replug": replug_s}, bench.carrier.clock, look)
-    source.notify = notes.append
+def test_a_second_board_disturbs_nothing(bench: Bench) -> None:
+    source = BoardSource(bench.open_kit(), ConverterOptions(), bench.carrier.clock)
     with source:
-        yield kit, source, notes
-
-
-def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
-    with watched(bench, 10.0) as (kit, source, notes):
-        measuring, samples = kit.board, SampleReader(source)
+        samples = SampleReader(source)
         next(samples)
         other = bench.another()
-        soon(lambda: notes)
-        [second] = [b for b in list_boards(bench.carrier.backend()) if b != measuring]
         next(samples)
         bench.carrier.unplug(other)
-        soon(lambda: len(notes) == 2)
-        assert notes == [f"usb:{second} was plugged in.", f"usb:{second} was unplugged."]
+        next(samples)
         assert not other.chip.conversions
         if not bench.carrier.real:  # in real time a busy machine may lose a pair itself
             assert (source.counters["lost"], source.counters["errors"]) == (0, 0)
             assert bench.carrier.backend().opened == 1
-    soon(lambda: "palpate-hotplug" not in [thread.name for thread in threading.enumerate()])
 
 
-def test_the_board_that_measures(bench: Bench) -> None:
-    """The driver says that it is gone, once, with its name; the watch says where it is back."""
-    with watched(bench, 1e6) as (kit, source, notes):
-        samples, first = SampleReader(source), kit.board
+def test_the_board_that_measures_is_unplugged_and_comes_back(bench: Bench) -> None:
+    """The driver reports that it is gone, once, with its name, and that it is back."""
+    kit = bench.open_kit()
+    source = BoardSource(kit, ConverterOptions(replug=1e6), bench.carrier.clock)
+    notes: list[str] = []
+    source.notify = notes.append
+    with source:
+        first = kit.board
+        samples = SampleReader(source)
         next(samples)
         bench.carrier.unplug(bench.kit)
         reading = threading.Thread(target=lambda: next(samples))
         reading.start()
         soon(lambda: notes)
-        time.sleep(1.5 * discovery.POLL_S)
-        [gone] = notes
-        assert gone.startswith(f"usb:{first}, ")
-        assert "was unplugged" in gone
         bench.carrier.plug(bench.kit)
         reading.join(30)
-        soon(lambda: len(notes) == 3)
         assert kit.board != first
-        assert f"usb:{kit.board} was plugged in." in notes
-        assert sum("is back after" in note for note in notes) == 1
-
-
-def test_usb_is_watched(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where it is open by name; a backend of a program's own is not, since a second thread would use it."""
-    monkeypatch.setattr(discovery, "system_backend", bench.carrier.backend)
-    for options in ({}, {"backend": bench.carrier.backend()}):
-        with closing(palpate.open("usb:", **options)) as source:
-            assert isinstance(source, WatchedKit) == (not options)
+    gone = notes[0]
+    assert gone.startswith(f"usb:{first}, ")
+    assert "was unplugged" in gone
+    assert sum("was unplugged" in note for note in notes) == 1
+    assert sum("is back after" in note for note in notes) == 1

@@ -48,10 +48,10 @@ def plug(
 
 
 def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused() -> list[devices.Found]:
+    def refused() -> list[devices.ListedDevice]:
         raise DeviceNotFound("no permission to look")
 
-    found = [devices.Found("usb:1/2", "AD7746 evaluation kit")]
+    found = [devices.ListedDevice("usb:1/2", "AD7746 evaluation kit")]
     for name, look in (
         ("boards", lambda: found),
         ("chips", refused),

@@ -5,8 +5,6 @@ import sys
 import threading
 import time
 from itertools import islice
-from types import SimpleNamespace
-from typing import Any
 from unittest.mock import Mock
 
 import palpate
@@ -19,7 +17,7 @@ from palpate.errors import DeviceNotFound, MissingExtra, ProtocolError
 from palpate.source_events import GapCause
 from palpate.sources import lsl as lsl_source
 from palpate.sources.conformance import check_source
-from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library
+from palpate.sources.lsl import SAMPLES, Channels, LslOptions, ahead_ns, library
 from recording_bench import SampleReader
 
 FARADS = ("pF", "pF")
@@ -70,7 +68,7 @@ def test_a_stream_that_is_not_there(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("labels", "units", "asked", "message"),
+    ("labels", "units", "options", "message"),
     [
         (
             ["", ""],
@@ -98,23 +96,24 @@ def test_a_stream_that_is_not_there(name: str) -> None:
     ],
 )
 def test_channels_that_are_not_known(
-    labels: list[str], units: list[str], asked: dict[str, str], message: str
+    labels: list[str], units: list[str], options: dict[str, str], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        Channels(labels, units, asked)
+        Channels(labels, units, LslOptions.parse("lsl", options))
 
 
 def test_units() -> None:
-    assert Channels(["C2_fF", "C1"], ["", "pF"], {}).values([1.0, 2.0]) == (2.0, 0.001)
-    asked = {"hard": "hard", "soft": "1", "unit": "fF"}
-    assert Channels(["1", "hard"], ["V", "V"], asked).values([2.0, 1.0]) == (0.001, 0.002)
-    hard, soft = Channels(["hard", "soft"], FARADS, {}).values([math.inf, 5e-324])
+    assert Channels(["C2_fF", "C1"], ["", "pF"], LslOptions()).values([1.0, 2.0]) == [2.0, 0.001]
+    options = LslOptions(hard="hard", soft="1", unit="fF")
+    assert Channels(["1", "hard"], ["V", "V"], options).values([2.0, 1.0]) == [0.001, 0.002]
+    hard, soft = Channels(["hard", "soft"], FARADS, LslOptions()).values([math.inf, 5e-324])
     assert (math.isnan(hard), soft) == (True, 5e-324)
 
 
 def test_only_palpates_own_stream_has_numbers() -> None:
     row = [1.0, 2.0, 0.5, 7.0, 4.0, 3.0]
-    own, other = (Channels(SAMPLES, [""] * 6, {}, own) for own in (True, False))
+    own = Channels(SAMPLES, [""] * 6, LslOptions(), is_own=True)
+    other = Channels(SAMPLES, [""] * 6, LslOptions(), is_own=False)
     assert [own.own(row, name) for name in SAMPLES[2:]] == row[2:]
     assert [other.own(row, name) for name in SAMPLES[2:]] == [0] * 4
     for place, value in ((3, math.nan), (3, -1.0), (3, math.inf), (4, 8.0)):
@@ -274,9 +273,9 @@ def test_without_liblsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pip install --force-reinstall 'palpate[lsl]'" in str(raised.value)
 
 
-def test_a_clock_that_is_another_one() -> None:
+def test_a_clock_that_is_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """As on Windows, where Python before 3.13 counts ticks: the difference is measured; on Linux it is exactly 0."""
-    other: Any = SimpleNamespace(local_clock=lambda: time.monotonic() + 5.0)
-    assert ahead_ns(other) == pytest.approx(5 * 10**9, abs=10**7)
-    same: Any = SimpleNamespace(local_clock=time.monotonic)
-    assert ahead_ns(same) == 0
+    monkeypatch.setattr(pylsl, "local_clock", lambda: time.monotonic() + 5.0)
+    assert ahead_ns(pylsl) == pytest.approx(5 * 10**9, abs=10**7)
+    monkeypatch.setattr(pylsl, "local_clock", time.monotonic)
+    assert ahead_ns(pylsl) == 0

@@ -225,9 +225,9 @@ def test_real_files(tree: Path) -> None:
         assert stream.epoch
         assert stream.source.zero_ns == stream.epoch.monotonic_ns
     with pytest.raises(FileNotFoundError):
-        iio.write(folder / "in_capacitance9_offset", "1")  # never a new file
-    iio.write(folder / "in_capacitance0_offset", "13884487")
-    assert iio.text_of(folder / "in_capacitance0_offset") == "13884487"
+        iio.write_text(folder / "in_capacitance9_offset", "1")  # never a new file
+    iio.write_text(folder / "in_capacitance0_offset", "13884487")
+    assert iio.read_text(folder / "in_capacitance0_offset") == "13884487"
 
 
 def test_no_device(tree: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from palpate import sources
 from palpate.cli import doctor
 from palpate.errors import SourceError
-from palpate.sources import Found
+from palpate.sources import ListedDevice
 from palpate.sources.devices import devices
 from recording_bench import SampleReader
 
@@ -67,4 +67,4 @@ def test_a_search_that_fails_is_a_note(package: None) -> None:
 )
 def test_the_devices_of_a_package_are_listed(package: None) -> None:
     found = [device for device in devices()[0] if device.uri.startswith("other:")]
-    assert found == [Found("other:7", "a probe"), Found("other:8", "a probe")]
+    assert found == [ListedDevice("other:7", "a probe"), ListedDevice("other:8", "a probe")]

@@ -4,12 +4,13 @@ import re
 import threading
 import time
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import palpate
 import pytest
 from palpate.ad7746 import registers
+from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.errors import DeviceNotFound, RecordingError
 from palpate.sources.playback import FileSource
 from project import FOUR
@@ -137,6 +138,6 @@ def test_a_simulated_board_is_the_same_again() -> None:
 
 def test_no_board() -> None:
     with pytest.raises(DeviceNotFound, match="no AD7746 evaluation kit"):
-        palpate.open("usb:", backend=SimpleNamespace(enumerate_devices=list))
+        palpate.open("usb:", backend=SimulatedUsb(VirtualClock()))
     with pytest.raises(DeviceNotFound, match="/dev/i2c-99"):
         palpate.open("i2c:/dev/i2c-99")

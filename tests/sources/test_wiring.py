@@ -16,7 +16,7 @@ from palpate.flags import Suspicion
 from palpate.samples import Sample, Status
 from palpate.simulation.board_input import board_scenarios
 from palpate.source_events import GapCause
-from palpate.sources.board import configuration_of
+from palpate.sources.board import ConverterOptions
 from recording_bench import SampleReader
 
 SHORT = "sim:tap"
@@ -146,18 +146,18 @@ def test_a_sentence_says_what_excitation_a_cannot_show() -> None:
 
 def test_the_registers_of_the_options() -> None:
     options = {
-        "excitation": ("A", "AB"),
+        "excitation": "A,AB",
         "level": 1,
         "chop": True,
         "differential": True,
         "soft_input": 1,
     }
-    configuration = configuration_of(options)
+    configuration = ConverterOptions.parse("sim", options).configuration
     assert [configuration.registers(number)[0].hex() for number in (0, 1)] == [
         "e1000902",
         "a1002902",
     ]
-    assert configuration_of({}) == Configuration()
+    assert ConverterOptions().configuration == Configuration()
 
 
 def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:

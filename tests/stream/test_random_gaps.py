@@ -21,7 +21,7 @@ from palpate.ad7746.simulator.evalboard import Fault, FaultKind, SimulatedBoard
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.recording.reading import recorded
 from palpate.source_events import SourceEvent
-from palpate.sources.board import BoardSource
+from palpate.sources.board import BoardSource, ConverterOptions
 from recording_bench import measured
 
 IDLE_PF = (6.92, 4.69)
@@ -90,7 +90,7 @@ class Play(BoardSource):
         backend = SimulatedUsb(self.clock)
         backend.plug(self.board)
         self.board.change = self._change
-        super().__init__(EvalKit(backend=backend, clock=self.clock), {}, self.clock)
+        super().__init__(EvalKit(backend=backend, clock=self.clock), ConverterOptions(), self.clock)
         self._events = sorted(
             (dice.uniform(0.0, self.end_s), self._event()) for _ in range(dice.randint(1, 3))
         )

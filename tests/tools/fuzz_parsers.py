@@ -47,8 +47,8 @@ with imports:
     from palpate.recording.rows import HEADER, format_rows, parse_rows, unreadable
     from palpate.recording.verification import check
     from palpate.samples import Status, block_of
-    from palpate.sources.line_protocol import Grammar
     from palpate.sources.options import split
+    from palpate.sources.serial import SerialOptions
     from recording_bench import SampleReader
     from serial_lines import Chunks
 
@@ -148,7 +148,7 @@ def firmware(data: bytes) -> None:
 
 def lines(data: bytes) -> None:
     r"""Parse bytes on a serial port; \xff separates the bytes of one read."""
-    source = Chunks(b"\n" + data, Grammar())
+    source = Chunks(b"\n" + data, SerialOptions())
     last = -1
     with suppress(ProtocolError):  # a board that restarts with each line
         for sample in SampleReader(source):

@@ -1,6 +1,6 @@
 """The files of the kernel's driver for the AD7746, as drivers/iio/cdc/ad7746.c behaves: reads convert, and sleep.
 
-They take the place of `text_of` and `write` in `palpate.sources.iio`, because a file in a folder cannot convert.
+They take the place of `read_text` and `write_text` in `palpate.sources.iio`, because a file in a folder cannot convert.
 """
 
 import errno
@@ -42,8 +42,8 @@ class Kernel:
         self.stall_ns = 0  # before a conversion of the second channel
 
     def install(self, monkeypatch: pytest.MonkeyPatch) -> "Kernel":
-        monkeypatch.setattr("palpate.sources.iio.text_of", self.read)
-        monkeypatch.setattr("palpate.sources.iio.write", self.write)
+        monkeypatch.setattr("palpate.sources.iio.read_text", self.read)
+        monkeypatch.setattr("palpate.sources.iio.write_text", self.write)
         return self
 
     def clock_ns(self) -> int:

@@ -5,9 +5,8 @@ from typing import Any
 
 from palpate import Sample
 from palpate.errors import ProtocolError
-from palpate.sources.line_protocol import OF_LINES, Grammar, Refused
-from palpate.sources.options import checked
-from palpate.sources.serial import SerialSource
+from palpate.sources.line_protocol import Refused
+from palpate.sources.serial import SerialOptions, SerialSource
 from recording_bench import SampleReader
 
 
@@ -18,12 +17,12 @@ class Chunks(SerialSource):
     """
 
     def __init__(
-        self, data: bytes, grammar: Grammar, arrivals_s: list[float] | None = None
+        self, data: bytes, options: SerialOptions, arrivals_s: list[float] | None = None
     ) -> None:
         self._chunks = data.split(b"\xff")
         self._arrivals_s = None if arrivals_s is None else iter(arrivals_s)
         self.refusals, self.said = list[str](), list[str]()
-        super().__init__("tty", grammar)
+        super().__init__("tty", options)
         self.notify = lambda text: (
             None if "was unplugged. Waiting" in text else self.said.append(text)
         )
@@ -65,9 +64,7 @@ class Sent:
         data = (
             lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
         )
-        self.source = Chunks(
-            b"\n" + data, Grammar(**checked("serial", options, OF_LINES)), arrivals_s
-        )
+        self.source = Chunks(b"\n" + data, SerialOptions.parse("serial", options), arrivals_s)
         self.refusals, self.said, self.samples, self.failed = (
             self.source.refusals,
             self.source.said,

@@ -45,7 +45,7 @@ class I2cBus:
     clock : Clock, optional
         Clock of the write times.
     open_bus : callable, optional
-        smbus2.SMBus, or an object with the same methods.
+        In place of smbus2.SMBus: an object with the same methods.
 
     Raises
     ------
@@ -61,10 +61,10 @@ class I2cBus:
     palpate.errors.DeviceNotFound: /dev/i2c-77: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.
     """
 
-    def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = smbus2.SMBus) -> None:
+    def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = None) -> None:
         self._path = path
         self._clock = clock or RealClock()
-        self._open_bus = open_bus
+        self._open_bus = open_bus or smbus2.SMBus
         self._bus: Any = None
         self.reopen()
 

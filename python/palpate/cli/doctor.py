@@ -42,11 +42,11 @@ def devices_command(lsl: bool) -> None:
     Example:
       palpate devices
     """  # noqa: D301
-    from palpate.sources.devices import devices, look_for, streams
+    from palpate.sources.devices import devices, search_by, streams
 
     connected, notes = devices()
     if lsl:
-        lsl_streams, stream_notes = look_for(streams)
+        lsl_streams, stream_notes = search_by(streams)
         connected = [*connected, *lsl_streams]
         notes = [*notes, *stream_notes]
     document = {"devices": [device._asdict() for device in connected], "notes": notes}
@@ -296,7 +296,7 @@ def check_firmware() -> Iterator[Finding]:
 def check_packages() -> Iterator[Finding]:
     """Check that other packages' sources can be loaded, and that their device searches work."""
     from palpate.sources import GROUP
-    from palpate.sources.devices import look_for, of_packages
+    from palpate.sources.devices import of_packages, search_by
     from palpate.sources.registry import loaded, package_of
 
     for point in metadata.entry_points(group=GROUP):
@@ -309,7 +309,7 @@ def check_packages() -> Iterator[Finding]:
             yield Finding(subject, str(error), code=ExitCode.UNEXPECTED)
         else:
             yield Finding(subject, f"of {package_of(point)}")
-    _, notes = look_for(*of_packages())
+    _, notes = search_by(*of_packages())
     for note in notes:
         yield Finding("search of another package", note, code=ExitCode.UNEXPECTED)
 

@@ -191,11 +191,11 @@ def _print_line(message: str) -> None:
 
 def _connected_board() -> str:
     """Return the source of the connected board, else ""; print which."""
-    from palpate.sources.devices import boards, chips, look_for
+    from palpate.sources.devices import boards, chips, search_by
 
-    connected, notes = look_for(boards, chips)
+    connected, notes = search_by(boards, chips)
     if connected:
-        click.echo(f"{connected[0].uri}: {connected[0].what}", err=True)
+        click.echo(f"{connected[0].uri}: {connected[0].description}", err=True)
         return connected[0].uri
     print_notes("not searched", notes)
     click.echo(

@@ -12,10 +12,10 @@ from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.live.signal_state import CHANNELS
 from palpate.live.state_rules import Facts
 from palpate.sources import Conditions
-from palpate.sources.board import CONVERTER
+from palpate.sources.board import ConverterOptions
 from palpate.sources.options import split
 
-_CHANGED = ("usb", "i2c", "sim")  # sources that take the options of `CONVERTER`
+_CHANGED = ("usb", "i2c", "sim")  # sources that take the options of `ConverterOptions`
 _LEVELS = ("1/8", "1/4", "3/8", "1/2")  # of the supply, both ways
 _PINS = ["B", "A", "AB", "B,A", "A,B"]
 _CAPF = "Conversion, CAPF: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
@@ -51,8 +51,7 @@ class Device:
             name: option["value"]
             for name, option in self._options(self._measurement.device()).items()
         }
-        for name, value in options.items():
-            CONVERTER[name](name, value)
+        ConverterOptions.parse("device", options)
         what = ", ".join(f"{name} {value}, before {now[name]}" for name, value in options.items())
         self._measurement.reopen(options, f"the converter was set again: {what}")
         return f"A new measurement has started: {what}."

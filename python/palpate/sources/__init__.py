@@ -1,4 +1,4 @@
-"""Sources of samples: boards, the driver of the Linux kernel, serial ports, files, a simulated board."""
+"""Sources of samples: boards, the kernel's driver, serial ports, files, a simulated board."""
 
 from palpate.recording.rows import Codes
 from palpate.source_events import (
@@ -12,16 +12,16 @@ from palpate.source_events import (
     TroubleKind,
 )
 from palpate.sources.base import SampleSource, Source
-from palpate.sources.devices import Found
+from palpate.sources.devices import ListedDevice
 from palpate.sources.registry import GROUP, open, schemes
 
 __all__ = [
     "GROUP",
     "Codes",
     "Conditions",
-    "Found",
     "Gap",
     "GapCause",
+    "ListedDevice",
     "SampleSource",
     "Source",
     "SourceEvent",

@@ -7,19 +7,21 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from threading import Event
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate._core import SampleRing
 from palpate.errors import DeviceNotFound, ProtocolError, SourceError
 from palpate.messages import quoted
-from palpate.recording.rows import Codes, codes_of
-from palpate.samples import DTYPE, Block, Sample, Status
+from palpate.recording.rows import LARGEST_STATUS, Codes, codes_of
+from palpate.recording.sidecar import Json
+from palpate.samples import DTYPE, Block, Sample
 from palpate.source_events import SourceEvent, SourceItem
 
+TURN_S = 0.1  # of one call that waits: an interruption ends between two
 _FARTHEST_NS = 2**62  # the difference of two such times is exact
-_TURN_S = 0.1  # between two attempts to open a device that is gone
 _NAMES = DTYPE.names or ()
 
 
@@ -31,27 +33,28 @@ def _silent(_: str) -> None:
 class Source(Protocol):
     """A source of samples: hardware, a simulated board, or a file.
 
-    It is a context manager and an iterable. Iterating yields, in order, blocks of samples (arrays of
-    `SampleRing.dtype` with shape (n,)) and events: a `Gap` before the first sample for which the earlier
-    baseline is no longer valid, a `TroubleBegan` or `TroubleEnded`, and measured `Conditions`. One thread may
-    iterate while another one closes the source; the latter calls `interrupt` first, and the iteration then
-    has 0.3 s to end.
+    It is a context manager and an iterable. Iterating yields, in order, blocks of samples (arrays
+    of `SampleRing.dtype` with shape (n,)) and events: a `Gap` before the first sample for which the
+    earlier baseline is no longer valid, a `TroubleBegan` or `TroubleEnded`, and measured
+    `Conditions`. One thread may iterate while another one closes the source; the latter calls
+    `interrupt` first, and the iteration then has 0.3 s to end.
 
-    To write a source, derive from this class and define `__iter__` and `describe`. A source that reads one
-    sample at a time derives from `SampleSource`. To register its scheme, add an entry point of the group
-    ``palpate.sources``: a function of address and options. `palpate.sources.conformance.check_source` tests
-    whether a source keeps these promises.
+    To write a source, derive from this class and define `__iter__` and `describe`. A source that
+    reads one sample at a time derives from `SampleSource`. To register its scheme, add an entry
+    point of the group ``palpate.sources``: a function of address and options.
+    `palpate.sources.conformance.check_source` tests whether a source keeps these promises.
 
-    A loop of your own calls `Tracker.gap` at each gap; the touches after it would be wrong without it. A loop
-    that takes each item as samples fails at the first event.
+    A loop of your own calls `Tracker.gap` at each gap; the touches after it would be wrong without
+    it. A loop that takes each item as samples fails at the first event.
 
     Attributes
     ----------
     live : bool
-        True: samples arrive in real time, and are lost if the reader is too slow. False: the source waits.
+        True: samples arrive in real time, and are lost if the reader is too slow. False: the source
+        waits.
     real_time : bool
-        False: a live source whose times do not pass with the clock of the computer, as a simulation at another
-        speed; its recording has no time of day.
+        False: a live source whose times do not pass with the clock of the computer, as a simulation
+        at another speed; its recording has no time of day.
     notify : callable
         Called with a message for the user, from any thread; set it to receive the messages.
 
@@ -85,22 +88,24 @@ class Source(Protocol):
 
     @abstractmethod
     def __iter__(self) -> Iterator[SourceItem]:
-        """Yield blocks of samples, with increasing numbers, and events; raises SourceError if the source fails.
+        """Yield blocks of samples, with increasing numbers, and events.
 
-        A stream ends with ProtocolError at a sample that a recording cannot store: a field outside its range
-        (`SampleRing.push`). Errors are raised after the samples before them.
+        Raises SourceError if the source fails, after the samples before the error. A stream ends
+        with ProtocolError at a sample that a recording cannot store: a field outside its range
+        (`SampleRing.push`).
         """
         ...
 
     @abstractmethod
-    def describe(self) -> dict[str, Any]:
-        """Return a description of the instrument, which is stored with a recording.
+    def describe(self) -> Json:
+        """Return a description of the instrument, a JSON object in the sidecar of a recording.
 
-        `palpate.Stream` uses these keys, and refuses other values of them: `full_scale_pF` (readings from this
-        size on are saturated; above 0), `period_s` (time from one pair to the next; above 0), and `stamps`: "host" if
-        the times are arrivals at the computer, which are smoothed (the setting `host_stamps`); "converter",
-        the default, if they are conversions. If samples have codes of another converter than the AD7746, `codes`
-        says their scale, as `palpate.sources.Codes(...)._asdict()`: readers of a recording compute the capacitances from
+        `palpate.Stream` uses these keys, and refuses other values of them: `full_scale_pF`
+        (readings from this size on are saturated; above 0), `period_s` (time from one pair to the
+        next; above 0), and `stamps`: "host" if the times are arrivals at the computer, which are
+        smoothed (the setting `host_stamps`); "converter", the default, if they are conversions. If
+        samples have codes of another converter than the AD7746, `codes` is their scale, as
+        `palpate.sources.Codes(...)._asdict()`: readers of a recording compute the capacitances from
         the codes. Values that JSON has no type for are stored as text.
         """
         ...
@@ -112,13 +117,14 @@ class Source(Protocol):
 
     @property
     def zero_ns(self) -> int | None:
-        """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then it follows from the arrival of the first one."""
+        """`time.monotonic_ns()` at t = 0 of the samples; None: take the arrival of the first."""
         return None
 
     def centre(self) -> None:
-        """Set the range again, around the present signal, before the next sample; called from any thread.
+        """Set the range again, around the present signal, before the next sample; from any thread.
 
-        If that moves the baseline, the source yields a gap. Raises RuntimeError if the source has no such range.
+        If that moves the baseline, the source yields a gap. Raises RuntimeError if the source has
+        no such range.
         """
         raise RuntimeError(
             "centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:"
@@ -174,11 +180,12 @@ class SampleSource(Source):
 
 
 class Stoppable(Source):
-    """A source whose iteration looks at `_stopped`, and which counts errors, and devices that came back."""
+    """A source whose iteration ends at `_stopped`; it counts errors and reconnects."""
 
     def __init__(self) -> None:
         self._stopped = Event()
-        self._errors = self._reconnects = 0
+        self._errors = 0
+        self._reconnects = 0
 
     @property
     def counters(self) -> dict[str, int]:
@@ -186,9 +193,12 @@ class Stoppable(Source):
         return {"errors": self._errors, "reconnects": self._reconnects}
 
     def _wait_for_replug(self, attempt: Callable[[], bool], limit_s: float, gone: str) -> None:
-        """Attempt to open the device again until it succeeds or this is stopped; DeviceNotFound after the limit."""
+        """Attempt to open the device again until that succeeds or this is stopped.
+
+        DeviceNotFound, with the text `gone`, after the limit.
+        """
         begun = time.monotonic()
-        while not self._stopped.wait(_TURN_S):
+        while not self._stopped.wait(TURN_S):
             with suppress(SourceError):
                 if attempt():
                     return
@@ -200,69 +210,77 @@ class Stoppable(Source):
         self._stopped.set()
 
 
-def described(source: Source) -> dict[str, Any]:
-    """Return a copy of the description of a source, in JSON's types; values that JSON has no type for are text."""
+def described(source: Source) -> Json:
+    """Return a copy of the description of a source, checked; other types than JSON's are text."""
     try:
-        device: dict[str, Any] = json.loads(json.dumps(dict(source.describe()), default=str))
+        device: Json = json.loads(json.dumps(dict(source.describe()), default=str))
         codes_of(device)
     except (TypeError, ValueError, RecursionError) as error:
         raise ProtocolError(
             f"source: describe() cannot be stored in a recording: {error}"
         ) from error
-    for name in ("full_scale_pF", "period_s"):
+    for name, limit in (("full_scale_pF", math.inf), ("period_s", 1e9)):
         value = device.get(name, 1)
-        if not isinstance(value, int | float) or not 0 < value <= (
-            math.inf if name == "full_scale_pF" else 1e9
-        ):
+        if not isinstance(value, int | float) or not 0 < value <= limit:
             raise ProtocolError(
                 f"source: describe(): {name}: got {quoted(value)}, allowed: a number above 0"
             )
-    if device.get("stamps", "converter") not in ("converter", "host"):
+    stamps = device.get("stamps", "converter")
+    if stamps not in ("converter", "host"):
         raise ProtocolError(
-            f"source: describe(): stamps: got {quoted(device['stamps'])}, allowed: converter or host"
+            f"source: describe(): stamps: got {quoted(stamps)}, allowed: converter or host"
         )
     return device
 
 
-def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None:
-    """Return position and message of the first sample that a recording cannot store; None: all are good; `last`: seq before."""
-    before: Any = last
+Value = float | NDArray[Any]
+"""A field of one sample, or of the samples of a block."""
+
+
+class WrongSample(NamedTuple):
+    """The position of a sample in its block, and why a recording cannot store it."""
+
+    position: int
+    text: str
+
+
+def first_wrong(block: Block, last: int, codes: Codes) -> WrongSample | None:
+    """Return the first sample that a recording cannot store, if any; `last`: seq before."""
+    values: dict[str, Value] = {}
+    before: Value = last
     if len(block) == 1:  # plain numbers: a twentieth of the time
-        fields = dict(zip(_NAMES, block.item(), strict=True))
+        values.update(zip(_NAMES, block.item(), strict=True))
     else:
-        fields = {
-            name: block[name].astype(np.int64) if name.endswith("_raw") else block[name]
-            for name in _NAMES
-        }
+        for name in _NAMES:
+            values[name] = block[name]
+        for name in ("hard_raw", "soft_raw"):
+            values[name] = block[name].astype(np.int64)
         before = np.concatenate([[last], block["seq"][:-1]])
-    rules = _rules(fields, before, codes)
-    wrong = [
-        (int(np.argmin(good)), name, allowed)
-        for name, good, allowed in rules
-        if good is not True and not np.all(good)
-    ]
-    if not wrong:
-        return None
-    at, name, allowed = min(wrong, key=lambda found: found[0])
-    return (
-        at,
-        f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}",
-    )
+    wrong: WrongSample | None = None
+    for name, good, allowed in _rules(values, before, codes):
+        if good is True or np.all(good):
+            continue
+        position = int(np.argmin(good))
+        if wrong is None or position < wrong.position:
+            sample = block[position]
+            text = f"source: sample {sample['seq']}: {name}: got {sample[name]}, allowed: {allowed}"
+            wrong = WrongSample(position, text)
+    return wrong
 
 
-def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
-    """Yield each field, whether it is valid, and the allowed values; for one sample (numbers) or many (arrays)."""
-    yield "seq", fields["seq"] > before, "above the one before"
-    yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
-    yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
+def _rules(
+    values: Mapping[str, Value], before: Value, codes: Codes
+) -> Iterator[tuple[str, Value, str]]:
+    """Yield each field, whether it is valid, and the allowed values."""
+    yield "seq", values["seq"] > before, "above the one before"
+    yield "status", values["status"] <= LARGEST_STATUS, f"0 to {LARGEST_STATUS}"
+    yield "t_uncertainty_us", values["t_uncertainty_us"] >= -1, "-1 or more"
     for name in ("hard", "soft"):
-        raw = fields[f"{name}_raw"]
-        time_ns = fields[f"t_{name}_ns"]
-        yield (
-            f"t_{name}_ns",
-            (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS),
-            "less than 146 years",
-        )
+        raw = values[f"{name}_raw"]
+        time_name = f"t_{name}_ns"
+        time_ns = values[time_name]
+        is_near = (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS)
+        yield time_name, is_near, "less than 146 years"
         yield f"{name}_raw", (raw >= -1) & (raw <= codes.largest), f"-1 to {codes.largest}"
-        is_same = (raw - codes.zero) / codes.per_pF == fields[name]
+        is_same = (raw - codes.zero) / codes.per_pF == values[name]
         yield name, (raw < 0) | is_same, "the pF of its code, or no code (-1)"

@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, suppress
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Self
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from typing import Any, Self
 
 from palpate.ad7746.bus import Clock, RealClock, RegisterBus
 from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
@@ -12,8 +12,9 @@ from palpate.ad7746.driver import LIMIT_NS, REPLUG_S, Ad7746
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.ad7746.wiring import Wiring
 from palpate.ad7746.wiring_watch import WiringWatch
-from palpate.errors import DeviceNotFound, DeviceRefused, PalpateError, SourceError
+from palpate.errors import DeviceNotFound, DeviceRefused, SourceError
 from palpate.messages import quoted
+from palpate.recording.sidecar import Json
 from palpate.samples import Sample, Status
 from palpate.source_events import (
     Gap,
@@ -24,70 +25,94 @@ from palpate.source_events import (
     TroubleKind,
 )
 from palpate.sources.base import SampleSource
-from palpate.sources.options import Check, anything, checked, number, text, yes_no
-
-if TYPE_CHECKING:
-    from palpate.ad7746.evalkit.discovery import Board, BoardSearch
-    from palpate.ad7746.evalkit.usb_bus import EvalKit
+from palpate.sources.options import Options, number, option, text, whole_number, yes_no
 
 _PINS = ("A", "B", "AB")
 _CONDITIONS_NS = 10_000_000_000
+_INPUT = whole_number(1, 2)
 
 
-def excitation(name: str, value: Any) -> tuple[str, str]:
+def excitation_pins(name: str, value: Any) -> tuple[str, str]:
     """Return the excitation pins of the hard and the soft bump; one word is for both."""
     words = str(value).split(",")
     if len(words) > 2 or not set(words) <= set(_PINS):
+        pins = ", ".join(_PINS)
         raise ValueError(
-            f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A"
+            f"{name}: got {quoted(value)}, allowed: {pins}, or two of them: HARD,SOFT as B,A"
         )
     return words[0], words[-1]
 
 
-# Options of `Configuration`, and the longest time to wait for an unplugged device, s.
-CONVERTER: dict[str, Check] = {
-    "capf": number(0, 7, whole=True),
-    "excitation": excitation,
-    "level": number(0, 3, whole=True),
-    "chop": yes_no,
-    "differential": yes_no,
-    "hard_input": number(1, 2, whole=True),
-    "soft_input": number(1, 2, whole=True),
-    "replug": number(0, 86400),
-}
+@dataclass(frozen=True)
+class ConverterOptions(Options):
+    """Options of the AD7746; `replug`: longest time to wait for an unplugged device, s."""
+
+    capf: int | None = option(whole_number(0, 7), None)
+    excitation: tuple[str, str] = option(excitation_pins, (Channel.excitation, Channel.excitation))
+    level: int = option(whole_number(0, 3), Configuration.level)
+    chop: bool = option(yes_no, Configuration.chop)
+    differential: bool = option(yes_no, Configuration.differential)
+    hard_input: int | None = option(_INPUT, None)
+    soft_input: int | None = option(_INPUT, None)
+    replug: float = option(number(0, 86400), REPLUG_S)
+
+    @property
+    def configuration(self) -> Configuration:
+        """The configuration of the converter."""
+        hard_input = self.hard_input or 3 - (self.soft_input or 2)
+        if self.soft_input == hard_input:
+            raise ValueError(f"soft_input: got {hard_input}, as hard_input, allowed: the other one")
+        hard_pins, soft_pins = self.excitation
+        return Configuration(
+            capf=self.capf or 0,
+            hard=Channel(excitation=hard_pins),
+            soft=Channel(excitation=soft_pins),
+            hard_input=hard_input,
+            level=self.level,
+            chop=self.chop,
+            differential=self.differential,
+        )
 
 
-def configuration_of(options: Mapping[str, Any]) -> Configuration:
-    """Return the configuration of checked options."""
-    chosen = {
-        name: options[name] for name in ("capf", "level", "chop", "differential") if name in options
-    }
-    hard, soft = options.get("excitation", (Channel.excitation, Channel.excitation))
-    hard_input = options.get("hard_input", 3 - options.get("soft_input", 2))
-    if options.get("soft_input") == hard_input:
-        raise ValueError(f"soft_input: got {hard_input}, as hard_input, allowed: the other one")
-    return Configuration(
-        **chosen,
-        hard_input=hard_input,
-        hard=Channel(excitation=hard),
-        soft=Channel(excitation=soft),
-    )
+@dataclass(frozen=True)
+class UsbOptions(ConverterOptions):
+    """Options of `usb:`."""
+
+    firmware: str | None = option(text, None)
+    backend: Any = None  # of pyusb
+    clock: Clock | None = None
+
+
+@dataclass(frozen=True)
+class I2cOptions(ConverterOptions):
+    """Options of `i2c:`."""
+
+    open_bus: Any = None  # in place of smbus2.SMBus
+    clock: Clock | None = None
 
 
 class BoardSource(SampleSource):
     """Pairs of both channels of the AD7746, until it is interrupted."""
 
     def __init__(
-        self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True
+        self,
+        bus: RegisterBus,
+        options: ConverterOptions,
+        clock: Clock,
+        *,
+        limit_ns: int = LIMIT_NS,
+        kit: bool = True,
     ) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
-        how = {
-            "replug_s": options.get("replug", REPLUG_S),
-            "limit_ns": options.get("limit_ns", LIMIT_NS),
-        }
-        notify = lambda message: self.notify(message)  # which may be set later
-        self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
+        self.driver: Ad7746 = Ad7746(
+            bus,
+            options.configuration,
+            clock,
+            replug_s=options.replug,
+            notify=lambda message: self.notify(message),  # which may be set later
+            limit_ns=limit_ns,
+        )
         self._watches = [WiringWatch(number, self.driver.measure_input) for number in (HARD, SOFT)]
         self._kit = kit
         self._trouble = ""  # of the wiring
@@ -96,7 +121,7 @@ class BoardSource(SampleSource):
         self._started = False
 
     def __enter__(self) -> Self:
-        """Configure the converter, check the wiring, and set the CAPDACs so that both idle signals are in its range."""
+        """Configure the converter, check the wiring, and set the range around both idle signals."""
         try:
             self.driver.start()
             self._check_wiring()
@@ -109,7 +134,7 @@ class BoardSource(SampleSource):
         return self
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
-        """Yield the pairs; temperature and supply of the chip at the beginning, at the end, and every 10 s between."""
+        """Yield the pairs, and temperature and supply of the chip: first, last, and every 10 s."""
         if not self._started:
             self.__enter__()
         while self._first:
@@ -142,10 +167,10 @@ class BoardSource(SampleSource):
             yield measured
 
     def _check_wiring(self) -> None:
-        mistakes = Wiring(
-            self.driver.measure_input, self.driver.configuration, kit=self._kit
-        ).mistakes()
-        if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
+        wiring = Wiring(self.driver.measure_input, self.driver.configuration, kit=self._kit)
+        mistakes = wiring.mistakes()
+        fatal = [str(mistake) for mistake in mistakes if mistake.fatal]
+        if fatal:
             raise DeviceRefused("; ".join(fatal))
         if mistakes:
             hint = "; ".join(map(str, mistakes))
@@ -183,10 +208,10 @@ class BoardSource(SampleSource):
         return self.driver.zero_ns
 
     def centre(self) -> None:
-        """Set the CAPDACs again, so that both signals are in the middle of the range, before the next pair."""
+        """Set the CAPDACs again before the next pair, with both signals mid-range."""
         self.driver.centre()
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the description of the driver, with the range of the converter."""
         return {**self.driver.describe(), "full_scale_pF": SATURATED_PF}
 
@@ -203,74 +228,33 @@ def _joined(texts: Iterable[str]) -> str:
     return "; ".join(filter(None, texts))
 
 
-class WatchedKit(BoardSource):
-    """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged."""
-
-    def __init__(
-        self,
-        kit: "EvalKit",
-        options: Mapping[str, Any],
-        clock: Clock,
-        look: "BoardSearch | None" = None,
-    ) -> None:
-        super().__init__(kit, options, clock)
-        self._evalkit = kit
-        self._look = look
-        self._hotplug = ExitStack()
-
-    def __enter__(self) -> Self:
-        """Configure the converter, as `BoardSource`, and begin to watch."""
-        from palpate.ad7746.evalkit.discovery import Hotplug
-
-        super().__enter__()
-        with suppress(OSError, PalpateError):  # a measurement does not need it
-            self._hotplug.callback(Hotplug(self._tell, self._look).close)
-        return self
-
-    def close(self) -> None:
-        """Close the device, and end the watch."""
-        self._hotplug.close()
-        super().close()
-
-    def _tell(self, before: "set[Board]", now: "set[Board]") -> None:
-        for board in sorted(before ^ now):
-            # the driver reports that its own is gone
-            if board in now or board[::2] != self._evalkit.board[::2]:
-                self.notify(f"usb:{board} was {'plugged in' if board in now else 'unplugged'}.")
-
-
-def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
+def open_usb(address: str, values: Mapping[str, object]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.usb_bus import EvalKit
 
-    given = checked(
-        "usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything}
-    )
+    options = UsbOptions.parse("usb", values)
     if not re.fullmatch(r"(\d{1,3}/\d{1,3})?", address):
-        raise ValueError(
-            f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing"
-        )
-    clock = given.get("clock") or RealClock()
-    backend = given.get("backend")
+        allowed = "BUS/ADDRESS as `lsusb` shows them, or nothing"
+        raise ValueError(f"usb: got address {quoted(address)}, allowed: {allowed}")
+    clock = options.clock or RealClock()
     place = map(int, filter(None, address.split("/")))
     try:
-        kit = EvalKit(*place, firmware=given.get("firmware"), backend=backend, clock=clock)
-    except DeviceRefused:  # it says what to do
+        kit = EvalKit(*place, firmware=options.firmware, backend=options.backend, clock=clock)
+    except DeviceRefused:  # its message says what to do
         raise
     except DeviceNotFound as error:
         raise DeviceNotFound(
             f"{error}; `palpate doctor` looks at the rest, and sim: needs no board"
         ) from error
-    return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
+    return BoardSource(kit, options, clock)
 
 
-def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
+def open_i2c(address: str, values: Mapping[str, object]) -> BoardSource:
     """Return the source of `i2c:/dev/i2c-N`."""
     from palpate.ad7746.i2c import I2cBus
 
-    given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
+    options = I2cOptions.parse("i2c", values)
     if not address:
         raise ValueError("i2c: got no address, allowed: a bus, for example i2c:/dev/i2c-1")
-    clock = given.get("clock") or RealClock()
-    opener = {"open_bus": given["open_bus"]} if "open_bus" in given else {}
-    return BoardSource(I2cBus(address, clock, **opener), given, clock, kit=False)
+    clock = options.clock or RealClock()
+    return BoardSource(I2cBus(address, clock, options.open_bus), options, clock, kit=False)

@@ -1,24 +1,22 @@
-"""A conformance test for sources: `check_source` runs any source, and lists how it differs from `palpate.Source`."""
+"""A test for sources: `check_source` lists how a source differs from `palpate.Source`."""
 
-import math
-import statistics
 import threading
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from palpate.errors import PalpateError
-from palpate.recording.rows import Codes, codes_of
-from palpate.samples import DTYPE, Sample, Status, block_of, samples_of
+from palpate.recording.rows import codes_of
+from palpate.recording.sidecar import Json
+from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
 from palpate.source_events import Gap, SourceEvent
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described, first_wrong
 
 INTERRUPT_S = 0.3
-_AWRY = 0.2  # of a period
+_TOLERANCE = 0.2  # of a period
 
 
 def check_source(
@@ -26,10 +24,11 @@ def check_source(
 ) -> list[Sample]:
     """Run a source, and raise if it is not what `palpate.Source` asks for.
 
-    It is begun and iterated in one thread, and interrupted and closed in another one. Checked are: the types that the
-    iteration yields; order, status and codes of the samples; description and period; that an interruption ends the
-    iteration within 0.3 s; and that errors are of `palpate.PalpateError`. Of a source for an earlier version of
-    palpate, which yields single samples or has attributes as `gaps`, the findings say what to change.
+    One thread begins and iterates it, another one interrupts and closes it. Checked are: the types
+    that the iteration yields; order, status and codes of the samples; description and period; that
+    an interruption ends the iteration within 0.3 s; and that errors are of `palpate.PalpateError`.
+    If a source is for an earlier version of palpate, as it yields single samples or has attributes
+    as `gaps`, the findings say what to change.
 
     Parameters
     ----------
@@ -57,48 +56,48 @@ def check_source(
     >>> len(check_source("sim:soft-steady?seed=1", samples=20, patience=10))
     20
     """
-    made: Any = open_source(source) if isinstance(source, str) else source
-    if not isinstance(made, Source):
-        got = type(made).__name__
+    opened: Any = open_source(source) if isinstance(source, str) else source
+    if not isinstance(opened, Source):
+        got = type(opened).__name__
         message = f"got an object of type {got}, allowed: one that derives from palpate.Source"
         raise AssertionError(message)  # noqa: TRY004
     read: list[Sample] = []
     enough = threading.Event()
-    findings = _side_channels(made)
+    findings = _side_channels(opened)
     thread = threading.Thread(
-        target=_read, args=(made, samples, read, enough, findings), daemon=True
+        target=_read, args=(opened, samples, read, enough, findings), daemon=True
     )
     thread.start()
     enough.wait(seconds * patience)
-    findings += _called("interrupt", made.interrupt)
-    thread.join(INTERRUPT_S * patience)
+    findings += _errors_of("interrupt", opened.interrupt)
+    limit_s = INTERRUPT_S * patience
+    thread.join(limit_s)
     if thread.is_alive():
         findings.append(
-            f"interrupt: the iteration still runs after {INTERRUPT_S * patience:g} s, allowed: it ends"
+            f"interrupt: the iteration still runs after {limit_s:g} s, allowed: it ends"
         )
-    device: dict[str, Any] = {}
-    findings += _called("describe", lambda: device.update(described(made)))
-    findings += _wrong_samples(read, codes_of(device)) + _wrong_period(
-        read, device.get("period_s"), patience
-    )
-    for name, close in (
-        ("__exit__", lambda: made.__exit__(None, None, None)),
-        ("close", made.close),
-    ):
-        findings += _called(name, close)
+    device: Json = {}
+    findings += _errors_of("describe", lambda: device.update(described(opened)))
+    block = block_of(read)
+    wrong = first_wrong(block, -1, codes_of(device))
+    if wrong:
+        findings.append(wrong.text)
+    findings += _wrong_samples(block)[:20]
+    findings += _wrong_period(block, device.get("period_s"), patience)
+    findings += _errors_of("__exit__", lambda: opened.__exit__(None, None, None))
+    findings += _errors_of("close", opened.close)
     if not read and not findings:
         findings.append(
             "no sample came, or the iteration ended; if the device needs longer, give more seconds"
         )
     if findings:
-        raise AssertionError(
-            "\n- ".join([f"{source!s:.100} is not a palpate.Source:", *dict.fromkeys(findings)])
-        )
+        title = f"{source!s:.100} is not a palpate.Source:"
+        raise AssertionError("\n- ".join([title, *dict.fromkeys(findings)]))
     return read
 
 
-def _called(name: str, call: Callable[[], object]) -> list[str]:
-    """Call a method that may not raise; return the findings."""
+def _errors_of(name: str, call: Callable[[], object]) -> list[str]:
+    """Call a method that may not raise an error; return the findings."""
     try:
         call()
     except Exception as error:  # noqa: BLE001
@@ -142,54 +141,55 @@ _EARLIER = {
 
 
 def _side_channels(source: Source) -> list[str]:
-    """Return what to change in a source for an earlier version of palpate: nobody reads these attributes now."""
+    """Return what to change in a source for an earlier version of palpate."""
     return [f"{name}: is not read; {do}" for name, do in _EARLIER.items() if name in dir(source)]
 
 
 def _wrong_item(item: object) -> str:
     """Return what to change where the iteration yields anything but blocks and events."""
-    got = f"the iteration: got an object of type {type(item).__name__}"
-    allowed = (
-        "allowed: blocks of samples, palpate.sources.Gap, and the other events of palpate.sources"
+    finding = (
+        f"the iteration: got an object of type {type(item).__name__}, allowed: "
+        "blocks of samples, palpate.sources.Gap, and the other events of palpate.sources"
     )
-    if not isinstance(item, Sample):
-        return f"{got}, {allowed}"
-    do = "derive from palpate.sources.SampleSource, and rename __iter__ to samples"
-    return f"{got}, {allowed}; for single samples {do}"
+    if isinstance(item, Sample):
+        finding += (
+            "; for single samples derive from palpate.sources.SampleSource, "
+            "and rename __iter__ to samples"
+        )
+    return finding
 
 
-def _wrong_period(samples: list[Sample], period_s: float | None, patience: float) -> list[str]:
+def _wrong_period(block: Block, period_s: float | None, patience: float) -> list[str]:
     """Compare the times with the described period."""
-    steps = [(b.t_hard_ns - a.t_hard_ns) / max(b.seq - a.seq, 1) for a, b in pairwise(samples)]
-    if not period_s or len(steps) < 2:
+    if not period_s or len(block) < 3:
         return []
-    median_s = statistics.median(steps) / 1e9
-    if (1 - _AWRY) / patience * period_s <= median_s <= (1 + _AWRY * patience) * period_s:
+    steps_ns = np.diff(block["t_hard_ns"]) / np.maximum(np.diff(block["seq"]), 1)
+    median_s = float(np.median(steps_ns)) / 1e9
+    shortest_s = (1 - _TOLERANCE) / patience * period_s
+    longest_s = (1 + _TOLERANCE * patience) * period_s
+    if shortest_s <= median_s <= longest_s:
         return []
     return [
         f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %"
     ]
 
 
-def _wrong_samples(samples: list[Sample], codes: Codes) -> list[str]:
-    """Check the samples as a stream does; then their times, and whether status and values agree."""
-    wrong = first_wrong(block_of(samples), -1, codes)
-    found = [wrong[1]] if wrong else []
-    for before, sample in pairwise(samples):
-        for name in ("t_hard_ns", "t_soft_ns"):
-            if getattr(sample, name) < getattr(before, name):
-                found.append(
-                    f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall"
-                )
-    for sample in samples:
-        lost = bool(sample.status & Status.LOST)
-        has_both = math.isfinite(sample.hard + sample.soft)
-        if lost == has_both or (lost and sample.status != Status.LOST):
-            allowed = "LOST (8) alone if a channel has no value, and only then"
-            found.append(
-                f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, allowed: {allowed}"
-            )
-    return found[:20]
+def _wrong_samples(block: Block) -> list[str]:
+    """Check that times do not go back, and that status and values agree."""
+    findings = []
+    for name in ("t_hard_ns", "t_soft_ns"):
+        for seq in block["seq"][1:][np.diff(block[name]) < 0]:
+            findings.append(f"{name}: goes back at seq {seq}, allowed: times that do not fall")
+    lost = int(Status.LOST)
+    has_both = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
+    is_lost = block["status"] & lost != 0
+    is_wrong = (is_lost == has_both) | (is_lost & (block["status"] != lost))
+    for sample in samples_of(block[is_wrong]):
+        findings.append(
+            f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, "
+            "allowed: LOST (8) alone if a channel has no value, and only then"
+        )
+    return findings
 
 
 def _text_of(error: BaseException) -> str:

@@ -5,17 +5,18 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from functools import reduce
 from operator import xor
 from typing import Any, NamedTuple
 
+from palpate.ad7746.configuration import SATURATION
 from palpate.ad7746.registers import LAST_CODE, capacitance_pF, is_saturated
-from palpate.importers.units import PICOFARADS, checked_unit, unit_read
+from palpate.importers.units import OVERLOAD, PICOFARADS, checked_unit, unit_read
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
-from palpate.sources import options
+from palpate.sources.options import Options, number, option
 
-Values = dict[str, Any]  # Role -> value: pF (float; nan: no value), ns (int), or a whole number.
 UNUSED = "-"  # Name of a column that is not used; its cells may be any text.
 TIMES = ("t", "t_hard", "t_soft")
 CHANNELS = ("hard", "soft")
@@ -32,145 +33,291 @@ WHOLE = {
 }
 # Words in place of a number, in any case and with any sign: the instrument has no value.
 MARKS = frozenset(["OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVF", "NAN", "INF"])
-OVERLOAD = 1e30  # Numbers from this size on say that there is no value, too: SCPI instruments send 9.9E+37.
-# Range of the first capacitance of a channel whose unit is not given.
+# Range of the first capacitance of a channel without a unit.
 SMALLEST_PF = 0.01
 LARGEST_PF = 100.0
 LONGEST = 1000  # Bytes of a line, at most: anything longer is not text.
 _LONGEST_NS = 2**62
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _DECIMALS = re.compile(r"[-+]?[0-9]*(\.[0-9]*)?")
-_CHANGED = (
-    8  # Values in a row with another number of decimals: the instrument has changed its range.
-)
-# Another number of decimals counts 1, the usual one takes so much off: above 3 it varies,
+# Values in a row with another number of decimals: the instrument has changed its range.
+_CHANGED = 8
+# Another number of decimals adds 1, the usual one subtracts a little: above 3 the number varies,
 _VARYING = 3
 _USUAL = 0.05
-_ENDS = 5  # where values have ended with as many digits, and none with 0, which a varying number leaves out.
+# if values have ended with at least this many digits, none of them 0, which such numbers leave out.
+_ENDS = 5
 _CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
 
 
 class Refused(ValueError):
-    """A line that is not read; its text is the reason, and which option helps."""
+    """A line that is not read; its text is the reason, and the option that helps."""
 
 
 class LineColumn(NamedTuple):
-    """What a cell is: hard, soft, a time, a name in `WHOLE`, or "-"; and the unit in its name, or ""."""
+    """Role of a cell (hard, soft, a time, a name in `WHOLE`, or "-"), and the unit in its name."""
 
     role: str
     unit: str = ""
 
 
-Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of a line.
+class LineUnit(NamedTuple):
+    """Unit of the capacitances whose column has none: its name, and its size, pF; 0: unknown."""
+
+    name: str = "pF"
+    pF: float = 0.0
+
+
+class LineForm(NamedTuple):
+    """What all lines have in common: a checksum or none, and the names of the cells."""
+
+    has_checksum: bool
+    names: list[str]
+
+
+@dataclass(frozen=True)
+class LineValues:
+    """Values of a line, pF, ns and whole numbers; nan: there is no value, None: no such cell."""
+
+    hard: float = math.nan
+    soft: float = math.nan
+    t: int | None = None
+    t_hard: int | None = None
+    t_soft: int | None = None
+    seq: int | None = None
+    hard_raw: int = -1
+    soft_raw: int = -1
+    capdac_hard: int | None = None
+    capdac_soft: int | None = None
+    status: int | None = None
+    t_uncertainty_us: int = -1
+
+    def sample(self) -> Sample:
+        """Return a sample without number and times; Refused if its status contradicts its values."""
+        is_lost = math.isnan(self.hard + self.soft)
+        status = self.status
+        if status is None:
+            status = int(Status.LOST) if is_lost else 0
+        if (status == Status.LOST) != is_lost:
+            missing = "a value" if is_lost else "no value"
+            raise Refused(f"its status is {status}, but {missing} is missing")
+        codes = self.hard_raw, self.soft_raw
+        for code, flag in zip(codes, SATURATION, strict=True):
+            if code >= 0 and not is_lost and is_saturated(code):
+                status |= flag
+        readings = self.hard, self.soft
+        return Sample(0, 0, 0, *codes, *readings, int(status), self.t_uncertainty_us)
+
+    def text(self, columns: Sequence[LineColumn]) -> str:
+        """Return the values for a message, in the order of the columns."""
+        texts = []
+        values = asdict(self)
+        for role, _ in columns:
+            value: Any = values.get(role)
+            if role in CHANNELS:
+                texts.append(f"{role} {value:.9g} pF")
+            elif role in TIMES:
+                texts.append(f"{role} {value / 1e9:.9g} s")
+            elif value is not None:
+                texts.append(f"{role} {value}")
+        return ", ".join(texts)
 
 
 class Decimals:
-    """The usual number of decimals of a channel: where it is fixed, a value with another one has lost a character."""
+    """The usual number of decimals of a channel; a value with another one has lost a character."""
 
     def __init__(self) -> None:
         self._counts = Counter[int]()
-        self._last = (0, 0)  # number of decimals, values in a row with it
+        self._last = -1  # number of decimals
+        self._run = 0  # values in a row with it
         self._varying = 0.0
         self._ends = set[str]()  # last digits of usual values
         self.padded = False  # one of them is 0, behind another decimal
 
     def require_usual(self, role: str, text: str, *, padded: bool) -> None:
         """Count a value; raises Refused. `padded`: a value of another channel ends with 0."""
-        found = _DECIMALS.match(text)
-        count = len(found[1] or "") if found and found[0] else 0
+        match = _DECIMALS.match(text)
+        count = len(match[1] or "") if match else 0  # with the point
         self._counts[count] += 1
-        self._last = count, self._last[1] + 1 if count == self._last[0] else 1
-        if self._last[1] == _CHANGED:
+        self._run = self._run + 1 if count == self._last else 1
+        self._last = count
+        if self._run == _CHANGED:
             self._counts = Counter({count: _CHANGED})
         [(usual, _)] = self._counts.most_common(1)
         if count == usual:
-            self._varying -= min(_USUAL, self._varying)
+            self._varying = max(self._varying - _USUAL, 0)
             self._ends.add(text[-1])
-            self.padded |= count > 2 and text[-1] == "0"  # the point counts; 7.0 shows nothing
+            self.padded |= count > 2 and text[-1] == "0"  # 7.0 shows nothing
             return
         self._varying += 1
         if self.padded or padded or self._varying <= _VARYING or len(self._ends) < _ENDS:
             before = max(usual - 1, 0)
             raise Refused(
-                f"{role} has {max(count - 1, 0)} decimals, before it had {before}: has it lost a character?"
+                f"{role} has {max(count - 1, 0)} decimals, before it had {before}: "
+                "has it lost a character?"
             )
         self._varying = math.inf
 
 
-class Grammar:
-    """Reads lines. The first line that is read fixes the names, and the checksum, of the lines after it."""
+def _named_columns() -> dict[str, LineColumn]:
+    """Return all names of columns in lower case; of capacitances and times also with each unit."""
+    columns = {name: LineColumn(name) for name in (*WHOLE, UNUSED)}
+    columns |= {"millis": LineColumn("t", "ms"), "micros": LineColumn("t", "us")}
+    roles = {"hard": "hard", "c1": "hard", "soft": "soft", "c2": "soft", "time": "t"}
+    roles |= zip(TIMES, TIMES, strict=True)
+    for name, role in roles.items():
+        columns[name] = LineColumn(role)
+        for unit in PICOFARADS if role in CHANNELS else NANOSECONDS:
+            columns[f"{name}_{unit}".casefold()] = LineColumn(role, unit)
+    return columns
 
-    # `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit` is that of
-    # capacitances whose name has none, pF.
 
-    def __init__(
-        self,
-        columns: Sequence[LineColumn] = (),
-        pattern: re.Pattern[str] | None = None,
-        unit: float | str = 0.0,
-    ) -> None:
-        if columns and pattern:
+COLUMNS = _named_columns()  # Name in lower case -> column.
+
+
+def column(name: str) -> LineColumn:
+    """Return the column with a name; raises Refused."""
+    try:
+        return COLUMNS[name.strip().casefold()]
+    except KeyError:
+        raise Refused(f"what is {quoted(name)}? {_NAMES}") from None
+
+
+def require_pair(columns: Sequence[LineColumn]) -> None:
+    """Check for both channels, no role twice, and one time, both times or none; raises Refused."""
+    roles = Counter(role for role, _ in columns if role != UNUSED)
+    for role in sorted(roles):
+        if roles[role] > 1:
+            raise Refused(f"{role} is there twice")
+    channels = roles.keys() & {"hard", "soft", "hard_raw", "soft_raw"}
+    if channels not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}):
+        raise Refused("it has not both channels: hard and soft, or hard_raw and soft_raw")
+    if roles.keys() & set(TIMES) not in (set(), {"t"}, {"t_hard", "t_soft"}):
+        raise Refused("it has not one time t, or both times t_hard and t_soft")
+
+
+def _parse_columns(name: str, value: Any) -> tuple[LineColumn, ...]:
+    allowed = "names of all cells in order, as t_ms,hard,soft"
+    return _columns_with(name, value, str(value).split(","), allowed)
+
+
+def _parse_pattern(name: str, value: Any) -> re.Pattern[str]:
+    try:
+        pattern = re.compile(str(value))
+    except (re.error, OverflowError, RecursionError) as error:
+        raise ValueError(
+            f"{name}: got {quoted(value)}, allowed: a regular expression ({error})"
+        ) from error
+    allowed = "groups (?P<hard>...) and (?P<soft>...), named as columns"
+    _columns_with(name, value, list(pattern.groupindex), allowed)
+    return pattern
+
+
+def _columns_with(
+    option_name: str, value: Any, names: list[str], allowed: str
+) -> tuple[LineColumn, ...]:
+    """Return the columns with these names, if they have both channels."""
+    try:
+        columns = tuple(map(column, names))
+        require_pair(columns)
+    except Refused as error:
+        raise ValueError(
+            f"{option_name}: got {quoted(str(value))}, allowed: {allowed} ({error})"
+        ) from error
+    return columns
+
+
+def _parse_unit(name: str, value: Any) -> LineUnit:
+    """Return a unit, or the size of one count of a converter, pF."""
+    if isinstance(value, str) and not _NUMBER.fullmatch(value):
+        unit = checked_unit(name, value)
+        return LineUnit(unit_read(unit), PICOFARADS.get(unit, 1.0))
+    title = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
+    return LineUnit(pF=number(0, above=True)(title, value))
+
+
+@dataclass(frozen=True)
+class LineOptions(Options):
+    """Options for the lines: the cells in order, or a regular expression with them as groups."""
+
+    columns: tuple[LineColumn, ...] = option(_parse_columns, ())
+    pattern: re.Pattern[str] | None = option(_parse_pattern, None)
+    unit: LineUnit = option(_parse_unit, LineUnit())
+
+    def __post_init__(self) -> None:
+        """Check that the cells are not named twice."""
+        if self.columns and self.pattern:
             raise ValueError(
-                "columns: got a pattern, too, allowed: one of them; a pattern's groups are its columns"
+                "columns: got a pattern, too, allowed: one of them; a pattern's groups are its "
+                "columns"
             )
-        self.columns: Sequence[LineColumn] = (
-            [column(name) for name in pattern.groupindex] if pattern else columns
-        )
-        self.by_order = False
-        self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
-        self._given = columns
-        self._pattern = pattern
-        self.unit = "pF" if isinstance(unit, float) else unit_read(unit)
-        self._unit_pF = unit if isinstance(unit, float) else PICOFARADS.get(unit, 1.0)
-        self._sized = False
+
+
+Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of a line.
+
+
+class Grammar:
+    """Reads lines. The first line that is read fixes names and checksum of the lines after it."""
+
+    def __init__(self, options: LineOptions) -> None:
+        self._pattern = options.pattern
+        self._option = options.columns
+        self.columns: Sequence[LineColumn] = options.columns
+        if self._pattern:
+            self.columns = [column(name) for name in self._pattern.groupindex]
+        self.unit = options.unit
+        self.form: LineForm | None = None
+        self.is_by_order = False
+        self._is_size_checked = self.unit.pF > 0
         self._decimals = {role: Decimals() for role in CHANNELS}
 
-    def read(self, line: bytes) -> Values:
+    def read(self, line: bytes) -> LineValues:
         """Return the values of a line; raises Refused."""
         if len(line) > LONGEST:
             raise Refused(f"more than {LONGEST} bytes without a line end")
-        text, summed = unsummed(line)
-        cells = self._matched(text) if self._pattern else split(text)
-        form = summed, [] if self._pattern else [label for label, _ in cells]
+        text, has_checksum = without_checksum(line)
+        cells = self._matched(text) if self._pattern else split_cells(text)
+        names = [] if self._pattern else [label for label, _ in cells]
+        form = LineForm(has_checksum, names)
         if self.form not in (None, form):
             raise Refused("its names or its checksum are not as in the first line")
         columns = self._columns_of(cells)
-        named = zip(columns, cells, strict=True)
-        values = {
-            each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED
-        }
-        self._check_sizes(columns, values)
-        padded = any(each.padded for each in self._decimals.values())
-        # of both channels as many decimals as before
+        values: dict[str, Any] = {}
         for each, (_, cell) in zip(columns, cells, strict=True):
-            if not summed and each.role in CHANNELS and not math.isnan(values[each.role]):
-                self._decimals[each.role].require_usual(each.role, cell, padded=padded)
+            if each.role != UNUSED:
+                values[each.role] = self._value(each, cell)
+        self._check_sizes(columns, values)
+        if not has_checksum:
+            self._check_decimals(columns, cells, values)
+        for name in CHANNELS:
+            code = values.get(f"{name}_raw", -1)
+            if code >= 0:
+                values[name] = capacitance_pF(code)
         if self.form is None:
             self.form = form
             self.columns = self.columns or columns
-            self.by_order = not (self._given or self._pattern or any(form[1]))
-        return values
+            self.is_by_order = not (self._option or self._pattern or any(names))
+        return LineValues(**values)
 
     def _matched(self, text: str) -> Cells:
         match = self._pattern.fullmatch(text) if self._pattern else None
         if not match:
             raise Refused("it does not match the pattern as a whole")
-        return [
-            (name, found.strip()) for name, found in match.groupdict().items() if found is not None
-        ]
+        groups = match.groupdict().items()
+        return [(name, cell.strip()) for name, cell in groups if cell is not None]
 
     def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
-        """Return what the cells are: by the option, by their names, or two numbers as hard and soft."""
-        if not self._given and cells[-1:] == [("", "")]:  # a plotter's line ends with a comma
+        """Return the columns: by the option, by their names, or two numbers as hard and soft."""
+        if self._option:
+            if len(cells) != len(self._option):
+                raise Refused(
+                    f"it has {len(cells)} cells, but columns= has {len(self._option)} names"
+                )
+            return self._option
+        if cells[-1:] == [("", "")]:  # a plotter's line ends with a comma
             del cells[-1:]
         labels = [label for label, _ in cells]
-        if self._given:
-            if len(cells) != len(self._given):
-                raise Refused(
-                    f"it has {len(cells)} cells, but columns= has {len(self._given)} names"
-                )
-            return self._given
         if all(labels):
             columns = [column(label) for label in labels]
             require_pair(columns)
@@ -183,86 +330,62 @@ class Grammar:
             raise Refused("no decimals, no names: are they hard and soft, in pF? columns=hard,soft")
         return [LineColumn("hard"), LineColumn("soft")]
 
-    def _value(self, one: LineColumn, text: str) -> float | int:
+    def _value(self, column: LineColumn, text: str) -> float:
         """Return pF (nan: the instrument has no value), ns, or a whole number; raises Refused."""
-        if one.role in CHANNELS:
-            return _number(text) * (PICOFARADS[one.unit] if one.unit else self._unit_pF or 1.0)
-        if one.role in WHOLE:
-            low, high = WHOLE[one.role]
+        role, unit = column
+        if role in CHANNELS:
+            return _number(text) * (PICOFARADS[unit] if unit else self.unit.pF or 1.0)
+        if role in WHOLE:
+            low, high = WHOLE[role]
             if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
                 raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
             return int(text)
-        if not one.unit:
-            units = f"name it {one.role}_s, {one.role}_ms or {one.role}_us; {_NAMES}"
-            raise Refused(f"the unit of {one.role} is not known: {units}")
-        value = _number(text) * NANOSECONDS[one.unit]
+        if not unit:
+            units = f"name it {role}_s, {role}_ms or {role}_us; {_NAMES}"
+            raise Refused(f"the unit of {role} is not known: {units}")
+        value = _number(text) * NANOSECONDS[unit]
         if not 0 <= value < _LONGEST_NS:
             raise Refused(f"{quoted(text)} is not a time")
         return round(value)
 
-    def _check_sizes(self, columns: Sequence[LineColumn], values: Values) -> None:
+    def _check_sizes(self, columns: Sequence[LineColumn], values: dict[str, float]) -> None:
         """Check that the first values without a unit have the size of pF; raises Refused."""
-        if self._sized or self._unit_pF:
+        if self._is_size_checked:
             return
-        bare = [abs(values[one.role]) for one in columns if one.role in CHANNELS and not one.unit]
-        if any(size < SMALLEST_PF or size > LARGEST_PF for size in bare):
+        sizes = [abs(values[role]) for role, unit in columns if role in CHANNELS and not unit]
+        if any(size < SMALLEST_PF or size > LARGEST_PF for size in sizes):
             allowed = f"pF from {SMALLEST_PF:g} to {LARGEST_PF:g}"
             raise Refused(
                 f"it has no unit, and its first values are not {allowed}: which unit? unit=fF"
             )
-        self._sized = not math.isnan(sum(bare))
+        self._is_size_checked = not math.isnan(sum(sizes))
+
+    def _check_decimals(
+        self, columns: Sequence[LineColumn], cells: Cells, values: dict[str, float]
+    ) -> None:
+        """Check that both channels have as many decimals as before; raises Refused."""
+        padded = any(each.padded for each in self._decimals.values())
+        for (role, _), (_, cell) in zip(columns, cells, strict=True):
+            if role in CHANNELS and not math.isnan(values[role]):
+                self._decimals[role].require_usual(role, cell, padded=padded)
 
 
-def _named_columns() -> dict[str, LineColumn]:
-    """Return all names of columns in lower case, with each unit behind those that have one."""
-    found = {name: LineColumn(name) for name in (*WHOLE, UNUSED)}
-    found |= {"millis": LineColumn("t", "ms"), "micros": LineColumn("t", "us")}
-    aliases = {"hard": "hard", "c1": "hard", "soft": "soft", "c2": "soft", "time": "t"} | {
-        name: name for name in TIMES
-    }
-    for name, role in aliases.items():
-        units = PICOFARADS if role in CHANNELS else NANOSECONDS
-        found |= {name: LineColumn(role)} | {
-            f"{name}_{unit}".casefold(): LineColumn(role, unit) for unit in units
-        }
-    return found
+def without_checksum(line: bytes) -> tuple[str, bool]:
+    """Return the text of a line, and whether it has a checksum; raises Refused if that is wrong.
 
-
-COLUMNS = _named_columns()  # Name in lower case -> column.
-
-
-def column(name: str) -> LineColumn:
-    """Return what a name means; raises Refused."""
-    try:
-        return COLUMNS[name.strip().casefold()]
-    except KeyError:
-        raise Refused(f"what is {quoted(name)}? {_NAMES}") from None
-
-
-def require_pair(columns: Sequence[LineColumn]) -> None:
-    """Check for both channels, no role twice, and one time, both times or none; raises Refused."""
-    roles = [one.role for one in columns if one.role != UNUSED]
-    if twice := sorted({role for role in roles if roles.count(role) > 1}):
-        raise Refused(f"{twice[0]} is there twice")
-    if set(roles) & {"hard", "soft", "hard_raw", "soft_raw"} not in (
-        {"hard", "soft"},
-        {"hard_raw", "soft_raw"},
-    ):
-        raise Refused("it has not both channels: hard and soft, or hard_raw and soft_raw")
-    if ("t_hard" in roles) != ("t_soft" in roles) or ("t" in roles and "t_hard" in roles):
-        raise Refused("it has not one time t, or both times t_hard and t_soft")
-
-
-def unsummed(line: bytes) -> tuple[str, bool]:
-    """Return a line without its checksum, and whether it had one: `*` and the XOR of all bytes before; raises Refused."""
+    The checksum is `*` and the XOR of all bytes before, two hexadecimal digits.
+    """
     match = re.fullmatch(rb"(.*)\*([0-9A-Fa-f]{2})", line, re.DOTALL)
-    if match and (found := reduce(xor, match[1], 0)) != int(match[2], 16):
-        raise Refused(f"its checksum is {match[2].decode()}, but its text has {found:02X}")
-    return (match[1] if match else line).decode(errors="replace").strip(), match is not None
+    if match:
+        line = match[1]
+        checksum = reduce(xor, line, 0)
+        if checksum != int(match[2], 16):
+            raise Refused(f"its checksum is {match[2].decode()}, but its text has {checksum:02X}")
+    return line.decode(errors="replace").strip(), match is not None
 
 
-def split(text: str) -> Cells:
-    """Return the cells between ";", "|", "," or blanks, or the members of a JSON object; raises Refused."""
+def split_cells(text: str) -> Cells:
+    """Return the cells between ";", "|", "," or blanks, or of a JSON object; raises Refused."""
     if text.startswith("{"):
         try:
             members = json.loads(
@@ -271,10 +394,14 @@ def split(text: str) -> Cells:
         except (ValueError, RecursionError) as error:
             raise Refused("it begins as a JSON object, but is none") from error
         return [(label, "nan" if value is None else str(value)) for label, value in members]
-    plain = re.sub(r"^\((.*)\)$|^>", r"\1", text)  # a tuple; Teleplot
-    tight = re.sub(r"\s*([=:;|,])\s*", r"\1", plain.strip())
-    cells = (_CELL.fullmatch(part) for part in re.split(r"[;|,]|\s+", tight))
-    return [(cell[1] or "", cell[2]) for cell in cells if cell]
+    text = re.sub(r"^\((.*)\)$|^>", r"\1", text)  # a tuple; Teleplot
+    text = re.sub(r"\s*([=:;|,])\s*", r"\1", text.strip())
+    cells = []
+    for part in re.split(r"[;|,]|\s+", text):
+        match = _CELL.fullmatch(part)
+        if match:
+            cells.append((match[1] or "", match[2]))
+    return cells
 
 
 def _number(text: str) -> float:
@@ -285,77 +412,3 @@ def _number(text: str) -> float:
         raise Refused(f"{quoted(text)} is not a number")
     value = float(text)
     return value if abs(value) < OVERLOAD else math.nan
-
-
-def shown(values: Values) -> str:
-    """Return values as a message shows them."""
-    forms = dict.fromkeys(CHANNELS, "{} {:.9g} pF") | dict.fromkeys(TIMES, "{} {:.9g} s")
-    scaled = {role: value / 1e9 if role in TIMES else value for role, value in values.items()}
-    return ", ".join(forms.get(role, "{} {}").format(role, value) for role, value in scaled.items())
-
-
-def sample_of(values: Values) -> Sample:
-    """Return the values as a sample, without number and times; raises Refused if its status contradicts its values."""
-    hard_raw, soft_raw = codes = [values.get(f"{name}_raw", -1) for name in CHANNELS]
-    known = [capacitance_pF(code) if code >= 0 else math.nan for code in codes]
-    hard, soft = (values.get(name, value) for name, value in zip(CHANNELS, known, strict=True))
-    lost = math.isnan(hard) or math.isnan(soft)
-    status = values.get("status", int(Status.LOST) if lost else 0)
-    if (status == Status.LOST) != lost:
-        raise Refused(f"its status is {status}, but {'a value' if lost else 'no value'} is missing")
-    if not lost:
-        flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
-        status |= sum(
-            flag
-            for code, flag in zip(codes, flags, strict=True)
-            if code >= 0 and is_saturated(code)
-        )
-    return Sample(
-        0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1)
-    )
-
-
-def _columns(name: str, value: Any) -> tuple[LineColumn, ...]:
-    return _complete(
-        name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft"
-    )
-
-
-def _pattern(name: str, value: Any) -> re.Pattern[str]:
-    try:
-        found = re.compile(str(value))
-    except (re.error, OverflowError, RecursionError) as error:
-        raise ValueError(
-            f"{name}: got {quoted(value)}, allowed: a regular expression ({error})"
-        ) from error
-    _complete(
-        name,
-        str(value),
-        list(found.groupindex),
-        "groups (?P<hard>...) and (?P<soft>...), named as columns",
-    )
-    return found
-
-
-def _complete(name: str, value: str, names: list[str], allowed: str) -> tuple[LineColumn, ...]:
-    """Return the columns of these names, if they have both channels."""
-    try:
-        found = tuple(map(column, names))
-        require_pair(found)
-    except Refused as error:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed} ({error})") from error
-    return found
-
-
-def _unit(name: str, value: Any) -> float | str:
-    """Return a unit, or the size of one count of a converter, pF."""
-    if isinstance(value, str) and not _NUMBER.fullmatch(value):
-        return checked_unit(name, value)
-    return float(
-        options.number(0, above=True)(
-            f"{name} ({', '.join(PICOFARADS)}, or pF of one count)", value
-        )
-    )
-
-
-OF_LINES: dict[str, options.Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}

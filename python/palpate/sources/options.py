@@ -1,7 +1,8 @@
-"""Address and options of a source: parsing and checks, for sources of other packages, too.
+"""Names and options of sources: parsing and checks, for sources of other packages, too.
 
-A check is a function of the name and the value of an option: it returns the value in its type, or raises ValueError with
-the name, the value and what is allowed. A value from the name of a source is text, one from a keyword has any type.
+A check is a function of the name and the value of an option: it returns the value in its type, or
+raises ValueError with the name, the value and the allowed values. A value from the name of a source
+is text; a value from a keyword has any type.
 """
 
 import math
@@ -9,21 +10,30 @@ import os
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, Self, TypeVar
 from urllib.parse import unquote
 
 from palpate.messages import quoted, unlike
 
-__all__ = ["Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
-
-Check = Callable[[str, Any], Any]  # (name, value) of an option -> checked value, or ValueError.
+T = TypeVar("T")
+D = TypeVar("D")
+Check = Callable[[str, Any], T]  # (name, value) of an option -> checked value, or ValueError.
 
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
-# A scheme has two letters or more: C:\ is a drive. An address may begin with \\?\, as long paths of Windows do.
+# A scheme has two letters or more: C:\ is a drive. A long path of Windows begins with \\?\.
 _NAME = re.compile(r"(?:([a-z][a-z0-9+.-]+):)?((?:\\\\\?\\)?[^?]*)\??(.*)", re.DOTALL)
 
 
-def split(uri: str) -> tuple[str, str, dict[str, str]]:
+class SourceName(NamedTuple):
+    """The parts of the name of a source; the scheme of a path is ""."""
+
+    scheme: str
+    address: str
+    options: dict[str, str]
+
+
+def split(uri: str) -> SourceName:
     """Split the name of a source into scheme, address and options.
 
     Parameters
@@ -32,24 +42,25 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
 
     Returns
     -------
-    scheme, address, options
-        The scheme is empty if the name is a path; a name that exists as a path has no options. In options %-escapes are decoded; a + stays a +.
+    SourceName
+        The scheme is empty if the name is a path; a name that exists as a path has no options. In
+        options %-escapes are decoded; a + stays a +.
 
     Raises
     ------
     ValueError
-        An option is not NAME=VALUE, or is given twice.
+        An option is not NAME=VALUE, or is there twice.
 
     Examples
     --------
-    >>> split("sim:sliding?seed=3&speed=1")
-    ('sim', 'sliding', {'seed': '3', 'speed': '1'})
+    >>> split("sim:sliding?seed=3&speed=1").options
+    {'seed': '3', 'speed': '1'}
     >>> split("run.csv?rate=38.4")
-    ('', 'run.csv', {'rate': '38.4'})
+    SourceName(scheme='', address='run.csv', options={'rate': '38.4'})
     """
     match = _NAME.fullmatch(uri)
     if os.path.exists(uri) or not match:  # noqa: PTH110  Path's raises for a long name
-        return "", uri, {}
+        return SourceName("", uri, {})
     scheme, address, query = match.groups("")
     options: dict[str, str] = {}
     for part in filter(None, query.split("&")):
@@ -59,56 +70,83 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
                 f"source: got {quoted(part)}, allowed: NAME=VALUE, each name once, & between them"
             )
         options[unquote(name)] = unquote(value)
-    return scheme, address, options
+    return SourceName(scheme, address, options)
 
 
-def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check]) -> dict[str, Any]:
-    """Return the options converted to their types.
+@dataclass(frozen=True)
+class Options:
+    """Options of a source: a frozen dataclass that derives from this one has a field for each.
 
-    Parameters
-    ----------
-    scheme : str
-        For the message.
-    given : mapping
-        Name -> value.
-    allowed : mapping
-        Name -> `Check`.
-
-    Returns
-    -------
-    dict
-        Name -> checked value.
-
-    Raises
-    ------
-    ValueError
-        An option is unknown or outside its range.
+    A field that is no `option` has no check; it is for an object that only Python code can pass.
 
     Examples
     --------
-    >>> checked("sim", {"seed": "3"}, {"seed": number(0, whole=True)})
-    {'seed': 3}
-    >>> checked("sim", {"sed": "3"}, {"seed": number(0, whole=True)})
+    >>> @dataclass(frozen=True)
+    ... class ProbeOptions(Options):
+    ...     channel: int = option(whole_number(1, 4), 1)
+    ...     chop: bool = option(yes_no, False)
+    >>> ProbeOptions.parse("probe", {"channel": "3"})
+    ProbeOptions(channel=3, chop=False)
+    >>> ProbeOptions.parse("probe", {"chanel": "3"})
     Traceback (most recent call last):
-    ValueError: sim: got option 'sed', allowed: seed; did you mean 'seed'?
+    ValueError: probe: got option 'chanel', allowed: channel, chop; did you mean 'channel'?
     """
-    for name in given:
-        if name not in allowed:
-            raise ValueError(f"{scheme}: {unlike(name, allowed, 'option')}")
-    return {name: allowed[name](name, value) for name, value in given.items()}
+
+    @classmethod
+    def parse(cls, scheme: str, values: Mapping[str, object]) -> Self:
+        """Return the options with these values, converted to their types.
+
+        Parameters
+        ----------
+        scheme : str
+            For the message.
+        values : mapping
+            Name -> value.
+
+        Returns
+        -------
+        Options
+
+        Raises
+        ------
+        ValueError
+            An option is unknown or outside its range.
+        """
+        checks = {each.name: each.metadata.get("check") for each in fields(cls)}
+        for name in values:
+            if name not in checks:
+                raise ValueError(f"{scheme}: {unlike(name, checks, 'option')}")
+        checked = {}
+        for name, value in values.items():
+            check = checks[name]
+            checked[name] = check(name, value) if check else value
+        return cls(**checked)
 
 
-def number(
-    low: float, high: float = math.inf, *, whole: bool = False, above: bool = False
-) -> Check:
+def option(check: Check[T], default: D) -> T | D:
+    """Return a field of `Options` with its check and its default.
+
+    Parameters
+    ----------
+    check : callable
+        A check of this module, or a function (name, value) of your own.
+    default : object
+        The value of an option that is not set; it is not checked.
+
+    Returns
+    -------
+    dataclasses.Field
+    """
+    return field(default=default, metadata={"check": check})
+
+
+def number(low: float, high: float = math.inf, *, above: bool = False) -> Check[float]:
     """Return a check for numbers.
 
     Parameters
     ----------
     low, high : float
         Allowed range; infinity and nan are always refused.
-    whole : bool
-        Only integers; the value becomes an int, else a float.
     above : bool
         `low` itself is not allowed.
 
@@ -118,25 +156,54 @@ def number(
 
     Examples
     --------
-    >>> number(0, 3, whole=True)("channel", "2"), number(0, above=True)("period_s", "0.5")
-    (2, 0.5)
-    >>> number(0, 3, whole=True)("channel", "4")
+    >>> number(0, above=True)("period_s", "0.5")
+    0.5
+    """
+    allowed = f"a number {'above' if above else 'from'} {low:.12g}"
+    if high < math.inf:
+        allowed += f" to {high:.12g}"
+
+    def check(name: str, value: Any) -> float:
+        result = math.nan
+        with suppress(TypeError, ValueError, OverflowError):
+            result = float(value)
+        is_excluded = math.isinf(result) or (above and result == low)
+        if is_excluded or not low <= result <= high:
+            raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed}")
+        return result
+
+    return check
+
+
+def whole_number(low: int, high: int) -> Check[int]:
+    """Return a check for whole numbers.
+
+    Parameters
+    ----------
+    low, high : int
+        Allowed range.
+
+    Returns
+    -------
+    callable
+
+    Examples
+    --------
+    >>> whole_number(0, 3)("channel", "2")
+    2
+    >>> whole_number(0, 3)("channel", "4")
     Traceback (most recent call last):
     ValueError: channel: got '4', allowed: a whole number from 0 to 3
     """
-    kind = "a whole number" if whole else "a number"
-    bounds = f"{'above' if above else 'from'} {low:.12g}" + (
-        "" if math.isinf(high) else f" to {high:.12g}"
-    )
 
-    def check(name: str, value: Any) -> Any:
-        found: float = math.nan
+    def check(name: str, value: Any) -> int:
         with suppress(TypeError, ValueError, OverflowError):
-            found = int(value) if whole else float(value)
-        is_cut = whole and not isinstance(value, str) and found != value
-        if is_cut or not low <= found <= high or found == math.inf or (above and found == low):
-            raise ValueError(f"{name}: got {quoted(value)}, allowed: {kind} {bounds}")
-        return found
+            result = int(value)
+            is_whole = isinstance(value, str) or result == value
+            if is_whole and low <= result <= high:
+                return result
+        allowed = f"a whole number from {low:.12g} to {high:.12g}"
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed}")
 
     return check
 
@@ -155,7 +222,7 @@ def yes_no(name: str, value: Any) -> bool:
     return _YES_NO[word]
 
 
-def choice(*allowed: str) -> Check:
+def choice(*allowed: str) -> Check[str]:
     """Return a check for one of these words.
 
     Examples
@@ -183,8 +250,3 @@ def text(name: str, value: Any) -> str:
     if not str(value):
         raise ValueError(f"{name}: got nothing, allowed: some text")
     return str(value)
-
-
-def anything(_: str, value: Any) -> Any:
-    """Return any object unchanged, for options that only Python code can pass."""
-    return value

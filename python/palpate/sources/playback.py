@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Generator, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,21 +12,31 @@ from palpate.importers.table import ReadOptions, parse_map
 from palpate.importers.units import checked_unit
 from palpate.recording.convert import RATE
 from palpate.recording.reading import recorded
+from palpate.recording.sidecar import Json
 from palpate.samples import Block, Status
 from palpate.source_events import Gap, GapCause, SourceItem
 from palpate.sources.base import Stoppable
-from palpate.sources.options import Check, anything, checked, number
+from palpate.sources.options import Options, number, option
 
 # Message of a source that was stopped before the end of its file, where the checksum is compared.
 UNREAD = "not read to its end: its rows are not verified"
-_STOOD_S = 0.25
+_STOOD_S = 0.25  # the computer stood still, or slept
+
+
+@dataclass(frozen=True)
+class FileOptions(ReadOptions, Options):
+    """Options of a path; `speed`: of its replay, None: as fast as possible."""
+
+    unit: str | None = option(checked_unit, None)
+    rate: float | None = option(number(0, above=True), None)
+    speed: float | None = option(number(0, above=True), None)
 
 
 class FileSource(Stoppable):
     """The samples of a file, as fast as possible or with the timing of the recording."""
 
-    def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
-        recording = self.recording = recorded(path, **asked)
+    def __init__(self, path: str, speed: float | None = None, **reading: Any) -> None:
+        recording = self.recording = recorded(path, **reading)
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
         self.live: bool = speed is not None
@@ -35,7 +45,10 @@ class FileSource(Stoppable):
         super().__init__()
 
     def __iter__(self) -> Iterator[SourceItem]:
-        """Yield the samples and gaps, with `speed` at their times; raises RecordingError at the end if a checksum differs."""
+        """Yield samples and gaps, with `speed` at their times.
+
+        RecordingError at the end if a checksum differs.
+        """
         gaps = list(self.recording.gap_marks)
         for block in self._blocks():
             begin = 0
@@ -60,8 +73,9 @@ class FileSource(Stoppable):
                 self.notify(f"{recording.path}: {UNREAD}")
         if not whole:
             return
-        for note in (note for note in recording.notes if note not in recording.doubts):
-            self.notify(f"{recording.path}: {note}")
+        for note in recording.notes:
+            if note not in recording.doubts:
+                self.notify(f"{recording.path}: {note}")
         if recording.doubts:
             raise RecordingError(recording.path, "; ".join(recording.doubts))
 
@@ -72,49 +86,45 @@ class FileSource(Stoppable):
         for block in self.recording.blocks():
             if self._stopped.is_set():
                 return False
+            block = _marked(block)
             if not self._speed:
-                yield _marked(block)
+                yield block
                 continue
-            first_ns = block["t_hard_ns"][0] if first_ns is None else first_ns
+            if first_ns is None:
+                first_ns = block["t_hard_ns"][0]
             due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / self._speed
             begin = 0
             while begin < len(block):
                 late_s = time.monotonic() - due[begin]
-                if late_s > _STOOD_S:  # the machine stood still: it goes on where it was
-                    begun = begun + late_s
-                    due = due + late_s
-                self._stopped.wait(max(due[begin] - time.monotonic(), 0))
-                if self._stopped.is_set():
+                if late_s > _STOOD_S:  # it goes on where it was
+                    begun += late_s
+                    due += late_s
+                if self._stopped.wait(max(due[begin] - time.monotonic(), 0)):
                     return False
-                later = due[begin:] > time.monotonic()
-                end = begin + max(int(later.argmax()), 1) if later.any() else len(block)
-                yield _marked(block[begin:end])
-                begin = end
+                end = int(np.searchsorted(due, time.monotonic(), "right"))
+                yield block[begin : max(end, begin + 1)]
+                begin = max(end, begin + 1)
         return True
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the description of the instrument from the sidecar."""
         return {**self.recording.describe(), "full_scale_pF": self.recording.full_scale_pF}
 
 
-def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
+def open_file(address: str, values: Mapping[str, object]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
-    given = dict(options)
-    if "map" in given:
-        given["columns"] = parse_map(str(given.pop("map")))
-    return FileSource(address, **checked("file", given, _ALLOWED))
+    reading = dict(values)
+    if "map" in reading:
+        reading["columns"] = parse_map(str(reading.pop("map")))
+    options = FileOptions.parse("file", reading)
+    return FileSource(address, **asdict(options))
 
 
 def _marked(block: Block) -> Block:
-    """Return samples with status LOST where a value is missing and the file, as most tables, has no status for it."""
-    known = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
-    unsaid = ~known & (block["status"] == int(Status.OK))
-    if unsaid.any():
+    """Return samples with status LOST where a value is missing; most tables have no status."""
+    has_both = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
+    is_unmarked = ~has_both & (block["status"] == int(Status.OK))
+    if is_unmarked.any():
         block = block.copy()
-        block["status"][unsaid] = int(Status.LOST)
+        block["status"][is_unmarked] = int(Status.LOST)
     return block
-
-
-# which checks its values
-_ALLOWED: dict[str, Check] = dict.fromkeys((each.name for each in fields(ReadOptions)), anything)
-_ALLOWED |= {"unit": checked_unit, **dict.fromkeys(("rate", "speed"), number(0, above=True))}

@@ -12,7 +12,7 @@ from palpate.sources.options import split
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-# Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`.
+# Group of entry points that add a scheme: functions of address and options -> `Source`.
 GROUP = "palpate.sources"
 _OWN = {
     "usb": "palpate.sources.board:open_usb",
@@ -24,7 +24,7 @@ _OWN = {
     "": "palpate.sources.playback:open_file",  # a path
 }
 
-Factory = Callable[[str, Mapping[str, Any]], Source]
+Factory = Callable[[str, Mapping[str, object]], Source]
 
 
 def schemes() -> list[str]:
@@ -40,7 +40,8 @@ def schemes() -> list[str]:
     >>> {"usb", "sim", "i2c", "iio", "serial"} <= set(schemes())
     True
     """
-    return sorted({*filter(None, _OWN), *(point.name for point in entry_points(group=GROUP))})
+    names = {point.name for point in entry_points(group=GROUP)}
+    return sorted(names | _OWN.keys() - {""})
 
 
 def open(uri: str, **options: Any) -> Source:
@@ -49,21 +50,24 @@ def open(uri: str, **options: Any) -> Source:
     Parameters
     ----------
     uri : str
-        `usb:` or `usb:BUS/ADDRESS`: the evaluation kit. `sim:SCENARIO`: the same driver with a simulated kit.
-        `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip with the driver of the Linux
-        kernel. `serial:PORT`: lines of text. `lsl:NAME`: a stream of Lab Streaming Layer. A path: a recording, or a
-        table of another logger. Options may follow as `?NAME=VALUE&NAME=VALUE`.
+        `usb:` or `usb:BUS/ADDRESS`: the evaluation kit. `sim:SCENARIO`: the same driver with a
+        simulated kit. `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip
+        with the driver of the Linux kernel. `serial:PORT`: lines of text. `lsl:NAME`: a stream of
+        Lab Streaming Layer. A path: a recording, or a table of another logger. Options may follow
+        as `?NAME=VALUE&NAME=VALUE`.
     **options
-        Options as keywords. usb: capf (0 to 7), excitation (A, B, AB, or HARD,SOFT as B,A; default B), level (0 to 3),
-        chop, differential (yes or no), hard_input, soft_input (1, 2), replug (s), firmware (path), backend. i2c: as
-        usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), bus_kHz
-        (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
-        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
-        of the cells of a line) or pattern (a regular expression with groups of these names), unit (or pF of a count), baud,
-        reset (yes, no: leave DTR and RTS inactive), replug. lsl: type, source_id, host (which
-        stream), hard, soft (labels or positions of the channels), unit, stamps (converter, host), wait (s until it
-        answers), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, part, as in
-        `palpate.read`, and speed.
+        Options as keywords. usb: capf (0 to 7), excitation (A, B, AB, or HARD,SOFT as B,A; default
+        B), level (0 to 3), chop, differential (yes or no), hard_input, soft_input (1, 2), replug
+        (s), firmware (path), backend. i2c: as usb, without the last two. sim: as i2c, and seed,
+        speed (1: real time; default: as fast as possible), bus_kHz (10 to 400), fault
+        (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
+        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no).
+        serial: columns (names of the cells of a line) or pattern (a regular expression with groups
+        of these names), unit (or pF of a count), baud, reset (yes, no: leave DTR and RTS inactive),
+        replug. lsl: type, source_id, host (which stream), hard, soft (labels or positions of the
+        channels), unit, stamps (converter, host), wait (s until it answers), replug. A path: map
+        (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, part, as in `palpate.read`,
+        and speed.
 
     Returns
     -------
@@ -89,22 +93,24 @@ def open(uri: str, **options: Any) -> Source:
     >>> blocks[0]["seq"].tolist(), blocks[0]["status"].tolist()
     ([0], [0])
     """
-    scheme, address, in_uri = split(uri)
-    if twice := set(in_uri) & set(options):
-        raise ValueError(
-            f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword"
-        )
-    return _find(scheme)(address, {**in_uri, **options})
+    scheme, address, uri_options = split(uri)
+    for name in sorted(uri_options):
+        if name in options:
+            raise ValueError(
+                f"source: got {shortened(name)} twice, allowed: in the name or by keyword"
+            )
+    return _factory(scheme)(address, {**uri_options, **options})
 
 
 def entry_points(group: str, name: str | None = None) -> "list[EntryPoint]":
-    """Return the entry points of other packages; imported here: it takes as long as all of palpate.sources."""
-    from importlib.metadata import entry_points as installed
+    """Return the entry points of other packages."""
+    from importlib.metadata import entry_points as installed  # as slow as all of palpate.sources
 
     return [point for point in installed(group=group) if name in (None, point.name)]
 
 
-def _find(scheme: str) -> Factory:
+def _factory(scheme: str) -> Factory:
+    """Return the function that opens the sources of a scheme."""
     if scheme in _OWN:
         factory: Factory = resolve_name(_OWN[scheme])
         return factory
@@ -116,16 +122,16 @@ def _find(scheme: str) -> Factory:
 
 
 def loaded(point: "EntryPoint") -> Callable[..., Any]:
-    """Return the function of an entry point of another package; SourceError with the name of the package if it fails."""
+    """Return the function of an entry point; SourceError with the name of its package if it fails."""
     try:
         function: Callable[..., Any] = point.load()
         return function
     except PalpateError:
         raise
     except Exception as error:
-        why = f"{type(error).__name__}: {error!s:.200}; reinstall or remove this package"
+        reason = f"{type(error).__name__}: {error!s:.200}; reinstall or remove this package"
         raise SourceError(
-            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {why}"
+            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {reason}"
         ) from error
 
 

@@ -3,11 +3,9 @@
 import errno
 import os
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from threading import Event, Thread
 from typing import Any, NamedTuple
 
 from palpate.ad7746 import bus
@@ -15,7 +13,6 @@ from palpate.errors import (
     DeviceNotFound,
     DeviceRefused,
     MissingExtra,
-    PalpateError,
     ProtocolError,
     SourceTimeout,
     need,
@@ -159,40 +156,3 @@ def may_open(board: Board, usbfs: Path = Path("/dev/bus/usb")) -> bool | None:
     """Return whether this user may open a board, without opening it; None: unknown."""
     node = usbfs / f"{board.bus:03d}" / f"{board.address:03d}"
     return os.access(node, os.R_OK | os.W_OK) if node.exists() else None
-
-
-BoardSearch = Callable[[], set[Board]]
-
-
-def find_boards() -> set[Board]:
-    """Return the connected boards, through a context of libusb of its own."""
-    return set(list_boards(new_context(system_backend())))
-
-
-class Hotplug:
-    """Reports which boards come and go, until `close`: calls `changed(before, now)`."""
-
-    def __init__(
-        self,
-        changed: Callable[[set[Board], set[Board]], object],
-        search: BoardSearch | None = None,
-    ) -> None:
-        self._changed = changed
-        self._search = search or find_boards
-        self._closing = Event()
-        self._boards = self._search()
-        self._thread = Thread(target=self._run, name="palpate-hotplug", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread; may be called twice."""
-        self._closing.set()
-        self._thread.join(_END_S)
-
-    def _run(self) -> None:
-        while not self._closing.wait(POLL_S):
-            with suppress(OSError, PalpateError):  # the next search may succeed
-                before = self._boards
-                self._boards = self._search()
-                if self._boards != before:
-                    self._changed(before, self._boards)
