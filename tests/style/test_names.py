@@ -14,9 +14,6 @@ ALLOWED_CLASSES = {"Channels", "Converter", "Truth", "Wiring"}
 ALLOWED_FUNCTIONS = {
     *(
         "board_options",
-        "boards",
-        "checked",
-        "devices",
         "fresh",
         "known",
         "level_of",

@@ -103,9 +103,9 @@ class BoardSource(SampleSource):
         limit_ns: int = LIMIT_NS,
         kit: bool = True,
     ) -> None:
-        self.bus: RegisterBus = bus
-        self.clock: Clock = clock
-        self.driver: Ad7746 = Ad7746(
+        self.bus = bus
+        self.clock = clock
+        self.driver = Ad7746(
             bus,
             options.configuration,
             clock,

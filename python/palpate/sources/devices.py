@@ -100,7 +100,7 @@ def streams() -> list[ListedDevice]:
 
 def of_packages() -> list[Callable[[], list[ListedDevice]]]:
     """Return the searches of other packages."""
-    return [partial(_of_package, point) for point in entry_points(group=GROUP)]
+    return [partial(_of_package, point) for point in entry_points(GROUP)]
 
 
 def _of_package(point: "EntryPoint") -> list[ListedDevice]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import count, pairwise
 from pathlib import Path
 from threading import Event
-from typing import Final, NamedTuple, Self
+from typing import NamedTuple, Self
 
 from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
@@ -29,18 +29,18 @@ from palpate.sources.base import SampleSource, Stoppable
 from palpate.sources.options import Options, number, option, whole_number, yes_no
 
 DEVICES = Path("/sys/bus/iio/devices")
-NAME: Final = "ad7746"
+NAME = "ad7746"
 # `in_capacitanceN_offset` of one step of the CAPDAC: 21 pF / 127, in codes, rounded by the driver.
-CODES_PER_STEP: Final = 338646
+CODES_PER_STEP = 338646
 # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
-LAST_STEP: Final = 126
+LAST_STEP = 126
 FIRST_PAIRS = 4  # Pairs that are read first, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # Equal codes in a row that are no measurement: the least noise is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
 # in_capacitance_sampling_frequency -> least sleep of the driver in a conversion, ms; in the order of
 # `registers.CONVERSION_S`.
-SLEEPS_MS: Final = {91: 12, 84: 13, 50: 21, 26: 39, 16: 63, 13: 78, 11: 93, 9: 111}
+SLEEPS_MS = {91: 12, 84: 13, 50: 21, 26: 39, 16: 63, 13: 78, 11: 93, 9: 111}
 _MISSING = (
     DeviceNotFound,
     "not found: check that the kernel's driver ad7746 is loaded and bound to the chip",
@@ -62,7 +62,7 @@ class IioOptions(Options):
     clock_ns: Callable[[], int] = time.monotonic_ns
 
 
-class Conversion(NamedTuple):
+class TimedCode(NamedTuple):
     """A reading of one channel; its time is the middle of the conversion."""
 
     t_ns: int
@@ -249,7 +249,7 @@ class IioSource(Stoppable, SampleSource):
             max(hard.uncertainty_us, soft.uncertainty_us),
         )
 
-    def _convert(self, channel: int) -> Conversion:
+    def _convert(self, channel: int) -> TimedCode:
         # The driver does not say when a conversion begins: somewhere in its read, the least sleep
         # before the end. The rest of the longer read is the uncertainty. Writing the registers
         # before takes 0.3 to 1.2 ms more in both channels.
@@ -264,7 +264,7 @@ class IioSource(Stoppable, SampleSource):
                 "frequency"
             )
         uncertainty_us = math.ceil(max(duration_ns - self._device.sleep_ns, 0) / 1000)
-        return Conversion(begun + self._device.conversion_ns // 2, uncertainty_us, code)
+        return TimedCode(begun + self._device.conversion_ns // 2, uncertainty_us, code)
 
     def _measure_period(self) -> None:
         """Measure the time from pair to pair: the sleep of the driver depends on the kernel's tick."""

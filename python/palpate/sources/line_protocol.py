@@ -45,7 +45,7 @@ _CHANGED = 8
 # Another number of decimals adds 1, the usual one subtracts a little: above 3 the number varies,
 _VARYING = 3
 _USUAL = 0.05
-# if values have ended with at least this many digits, none of them 0, which such numbers leave out.
+# if values have ended with at least so many other digits than 0, which such numbers leave out.
 _ENDS = 5
 _CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
@@ -140,8 +140,10 @@ class Decimals:
         match = _DECIMALS.match(text)
         count = len(match[1] or "") if match else 0  # with the point
         self._counts[count] += 1
-        self._run = self._run + 1 if count == self._last else 1
-        self._last = count
+        if count != self._last:
+            self._last = count
+            self._run = 0
+        self._run += 1
         if self._run == _CHANGED:
             self._counts = Counter({count: _CHANGED})
         [(usual, _)] = self._counts.most_common(1)
@@ -277,19 +279,25 @@ class Grammar:
         if len(line) > LONGEST:
             raise Refused(f"more than {LONGEST} bytes without a line end")
         text, has_checksum = without_checksum(line)
-        cells = self._matched(text) if self._pattern else split_cells(text)
-        names = [] if self._pattern else [label for label, _ in cells]
+        names: list[str] = []
+        if self._pattern:
+            cells = match_cells(self._pattern, text)
+        else:
+            cells = split_cells(text)
+            names += [label for label, _ in cells]
         form = LineForm(has_checksum, names)
         if self.form not in (None, form):
             raise Refused("its names or its checksum are not as in the first line")
         columns = self._columns_of(cells)
         values: dict[str, Any] = {}
+        texts: dict[str, str] = {}
         for each, (_, cell) in zip(columns, cells, strict=True):
             if each.role != UNUSED:
                 values[each.role] = self._value(each, cell)
+                texts[each.role] = cell
         self._check_sizes(columns, values)
         if not has_checksum:
-            self._check_decimals(columns, cells, values)
+            self._check_decimals(texts, values)
         for name in CHANNELS:
             code = values.get(f"{name}_raw", -1)
             if code >= 0:
@@ -299,13 +307,6 @@ class Grammar:
             self.columns = self.columns or columns
             self.is_by_order = not (self._option or self._pattern or any(names))
         return LineValues(**values)
-
-    def _matched(self, text: str) -> Cells:
-        match = self._pattern.fullmatch(text) if self._pattern else None
-        if not match:
-            raise Refused("it does not match the pattern as a whole")
-        groups = match.groupdict().items()
-        return [(name, cell.strip()) for name, cell in groups if cell is not None]
 
     def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
         """Return the columns: by the option, by their names, or two numbers as hard and soft."""
@@ -360,14 +361,12 @@ class Grammar:
             )
         self._is_size_checked = not math.isnan(sum(sizes))
 
-    def _check_decimals(
-        self, columns: Sequence[LineColumn], cells: Cells, values: dict[str, float]
-    ) -> None:
+    def _check_decimals(self, texts: dict[str, str], values: dict[str, float]) -> None:
         """Check that both channels have as many decimals as before; raises Refused."""
         padded = any(each.padded for each in self._decimals.values())
-        for (role, _), (_, cell) in zip(columns, cells, strict=True):
-            if role in CHANNELS and not math.isnan(values[role]):
-                self._decimals[role].require_usual(role, cell, padded=padded)
+        for role, decimals in self._decimals.items():
+            if not math.isnan(values.get(role, math.nan)):
+                decimals.require_usual(role, texts[role], padded=padded)
 
 
 def without_checksum(line: bytes) -> tuple[str, bool]:
@@ -382,6 +381,15 @@ def without_checksum(line: bytes) -> tuple[str, bool]:
         if checksum != int(match[2], 16):
             raise Refused(f"its checksum is {match[2].decode()}, but its text has {checksum:02X}")
     return line.decode(errors="replace").strip(), match is not None
+
+
+def match_cells(pattern: re.Pattern[str], text: str) -> Cells:
+    """Return the groups of a pattern as cells; raises Refused."""
+    match = pattern.fullmatch(text)
+    if not match:
+        raise Refused("it does not match the pattern as a whole")
+    groups = match.groupdict().items()
+    return [(name, cell.strip()) for name, cell in groups if cell is not None]
 
 
 def split_cells(text: str) -> Cells:

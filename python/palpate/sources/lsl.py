@@ -47,7 +47,7 @@ _LARGEST = 2.0**53  # whole number in a stream
 
 @dataclass(frozen=True)
 class LslOptions(Options):
-    """Options of `lsl:`: which stream, which of its channels, and what they are."""
+    """Options of `lsl:`: the stream, its channels with their unit, and the kind of its times."""
 
     type: str = option(text, "")
     source_id: str = option(text, "")
@@ -90,7 +90,7 @@ def ahead_ns(pylsl: Any) -> int:
 
 
 def _resolver(properties: Mapping[str, str]) -> Any:
-    """Return what looks for the streams with these properties of LSL, from now on."""
+    """Return a resolver of LSL for the streams with these properties."""
     conditions = []
     for name, value in properties.items():
         if '"' in value:
@@ -119,6 +119,11 @@ def stream_text(info: Any) -> str:
     kind = shortened(info.type()) or "no type"
     marked = f", source_id {quoted(info.source_id())}" if info.source_id() else ""
     return f"{shortened(info.name())} ({kind}, on {shortened(info.hostname())}{marked})"
+
+
+def _identity(info: Any) -> dict[str, str]:
+    """Return the properties by which a stream is found again."""
+    return {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
 
 
 class Channels:
@@ -255,12 +260,7 @@ class LslSource(Stoppable, SampleSource):
         info = self._info
         device: Json = {
             "name": "LSL stream",
-            "stream": {
-                "name": info.name(),
-                "type": info.type(),
-                "source_id": info.source_id(),
-                "host": info.hostname(),
-            },
+            "stream": {**_identity(info), "host": info.hostname()},
             "channels": self._channels.names,
             "clock": f"{self._clock}; ns since the stream was opened",
             "stamps": self._options.stamps or "host",
@@ -322,8 +322,8 @@ class LslSource(Stoppable, SampleSource):
             self.notify(
                 f"lsl: {lost}, or is silent. Waiting for it, up to {self._options.replug:g} s."
             )
-        properties = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
-        resolver = _resolver({name: text for name, text in properties.items() if '"' not in text})
+        properties = _identity(info).items()
+        resolver = _resolver({name: text for name, text in properties if '"' not in text})
 
         def connect() -> bool:
             streams = resolver.results()
@@ -373,7 +373,9 @@ class LslSource(Stoppable, SampleSource):
         if following == 0:
             self._first_number = number
             self._sender_gaps = gaps
-        self._seq = number - self._first_number if self._channels.numbered else following
+        self._seq = following
+        if self._channels.numbered:
+            self._seq = number - self._first_number
         gap = None
         if self._away:
             gap = Gap(GapCause.DISCONNECTED, self._away)

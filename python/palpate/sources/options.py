@@ -119,7 +119,9 @@ class Options:
         checked = {}
         for name, value in values.items():
             check = checks[name]
-            checked[name] = check(name, value) if check else value
+            if check:
+                value = check(name, value)
+            checked[name] = value
         return cls(**checked)
 
 

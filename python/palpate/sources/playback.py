@@ -39,8 +39,8 @@ class FileSource(Stoppable):
         recording = self.recording = recorded(path, **reading)
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
-        self.live: bool = speed is not None
-        self.real_time: bool = False
+        self.live = speed is not None
+        self.real_time = False
         self._speed = speed
         super().__init__()
 

@@ -40,7 +40,7 @@ def schemes() -> list[str]:
     >>> {"usb", "sim", "i2c", "iio", "serial"} <= set(schemes())
     True
     """
-    names = {point.name for point in entry_points(group=GROUP)}
+    names = {point.name for point in entry_points(GROUP)}
     return sorted(names | _OWN.keys() - {""})
 
 
@@ -102,11 +102,11 @@ def open(uri: str, **options: Any) -> Source:
     return _factory(scheme)(address, {**uri_options, **options})
 
 
-def entry_points(group: str, name: str | None = None) -> "list[EntryPoint]":
+def entry_points(group: str) -> "list[EntryPoint]":
     """Return the entry points of other packages."""
     from importlib.metadata import entry_points as installed  # as slow as all of palpate.sources
 
-    return [point for point in installed(group=group) if name in (None, point.name)]
+    return list(installed(group=group))
 
 
 def _factory(scheme: str) -> Factory:
@@ -114,8 +114,9 @@ def _factory(scheme: str) -> Factory:
     if scheme in _OWN:
         factory: Factory = resolve_name(_OWN[scheme])
         return factory
-    for point in entry_points(group=GROUP, name=scheme):
-        return loaded(point)
+    for point in entry_points(GROUP):
+        if point.name == scheme:
+            return loaded(point)
     names = [f"{name}:" for name in schemes()]
     allowed = f"{', '.join(names)} or a path{nearest(f'{scheme}:', names)}"
     raise ValueError(f"source: got {shortened(scheme)}:, allowed: {allowed}")

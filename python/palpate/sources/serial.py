@@ -95,7 +95,9 @@ class Numbering:
         sample = values.sample()
         t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
         restart = self._count(values) or jump
-        self._restarts = self._restarts + 1 if restart else 0
+        self._restarts += 1
+        if not restart:
+            self._restarts = 0
         if self._restarts >= RESTARTS:
             unit = f", or its times are not in {self._unit}" if self._unit else ""
             raise ProtocolError(
@@ -260,14 +262,18 @@ class SerialSource(Stoppable, SampleSource):
             if role in TIMES:
                 time_unit = time_unit or unit
         self._numbering = Numbering(time_unit)
-        clock = "clock of the board" if time_unit else "arrival of a line"
+        clock = "arrival of a line"
+        stamps = "host"
+        if time_unit:
+            clock = "clock of the board"
+            stamps = "converter"
         self._described = {
             "name": "serial port",
             "port": self._name,
             "baud": self._options.baud,
             "columns": [" ".join(filter(None, column)) for column in grammar.columns],
             "clock": f"{clock}, ns since the port was opened",
-            "stamps": "converter" if time_unit else "host",
+            "stamps": stamps,
         }
         if any(role == "hard_raw" for role, _ in grammar.columns):
             self._described["full_scale_pF"] = SATURATED_PF
@@ -352,7 +358,7 @@ class SerialSource(Stoppable, SampleSource):
         self._unread_ns = None
         if not self._is_read:
             self._is_read = True
-            self._unshown = 0  # what a board sends when it starts is no error
+            self._unshown = 0  # other text of a board that starts is no error
             self._show_first(line, values)
         if sample.status != Status.LOST:
             self._value_ns = arrived_ns
@@ -379,7 +385,7 @@ class SerialSource(Stoppable, SampleSource):
         if not line.isascii():
             self._last += f". It is not plain text: check the baud rate, {self._options.baud}"
         self._unshown += 1
-        if self._is_read and not self._away_s:  # what a board sends when it starts is no error
+        if self._is_read and not self._away_s:  # other text of a board that starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
                 self._unshown = 0
@@ -388,7 +394,9 @@ class SerialSource(Stoppable, SampleSource):
                 )
         if self._unread_ns is None:
             self._unread_ns = arrived_ns
-        limit_s = max(PATIENCE_S, self._options.replug) if self._is_read else PATIENCE_S
+        limit_s = PATIENCE_S
+        if self._is_read:
+            limit_s = max(limit_s, self._options.replug)
         if arrived_ns - self._unread_ns >= limit_s * 1e9:
             self._unshown = 0
             raise ProtocolError(f"{self._name}: no line is read. The last: {self._last}")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import WIRINGS
-from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind, SimulatedBoard
+from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.messages import quoted, unlike
@@ -88,11 +88,11 @@ class SimSource(BoardSource):
         if options.capf is None:
             options = replace(options, capf=scenario.converter.capf)
         speed = options.speed
-        self.live: bool = speed is not None
-        self.real_time: bool = speed == 1
+        self.live = speed is not None
+        self.real_time = speed == 1
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
-        self.truths: list[Truth] = _truths(scenario, options.idle)
-        self.kit: SimulatedBoard = simulated_board(
+        self.truths = _truths(scenario, options.idle)
+        self.kit = simulated_board(
             scenario,
             self.clock,
             options.seed,
@@ -122,11 +122,12 @@ class SimSource(BoardSource):
             if not isinstance(item, Sample):
                 continue
             now = self.clock.now_ns()
+            elapsed_s = (now - self._begun_ns) / 1e9
             if self._options.paced:
-                wait_s = begun_s + (now - self._begun_ns) / 1e9 - time.monotonic()
+                wait_s = begun_s + elapsed_s - time.monotonic()
                 begun_s += max(-wait_s - _BEHIND_S, 0)
                 time.sleep(max(wait_s, 0))
-            while self._incidents and now - self._begun_ns >= self._incidents[0].time_s * 1e9:
+            while self._incidents and elapsed_s >= self._incidents[0].time_s:
                 self.kit.faults.append(self._incidents.pop(0).fault)
             if now >= self._end_ns:
                 return
