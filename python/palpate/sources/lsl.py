@@ -323,7 +323,7 @@ class LslSource(Stoppable, SampleSource):
                 f"lsl: {lost}, or is silent. Waiting for it, up to {self._options.replug:g} s."
             )
         properties = _identity(info).items()
-        resolver = _resolver({name: text for name, text in properties if '"' not in text})
+        resolver = _resolver({name: value for name, value in properties if '"' not in value})
 
         def connect() -> bool:
             streams = resolver.results()
