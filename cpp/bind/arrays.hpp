@@ -39,7 +39,7 @@ const py::dtype& once() {
 
 /// A structured dtype of an item of this size. PYBIND11_NUMPY_DTYPE would register it for the whole process.
 using Fields = std::vector<py::detail::field_descriptor>;
-inline py::dtype dtype_of(const Fields& fields, std::size_t size, bool is_aligned = false) {
+inline py::dtype dtype_of(const Fields& fields, py::ssize_t size, bool is_aligned = false) {
   py::list names, formats, offsets;
   for (const auto& field : fields) {
     names.append(field.name);
@@ -51,7 +51,8 @@ inline py::dtype dtype_of(const Fields& fields, std::size_t size, bool is_aligne
   return py::module_::import("numpy").attr("dtype")(all, py::arg("align") = is_aligned);
 }
 
-inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
+inline std::string shape_of(const py::array& array) { return "shape " + text_of(array.attr("shape")); }
+inline std::string dtype_name(const py::array& array) { return "dtype " + text_of(array.dtype()); }
 
 inline void require_shape(const py::array& array, const char* name, const Shape& shape) {
   const auto fits = [](py::ssize_t wanted, py::ssize_t found) { return wanted < 0 || wanted == found; };
@@ -63,7 +64,7 @@ inline void require_shape(const py::array& array, const char* name, const Shape&
     allowed += (allowed.empty() ? "" : " ") + (length < 0 ? "n" : std::to_string(length)) + ",";
   }
   allowed.resize(allowed.size() - (shape.size() > 1));
-  throw py::value_error(std::string(name) + ": got shape " + shape_of(array) + ", allowed: (" + allowed + ")");
+  refuse<value_error>(name, shape_of(array), "(" + allowed + ")");
 }
 
 /// `value` as an array of real numbers; numpy's own error where it cannot make an array of it. A masked value is none.
@@ -73,8 +74,7 @@ inline py::array real_array(const py::object& value, const char* name) {
   const py::object plain = masked ? value.attr("astype")("float64").attr("filled")(py::float_(NAN)) : value;
   py::array array(plain);
   if (std::string("biuf").find(array.dtype().kind()) == std::string::npos) {
-    throw py::type_error(std::string(name) + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
-                         ", allowed: real numbers");
+    refuse<type_error>(name, dtype_name(array), "real numbers");
   }
   return array;
 }
@@ -103,22 +103,21 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
     return py::array(dtype, shape);
   }
   if (!py::isinstance<py::array>(out)) {
-    throw py::type_error("out: got " + py::str(py::type::of(out)).cast<std::string>() + ", allowed: a numpy array");
+    refuse<type_error>("out", py::type::of(out), "a numpy array");
   }
   auto array = py::reinterpret_borrow<py::array>(out);
   if (!array.dtype().equal(dtype)) {
-    throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
-                         ", allowed: " + py::str(py::handle(dtype)).cast<std::string>());
+    refuse<type_error>("out", dtype_name(array), text_of(dtype));
   }
   if (!array.writeable() || !(array.flags() & aligned)) {
-    throw py::value_error("out: got a read-only or unaligned array, allowed: a writeable, aligned one");
+    refuse<value_error>("out", "a read-only or unaligned array", "a writeable, aligned one");
   }
   require_shape(array, "out", shape);
   if ((array.flags() & flags) != flags) {
-    throw py::value_error("out: got shape " + shape_of(array) + ", strided, allowed: a contiguous array");
+    refuse<value_error>("out", shape_of(array) + ", strided", "a contiguous array");
   }
   if (array.strides(0) == 0 && array.shape(0) > 1) {
-    throw py::value_error("out: got an array whose items share one place, allowed: a place for each");
+    refuse<value_error>("out", "an array whose items share one place", "a place for each");
   }
   return array;
 }

@@ -12,7 +12,7 @@
 
 namespace {
 
-constexpr auto class_doc =
+constexpr auto bank_doc =
     R"(Independent estimators for many streams that are sampled together: the bits of as many single ones.
 
 Parameters
@@ -32,7 +32,7 @@ array([2. , 2.4, 2.8])
 1
 )";
 
-constexpr auto process_doc = R"(process(self, /, output, regressor, out=None)
+constexpr auto bank_process_doc = R"(process(self, /, output, regressor, out=None)
 --
 
 Take a block of samples of each stream; the same bits as one `update` for each row, and the same errors.
@@ -60,13 +60,13 @@ struct Streams {
   std::vector<typename E::State> states;
 
   py::ssize_t size() const { return static_cast<py::ssize_t>(states.size()); }
-  py::object at(py::ssize_t stream) const { return py::cast(E(settings, states[static_cast<std::size_t>(stream)])); }
+  py::object at(py::ssize_t stream) const { return py::cast(E(settings, states.data()[stream])); }
   void set(std::size_t stream, py::handle estimator) { states[stream] = estimator.cast<const E&>().numbers(); }
   void reset() { std::fill(states.begin(), states.end(), E(settings).numbers()); }
   py::array array_of(const py::list& values) const { return py::array_t<Real>(values); }
 
   py::object take(bool is_block, const py::object& output, const py::object& regressor, const py::object& out,
-                  bool& busy) {
+                  Busy& busy) {
     constexpr int dense = py::array::c_style;
     const py::ssize_t streams = size(), width = states[0].core.width();
     const py::array y = samples_of<Real, dense>(output, "output", axes({is_block ? -1 : no_axis, streams}));
@@ -78,7 +78,7 @@ struct Streams {
     py::array result =
         output_array(out, once<&py::dtype::of<Real>>(), axes({frames, streams, states[0].core.count()}), dense);
     const py::array outputs = apart_from(y, result), regressors = apart_from(x, result);
-    const InUse in_use(busy, "bank");
+    const std::lock_guard in_use(busy);
     auto* to = static_cast<Real*>(result.mutable_data());
     auto *to_explain = static_cast<const Real*>(outputs.data()),
          *explains = static_cast<const Real*>(regressors.data());
@@ -103,12 +103,11 @@ class BankOf {
  public:
   BankOf(py::handle estimator, py::ssize_t streams) {
     if (streams < 1 || streams > py::ssize_t{1} << 32) {
-      throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
+      refuse<value_error>("streams", streams, "1 <= streams <= 2**32");
     }
     if (!(make<Kinds>(estimator, static_cast<std::size_t>(streams)) || ...)) {
-      throw py::type_error(
-          "estimator: got " + methods::shown(estimator) +
-          ", allowed: an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
+      refuse<type_error>("estimator", shown(estimator),
+                         "an Rls, AdaptiveRls, HandoverRls or VectorRls, for example palpate.HandoverRls()");
     }
   }
 
@@ -128,25 +127,25 @@ class BankOf {
     return std::visit([&](auto& bank) { return bank.take(is_block, output, regressor, out, busy_); }, streams_);
   }
   void reset() {
-    require_idle(busy_, "bank");
+    busy_.require_idle();
     std::visit([](auto& bank) { bank.reset(); }, streams_);
   }
   py::ssize_t size() const {
     return std::visit([](const auto& bank) { return bank.size(); }, streams_);
   }
   py::object at(py::handle stream) const {
-    const py::ssize_t given = methods::to_size(stream, "stream"), i = given < 0 ? given + size() : given;
+    const py::ssize_t given = to_size(stream, "stream"), i = given < 0 ? given + size() : given;
     if (i < 0 || i >= size()) {
-      throw py::index_error("stream: got " + std::to_string(given) + ", allowed: below " + std::to_string(size()));
+      refuse<py::index_error>("stream", given, "below " + std::to_string(size()));
     }
     return of([&](const auto& bank) { return bank.at(i); });
   }
   py::tuple estimators() const {
-    py::tuple all(size());
+    py::list all;
     for (py::ssize_t i = 0; i < size(); ++i) {
-      all[static_cast<std::size_t>(i)] = at(py::int_(i));
+      all.append(at(py::int_(i)));
     }
-    return all;
+    return py::tuple(all);
   }
   bool operator==(const BankOf& other) const { return estimators().equal(other.estimators()); }
 
@@ -155,7 +154,7 @@ class BankOf {
     py::list values;
     for (const py::handle estimator : estimators()) {
       if (!py::hasattr(estimator, name)) {
-        throw py::attribute_error(std::string(name) + ": got a bank of estimators without it, allowed: " + owners);
+        refuse<py::attribute_error>(name, "a bank of estimators without it", owners);
       }
       values.append(estimator.attr(name));
     }
@@ -175,7 +174,7 @@ class BankOf {
   /// What get(streams) gives.
   template <class Get>
   auto of(Get get) const {
-    require_idle(busy_, "bank");
+    busy_.require_idle();
     return std::visit(get, streams_);
   }
   /// False: the estimator is of another kind.
@@ -190,14 +189,14 @@ class BankOf {
   }
 
   std::variant<Streams<Kinds>...> streams_;
-  bool busy_ = false;
+  Busy busy_{"bank"};
 };
 
 using Bank = BankOf<FixedKind<double>, FixedKind<float>, AdaptiveKind<double>, AdaptiveKind<float>,
                     HandoverKind<double>, HandoverKind<float>, VectorKind>;
 
 std::string repr(const Bank& bank) {
-  const auto kind = py::type::of(bank.at(py::int_(0))).attr("__name__").cast<std::string>();
+  const auto kind = text_of(py::type::of(bank.at(py::int_(0))).attr("__name__"));
   return "<Bank of " + std::to_string(bank.size()) + " " + kind + ">";
 }
 
@@ -205,36 +204,37 @@ std::string repr(const Bank& bank) {
 
 void bind_banks(py::module_& module) {
   const auto made = [](py::handle estimator, py::handle streams) {
-    return Bank(estimator, methods::to_size(streams, "streams"));
+    return Bank(estimator, to_size(streams, "streams"));
   };
   const auto output = py::arg("output"), regressor = py::arg("regressor");
   const auto out = py::arg("out") = py::none();
-  auto type = methods::define_class<Bank>(module, "Bank", "(estimator, streams)", class_doc, made, py::arg("estimator"),
-                                          py::arg("streams"));
-  methods::define_copies(type);
+  auto type = define_class<Bank>(module, "Bank", "(estimator, streams)", bank_doc, made, py::arg("estimator"),
+                                 py::arg("streams"));
+  define_copies(type);
   type.def("update", &Bank::take<false>, output, regressor, out, R"(update(self, /, output, regressor, out=None)
 --
 
 Take one sample of each stream and return their ratios, shape (streams,).
 
 As `process` for one row, the shapes without n: output and regressor (streams,), of VectorRls regressors (streams, size).)")
-      .def("process", &Bank::take<true>, output, regressor, out, process_doc)
-      .def("reset", &Bank::reset, methods::reset_doc)
+      .def("process", &Bank::take<true>, output, regressor, out, bank_process_doc)
+      .def("reset", &Bank::reset, reset_doc)
       .def("__len__", &Bank::size, "__len__(self, /)\n--\n\n")
       .def("__getitem__", &Bank::at, "__getitem__(self, stream, /)\n--\n\nA copy of the estimator of a stream.")
-      .def("__repr__", &repr, "__repr__(self, /)\n--\n\n")
-      .def_property_readonly("streams", &Bank::size, "Number of streams.")
-      .def_property_readonly(
+      .def("__repr__", &repr, "__repr__(self, /)\n--\n\n");
+  type.property("streams", &Bank::size, "Number of streams.")
+      .property(
           "settings", [](const Bank& bank) { return py::object(bank.at(py::int_(0)).attr("settings")); },
           "The parameters of all estimators, as a dict.");
   const auto add = [&](const char* name, auto get, const std::string& doc) {
     const auto each = [get](const Bank& bank) { return bank.each(get); };
-    type.def_property_readonly(name, each, (doc + " An array, of each stream.").c_str());
+    type.property(name, each, doc + " An array, of each stream.");
   };
   visit_counts(add);
   const auto attribute = [&](const char* name, const char* owners) {
-    const std::string doc = std::string("Of ") + owners + ", as there: an array, of each stream.";
-    type.def_property_readonly(name, [=](const Bank& bank) { return bank.attribute(name, owners); }, doc.c_str());
+    type.property(
+        name, [=](const Bank& bank) { return bank.attribute(name, owners); },
+        std::string("Of ") + owners + ", as there: an array, of each stream.");
   };
   attribute("ratio", "Rls, AdaptiveRls and HandoverRls");
   attribute("covariance", "all estimators");

@@ -3,6 +3,8 @@
 
 // What Python's estimators have in common: a core, its settings, and the counts that the core leaves to its caller.
 
+#include <pybind11/stl.h>
+
 #include <array>
 #include <cstddef>
 #include <cstring>
@@ -30,20 +32,21 @@ const py::dtype& row_dtype(std::size_t count) {
     const auto real = py::dtype::of<Real>();
     const auto each = is_vector ? py::dtype::from_args(py::make_tuple(real, py::make_tuple(count))) : real;
     Fields fields;
-    std::size_t end = 0;
-    const auto add = [&](const char* name, const py::dtype& type, std::size_t places = 1) {
-      fields.push_back({name, static_cast<py::ssize_t>(end), 0, "", type});
-      end += places * sizeof(Real);
+    py::ssize_t end = 0;
+    const auto add = [&](const char* name, const py::dtype& type) {
+      fields.push_back({name, end, 0, "", type});
+      end += type.itemsize();
     };
-    add(is_vector ? "coefficients" : "ratio", each, is_vector ? count : 1);
-    add(is_vector ? "standard_errors" : "covariance", each, is_vector ? count : 1);
+    add(is_vector ? "coefficients" : "ratio", each);
+    add(is_vector ? "standard_errors" : "covariance", each);
     add("innovation", real);
     add("statistic", real);
     if (knows_its_error) {
       add("standard_error", real);
     }
+    const py::ssize_t size = end + real.itemsize();
     add("alarm", py::dtype::of<bool>());
-    return dtype_of(fields, end, is_vector);
+    return dtype_of(fields, size, is_vector);
   };
   return made[count].call_once_and_store_result(make).get_stored();
 }
@@ -73,11 +76,13 @@ class Estimator {
     }
   };
 
-  explicit Estimator(const Settings& settings) : Estimator(settings, {Kind::core(settings)}) {}
+  Estimator(const char* name, const py::dict& given) : Estimator(Kind::defaults().with(name, given)) {}
+  explicit Estimator(const Settings& settings)
+      : settings_(settings), state_{(Kind::check(settings), Kind::core(settings))} {}
   Estimator(const Settings& settings, const State& state) : settings_(settings), state_(state) {}
 
   auto take(Real output, const Real* regressors) {
-    require_idle(busy_, "estimator");
+    busy_.require_idle();
     return state_.take(output, regressors);
   }
 
@@ -103,19 +108,16 @@ class Estimator {
   }
 
   void reset() {
-    require_idle(busy_, "estimator");
+    busy_.require_idle();
     state_ = {Kind::core(settings_)};
   }
 
-  bool operator==(const Estimator& other) const { return settings_ == other.settings_ && state().equal(other.state()); }
+  bool operator==(const Estimator& other) const { return pickled().equal(other.pickled()); }
 
   /// Every number of the core, then the innovation (None before the first sample) and the counts.
   py::tuple state() const {
-    py::list values;
-    for (const Real value : numbers_of(state_.core)) {
-      values.append(static_cast<double>(value));
-    }
-    values.append(state_.samples == 0 ? py::object(py::none()) : py::object(py::float_(state_.innovation)));
+    py::list values = py::cast(numbers_of(state_.core));
+    values.append(state_.samples == 0 ? py::none() : py::cast(state_.innovation));
     values.append(state_.samples);
     values.append(state_.rejected);
     return py::tuple(values);
@@ -125,13 +127,11 @@ class Estimator {
   static Estimator restored(const py::tuple& both) {
     const py::dict values = both[0];
     const py::tuple pickled = both[1];
-    const Settings settings = Kind::defaults().with("pickled settings", values);
-    Kind::check(settings);
-    Estimator estimator(settings);
+    Estimator estimator("pickled settings", values);
     State& state = estimator.state_;
     std::vector<Real> numbers = numbers_of(state.core);
     const std::size_t count = numbers.size();
-    bool allowed = values.size() == settings.dict().size() && pickled.size() == count + 3;
+    bool allowed = values.size() == estimator.settings_.dict().size() && pickled.size() == count + 3;
     for (std::size_t i = 0; allowed && i < count; ++i) {
       numbers[i] = pickled[i].cast<Real>();
       allowed = palpate::is_finite(numbers[i]);
@@ -139,8 +139,8 @@ class Estimator {
     const Real* place = numbers.data();
     state.core.visit_state([&](Real& value) { value = *place++; });
     if (!allowed || !(state.core.information() > 0 && state.core.statistic() >= 0)) {
-      throw py::value_error("pickled state: got " + methods::shown(pickled) +
-                            ", allowed: this version's numbers, finite, an information > 0, a statistic >= 0");
+      refuse<value_error>("pickled state", shown(pickled),
+                          "this version's numbers, finite, an information > 0, a statistic >= 0");
     }
     const py::object innovation = pickled[count];
     state.innovation = innovation.is_none() ? state.innovation : innovation.cast<Real>();
@@ -166,7 +166,7 @@ class Estimator {
     const py::array written = output_array(out, dtype, axes({size, columns}), flags);  // last: an __array__ may have
     const View<const Real> y(apart_from(y_given, written)), x(apart_from(x_given, written));  // changed it
     const View<Real> to(written);
-    const InUse in_use(busy_, "estimator");
+    const std::lock_guard in_use(busy_);
     State next = state_;
     const auto loop = [&next, y, x, to, write, size] {  // by value: 1.6 times as fast as by reference
       State state = next;
@@ -190,7 +190,7 @@ class Estimator {
 
   Settings settings_;
   State state_;
-  bool busy_ = false;
+  Busy busy_{"estimator"};
 };
 
 /// The properties of an estimator, and of each stream of a bank: calls add(name, its value in a State, doc).
@@ -209,19 +209,19 @@ void visit_counts(Add&& add) {
 
 /// What all estimators have in Python. Returns a function that adds a property: its name, its value in a State, its doc.
 template <class E>
-auto define_estimator(py::class_<E>& type, const char* process_doc, const char* trace_doc) {
+auto define_estimator(Class<E>& type, const char* process_doc, const char* trace_doc) {
   const auto output = py::arg("output"), regressor = py::arg(E::Core::explains);
   const auto out = py::arg("out") = py::none();
-  methods::define_display(type, "estimator_line", "estimator_card");
-  methods::define_copies(type);
-  type.def("process", &E::process, output, regressor, out, (process_doc + std::string(methods::raises)).c_str())
+  define_display(type, "estimator_line", "estimator_card");
+  define_copies(type);
+  type.def("process", &E::process, output, regressor, out, (process_doc + std::string(raises)).c_str())
       .def("trace", &E::trace, output, regressor, out, trace_doc)
-      .def("reset", &E::reset, methods::reset_doc)
-      .def_property_readonly(
-          "settings", [](const E& estimator) { return estimator.settings().dict(); },
-          "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
+      .def("reset", &E::reset, reset_doc);
+  type.property(
+      "settings", [](const E& estimator) { return estimator.settings().dict(); },
+      "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
   const auto add = [&type](const char* name, auto get, const char* doc) {
-    type.def_property_readonly(name, [get](const E& estimator) { return get(estimator.numbers()); }, doc);
+    type.property(name, [get](const E& estimator) { return get(estimator.numbers()); }, doc);
   };
   visit_counts(add);
   return add;

@@ -98,7 +98,7 @@ computed from the samples since the CUSUM was last 0.
 `standard_error` is computed from the correlation of the innovations, an autoregression of order 1 or 2. It takes the
 noise for equally large at all depths: if the noise is a share of the signal and the regressor changes more than
 twofold, give output / regressor and 1 in place of output and regressor. Values from 1e140 pF on (float32: 1e16) are
-refused; `Rls` refuses only those whose squares do not fit, from about 1e153 (1e18) on.
+refused.
 
 Examples
 --------
@@ -164,10 +164,9 @@ numpy.ndarray, shape (n,), structured
 )";
 
 template <class E>
-double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+double update(E& estimator, PyObject* const* given, Py_ssize_t count) {
   using Real = typename E::Real;
-  const auto [output, regressor] = methods::numbers_of<2>(given, count, {"output", "regressor"});
-  E& estimator = methods::object_of<E>(self);
+  const auto [output, regressor] = numbers_of<2>(given, count, {"output", "regressor"});
   const auto x = static_cast<Real>(regressor);
   estimator.take(static_cast<Real>(output), &x);
   return estimator.numbers().core.ratio();
@@ -178,14 +177,12 @@ void define(py::module_& module, const std::string& name, const char* doc) {
   using E = Estimator<Kind>;
   const auto made = [name](const py::args& places, const py::kwargs& given) {
     if (!places.empty()) {
-      throw py::type_error(name + ": got too many values without a name, allowed: names only");
+      refuse<type_error>(name, "too many values without a name", "names only");
     }
-    const Settings settings = Kind::defaults().with(name.c_str(), given);
-    Kind::check(settings);
-    return E(settings);
+    return E(name.c_str(), given);
   };
-  auto type = methods::define_class<E>(module, name.c_str(), "(*, " + Kind::defaults().text() + ")", doc, made);
-  methods::define_fast<&update<E>>(type, "update", update_doc);
+  auto type = define_class<E>(module, name.c_str(), "(*, " + Kind::defaults().text() + ")", doc, made);
+  type.template fast<&update<E>>("update", update_doc);
   const auto add = define_estimator(type, process_doc, trace_doc);
   add("ratio", [](const auto& s) { return s.core.ratio(); }, "Estimated output / regressor.");
   add(

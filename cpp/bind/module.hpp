@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 namespace py = pybind11;
+using py::type_error, py::value_error;
 
 void bind_estimators(py::module_& module);
 void bind_vectors(py::module_& module);

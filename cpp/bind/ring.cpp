@@ -8,17 +8,12 @@
 
 namespace {
 
-using palpate::rows::Row;
-
 /// An integer of Python or numpy in its range. A bool is refused: a source that gives one has mixed up its fields.
 template <class Integer>
-Integer whole(py::handle value, const char* name, Integer least, Integer most) {
-  const auto refused = [&] {
-    return std::string(name) + ": got " + methods::shown(value) + ", allowed: an integer, " + std::to_string(least) +
-           " to " + std::to_string(most);
-  };
+Integer whole(py::handle value, const char* name, Integer least, Integer most = std::numeric_limits<Integer>::max()) {
+  const auto allowed = [=] { return "an integer, " + std::to_string(least) + " to " + std::to_string(most); };
   if (!PyIndex_Check(value.ptr()) || PyBool_Check(value.ptr())) {
-    throw py::type_error(refused());
+    refuse<type_error>(name, shown(value), allowed());
   }
   int overflow = 0;
   const long long number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
@@ -26,7 +21,7 @@ Integer whole(py::handle value, const char* name, Integer least, Integer most) {
     throw py::error_already_set();
   }
   if (overflow != 0 || number < least || number > most) {
-    throw py::value_error(refused());
+    refuse<value_error>(name, shown(value), allowed());
   }
   return static_cast<Integer>(number);
 }
@@ -35,32 +30,32 @@ Integer whole(py::handle value, const char* name, Integer least, Integer most) {
 double real(py::handle value, const char* name) {
   constexpr auto allowed = "a real number, pF";
   if (PyBool_Check(value.ptr())) {
-    throw py::type_error(std::string(name) + ": got " + methods::shown(value) + ", allowed: " + allowed);
+    refuse<type_error>(name, shown(value), allowed);
   }
-  return methods::to_real(value, name, allowed);
+  return to_real(value, name, allowed);
 }
 
 /// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
 Row row_of(py::handle sample) {
   if (!py::isinstance<py::tuple>(sample)) {
-    throw py::type_error("sample: got " + methods::shown(sample) + ", allowed: a palpate.Sample");
+    refuse<type_error>("sample", shown(sample), "a palpate.Sample");
   }
   if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 9) {
-    throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 9 of palpate.Sample");
+    refuse<value_error>("sample", std::to_string(size) + " fields", "the 9 of palpate.Sample");
   }
   const auto field = [&](py::ssize_t place) { return py::handle(PyTuple_GET_ITEM(sample.ptr(), place)); };
-  using Time = std::numeric_limits<std::int64_t>;
-  constexpr std::int32_t unknown = -1, last = std::numeric_limits<std::int32_t>::max();
-  return {whole<std::int64_t>(field(0), "seq", 0, Time::max()),
-          whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
-          whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
-          whole<std::int32_t>(field(3), "hard_raw", unknown, last),
-          whole<std::int32_t>(field(4), "soft_raw", unknown, last),
+  constexpr std::int32_t unknown = -1;
+  constexpr auto earliest = std::numeric_limits<std::int64_t>::min();
+  return {whole<std::int64_t>(field(0), "seq", 0),
+          whole<std::int64_t>(field(1), "t_hard_ns", earliest),
+          whole<std::int64_t>(field(2), "t_soft_ns", earliest),
+          whole<std::int32_t>(field(3), "hard_raw", unknown),
+          whole<std::int32_t>(field(4), "soft_raw", unknown),
           real(field(5), "hard"),
           real(field(6), "soft"),
           whole<std::uint8_t>(field(7), "status", 0, Row::last_status),
           {},
-          whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, last)};
+          whole<std::int32_t>(field(8), "t_uncertainty_us", unknown)};
 }
 
 class HeapStorage {
@@ -76,7 +71,7 @@ class HeapStorage {
 
 HeapStorage storage_of(py::ssize_t capacity) {
   if (capacity < 2 || capacity > py::ssize_t{1} << 30) {
-    throw py::value_error("capacity: got " + std::to_string(capacity) + ", allowed: 2 <= capacity <= 2**30");
+    refuse<value_error>("capacity", capacity, "2 <= capacity <= 2**30");
   }
   std::size_t power = 2;
   while (power < static_cast<std::size_t>(capacity)) {
@@ -90,7 +85,7 @@ struct PyRing : palpate::BasicRing<HeapStorage> {
 
   void require_open() const {
     if (closed) {
-      throw py::value_error("ring: got a sample after close(), allowed: none");
+      refuse<value_error>("ring", "a sample after close()", "none");
     }
   }
   bool push_sample(py::handle sample) {
@@ -114,7 +109,7 @@ struct PyRing : palpate::BasicRing<HeapStorage> {
   void close() { closed = true; }
 
   static py::object dtype(const PyRing&) { return once<&sample_dtype>(); }
-  py::object first() const { return dropped() == 0 ? py::none() : py::object(py::int_(first_dropped())); }
+  py::object first() const { return dropped() == 0 ? py::none() : py::cast(first_dropped()); }
   std::string repr() const {
     return "<SampleRing(" + std::to_string(capacity()) + ") len=" + std::to_string(size()) +
            " dropped=" + std::to_string(dropped()) + (closed ? " closed>" : ">");
@@ -149,11 +144,9 @@ array([0, 1, 2, 3])
 }  // namespace
 
 void bind_ring(py::module_& module) {
-  const auto made = [](py::handle capacity) {
-    return std::make_unique<PyRing>(methods::to_size(capacity, "capacity"));
-  };
-  methods::define_class<PyRing>(module, "SampleRing", "(capacity=1024)", ring_doc, made, py::arg("capacity") = 1024)
-      .def("push", &PyRing::push_sample, R"(push(self, sample, /)
+  const auto made = [](py::handle capacity) { return std::make_unique<PyRing>(to_size(capacity, "capacity")); };
+  auto type = define_class<PyRing>(module, "SampleRing", "(capacity=1024)", ring_doc, made, py::arg("capacity") = 1024);
+  type.def("push", &PyRing::push_sample, R"(push(self, sample, /)
 --
 
 Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
@@ -172,12 +165,11 @@ Push an array of `dtype`, shape (n,), contiguous; return how many were accepted:
            "return how many there were.")
       .def("close", &PyRing::close, "close(self, /)\n--\n\nAccept no more samples; what is inside can still be popped.")
       .def("__len__", &PyRing::size, "__len__(self, /)\n--\n\n")
-      .def("__repr__", &PyRing::repr, "__repr__(self, /)\n--\n\n")
-      .def_property_readonly("dtype", &PyRing::dtype,
-                             "numpy.dtype of a sample: the fields of `Sample`, 56 bytes with the padding.")
-      .def_property_readonly("capacity", &PyRing::capacity, "Samples that it holds.")
-      .def_property_readonly("dropped", &PyRing::dropped, "Samples dropped so far because it was full.")
-      .def_property_readonly("first_dropped", &PyRing::first,
-                             "How many had been accepted when the first was dropped; None where none was.")
-      .def_readonly("closed", &PyRing::closed, "Whether `close` was called.");
+      .def("__repr__", &PyRing::repr, "__repr__(self, /)\n--\n\n");
+  type.property("dtype", &PyRing::dtype, "numpy.dtype of a sample: the fields of `Sample`, 56 bytes with the padding.")
+      .property("capacity", &PyRing::capacity, "Samples that it holds.")
+      .property("dropped", &PyRing::dropped, "Samples dropped so far because it was full.")
+      .property("first_dropped", &PyRing::first,
+                "How many had been accepted when the first was dropped; None where none was.")
+      .property("closed", &PyRing::closed, "Whether `close` was called.");
 }

@@ -10,8 +10,6 @@
 
 namespace {
 
-using palpate::rows::Row;
-
 constexpr py::ssize_t least = 512;  // rows: some 50 us; from here on other threads go on meanwhile
 
 py::object parse_rows(const py::bytes& text, const std::optional<std::pair<std::int64_t, double>>& scale,

@@ -6,27 +6,26 @@
 #include "../rows/own_rows.hpp"
 #include "arrays.hpp"
 
+using palpate::rows::Row;
+
 inline py::dtype sample_dtype() {
-  using palpate::rows::Row;
   return dtype_of({PYBIND11_MAP_LIST(PYBIND11_FIELD_DESCRIPTOR, Row, seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw,
                                      hard, soft, status, t_uncertainty_us)},
                   sizeof(Row));
 }
 
 /// The items of an array of samples, shape (n,), contiguous and aligned.
-inline View<palpate::rows::Row> sample_rows(py::handle value, const char* name, int flags = 0) {
+inline View<Row> sample_rows(py::handle value, const char* name, int flags = 0) {
   const auto array = py::reinterpret_borrow<py::array>(value);
   if (!py::isinstance<py::array>(value) || !array.dtype().equal(once<&sample_dtype>())) {
     const py::object got = py::getattr(value, "dtype", py::type::of(value));
-    throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
-                         ", allowed: a numpy array of SampleRing.dtype");
+    refuse<type_error>(name, got, "a numpy array of SampleRing.dtype");
   }
   require_shape(array, name, {-1});
   const int needed = flags | aligned | py::array::c_style;
   if ((array.flags() & needed) != needed) {
-    throw py::value_error(std::string(name) +
-                          ": got a strided, unaligned or read-only array, allowed: a contiguous one" +
-                          (flags ? " that may be written" : ""));
+    const char* const allowed = flags ? "a contiguous one that may be written" : "a contiguous one";
+    refuse<value_error>(name, "a strided, unaligned or read-only array", allowed);
   }
-  return View<palpate::rows::Row>(array);
+  return View<Row>(array);
 }

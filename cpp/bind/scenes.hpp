@@ -108,5 +108,5 @@ inline const Scene& scene_named(const py::object& given) {
       return scene;
     }
   }
-  throw py::value_error("scene: " + unlike(given, scene_names()));
+  throw value_error("scene: " + unlike(given, scene_names()));
 }

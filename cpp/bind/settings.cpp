@@ -11,11 +11,11 @@ bool is_length(std::string_view name) { return is_samples(name) || name == "seco
 bool is_size(std::string_view name) { return name == "size"; }
 bool is_switch(std::string_view name) { return name == "host_stamps" || name == "intercept"; }
 
-double real_of(const char* name, py::handle value) {
+double checked(const char* name, py::handle value) {
   if (value.is_none() && is_length(name)) {
     return 0;
   }
-  const double real = methods::to_real(value, name);
+  const double real = to_real(value, name);
   const bool is_whole = real >= 1 && real == std::floor(real);
   if (is_size(name)) {
     require(is_whole && real <= 8, name, real, "a whole number, 1 to 8");
@@ -46,7 +46,7 @@ void Settings::add(const char* name, double value) {
 std::string Settings::text() const {
   std::string text;
   for (const auto& [name, value] : all_) {
-    text += (text.empty() ? "" : ", ") + name.cast<std::string>() + "=" + py::repr(value).cast<std::string>();
+    text += (text.empty() ? "" : ", ") + text_of(name) + "=" + text_of(py::repr(value));
   }
   return text;
 }
@@ -55,11 +55,11 @@ Settings Settings::with(const char* owner, const py::dict& given) const {
   Settings all;
   all.add_all(*this);
   for (const auto& [key, value] : given) {
-    const auto name = key.cast<std::string>();
+    const auto name = text_of(key);
     if (!all_.contains(name)) {
-      throw py::type_error(std::string(owner) + ": " + unlike(py::str(name), py::list(all_), "an unexpected keyword"));
+      throw type_error(std::string(owner) + ": " + unlike(py::str(name), py::list(all_), "an unexpected keyword"));
     }
-    all.add(name.c_str(), real_of(name.c_str(), value));
+    all.add(name.c_str(), checked(name.c_str(), value));
   }
   // A length in samples or in seconds: the one that is given replaces the scene's own.
   const bool samples = given.contains("samples"), seconds = given.contains("seconds");

@@ -10,16 +10,16 @@
 
 #include "methods.hpp"
 
-inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
+inline std::string number(double value) { return text_of(py::float_(value)); }
 
 /// "got 'x', allowed: y, z; did you mean 'y'?", by palpate.messages.
 inline std::string unlike(const py::object& given, const py::list& names, const char* what = "") {
-  return py::module_::import("palpate.messages").attr("unlike")(given, names, what).cast<std::string>();
+  return text_of(py::module_::import("palpate.messages").attr("unlike")(given, names, what));
 }
 
 inline void require(bool ok, const char* name, double value, const std::string& allowed) {
   if (!ok) {
-    throw py::value_error(std::string(name) + ": got " + number(value) + ", allowed: " + allowed);
+    refuse<value_error>(name, value, allowed);
   }
 }
 
@@ -66,7 +66,7 @@ class Settings {
     if (!wrong.empty()) {
       const std::string last = range.substr(range.rfind(' ') + 1);
       const bool is_other = last != wrong && all_.contains(last);
-      require(false, wrong.c_str(), (*this)[wrong], is_other ? range + " (" + number((*this)[last]) + ")" : range);
+      refuse<value_error>(wrong, (*this)[wrong], is_other ? range + " (" + number((*this)[last]) + ")" : range);
     }
   }
 
@@ -75,7 +75,6 @@ class Settings {
     const py::object value = all_[name.c_str()];
     return value.is_none() ? 0 : value.cast<double>();
   }
-  bool operator==(const Settings& other) const { return all_.equal(other.all_); }
   /// As keywords: {name: value}; samples a whole number or None, seconds None for any, a switch True or False.
   py::dict dict() const { return all_.attr("copy")(); }
   /// "steady=0.995, drift=0.75"

@@ -1,44 +1,39 @@
 // SPDX-License-Identifier: MIT
 #include "touch.hpp"
 
-#include <pybind11/gil_safe_call_once.h>
+using namespace py::literals;
 
 namespace {
 
-py::tuple flags_of(const palpate::runs::Result& touch, const py::object& flag) {
+using palpate::runs::Result;
+
+py::tuple flags_of(const Result& touch) {
+  const py::object flag = py::module_::import("palpate.flags").attr("Flag");
   py::list flags;
   touch.visit_flags([&](const char* name) { flags.append(flag(name)); });
   return py::tuple(flags);
 }
 
-py::dict effects_of(const palpate::runs::Result& touch) {
-  py::dict effects;
-  if (touch.knows_error) {
-    effects["offset"] = touch.fitted.offset;
-    effects["drift"] = touch.fitted.drift;
-    effects["lag"] = touch.lag_ms();
-    effects["curve"] = touch.fitted.curve;
-    effects["tilt"] = touch.fitted.tilt;
-    effects["shift"] = touch.shift;
-  }
-  return effects;
+py::dict effects_of(const Result& touch) {
+  const auto& fitted = touch.fitted;
+  return touch.knows_error ? py::dict("offset"_a = fitted.offset, "drift"_a = fitted.drift, "lag"_a = touch.lag_ms(),
+                                      "curve"_a = fitted.curve, "tilt"_a = fitted.tilt, "shift"_a = touch.shift)
+                           : py::dict();
 }
 
 }  // namespace
 
-TouchType::TouchType()
-    : touch_(py::module_::import("palpate.touch").attr("Touch")),
-      flag_(py::module_::import("palpate.flags").attr("Flag")) {}
+py::object touch_class() { return py::module_::import("palpate.touch").attr("Touch"); }
 
-py::object TouchType::of(const palpate::runs::Result& r) const {
-  return touch_(r.start, r.start_s, r.samples, r.ratio, r.covariance, r.standard_error, r.revised(), r.first_ratio,
-                r.first_standard_error, r.level.ratio, r.level.standard_error, r.contact_exponent, r.age,
-                r.before.ratio, r.before.standard_error, r.after.ratio, r.after.standard_error, r.fitted.offset_ratio,
-                r.fitted.offset_error, effects_of(r), r.alarm_share(), r.saturated, r.refused, flags_of(r, flag_),
-                r.held);
-}
-
-const TouchType& touch_type() {
-  static py::gil_safe_call_once_and_store<TouchType> storage;
-  return storage.call_once_and_store_result([] { return TouchType(); }).get_stored();
+py::object touch_object(const Result& r) {
+  return touch_class()("start"_a = r.start, "start_s"_a = r.start_s, "samples"_a = r.samples, "ratio"_a = r.ratio,
+                       "covariance"_a = r.covariance, "standard_error"_a = r.standard_error, "revised"_a = r.revised(),
+                       "first_ratio"_a = r.first_ratio, "first_standard_error"_a = r.first_standard_error,
+                       "level_ratio"_a = r.level.ratio, "level_standard_error"_a = r.level.standard_error,
+                       "contact_exponent"_a = r.contact_exponent, "age_s"_a = r.age, "ratio_before"_a = r.before.ratio,
+                       "before_standard_error"_a = r.before.standard_error, "ratio_after"_a = r.after.ratio,
+                       "after_standard_error"_a = r.after.standard_error, "offset_ratio"_a = r.fitted.offset_ratio,
+                       "offset_standard_error"_a = r.fitted.offset_error, "effects"_a = effects_of(r),
+                       "alarm_share"_a = r.alarm_share(), "saturated"_a = r.saturated, "refused"_a = r.refused,
+                       "flags"_a = flags_of(r), "held"_a = r.held);
 }

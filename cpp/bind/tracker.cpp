@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -9,6 +8,8 @@
 #include "touch.hpp"
 
 namespace {
+
+using palpate::runs::Result;
 
 /// As std::llround(seconds * 1e9), without a call; |seconds| < 9e9.
 std::int64_t nanoseconds_of(double seconds) {
@@ -18,8 +19,10 @@ std::int64_t nanoseconds_of(double seconds) {
   return whole + (rest >= 0.5) - (rest <= -0.5);
 }
 bool is_time(double seconds) { return std::abs(seconds) < 9e9; }
-[[noreturn]] void refuse_time(const char* name, double seconds) {
-  throw py::value_error(std::string(name) + ": got " + number(seconds) + ", allowed: finite times, s, within 9e9 of 0");
+void require_time(const char* name, double seconds) {
+  if (!is_time(seconds)) {
+    refuse<value_error>(name, seconds, "finite times, s, within 9e9 of 0");
+  }
 }
 
 /// The times of a channel, ns; `given`: seconds as floats, or nanoseconds as integers.
@@ -36,8 +39,7 @@ View<const std::int64_t> times_of(const py::object& given, const char* name, py:
       }
     });
     if (i < size) {  // one above int64 has become negative
-      throw py::value_error(std::string(name) + ": got " + std::to_string(static_cast<std::uint64_t>(times[i])) +
-                            ", allowed: times below 2**63 ns");
+      refuse<value_error>(name, static_cast<std::uint64_t>(times[i]), "times below 2**63 ns");
     }
     return times;
   }
@@ -50,7 +52,7 @@ View<const std::int64_t> times_of(const py::object& given, const char* name, py:
     }
   });
   if (i < size) {
-    refuse_time(name, seconds[i]);
+    require_time(name, seconds[i]);
   }
   return View<const std::int64_t>(times);
 }
@@ -58,12 +60,12 @@ View<const std::int64_t> times_of(const py::object& given, const char* name, py:
 /// The touches that have ended, and the numbers, from 1, of those that were revised, in order of time. Only the last one
 /// can be revised: before the next one begins, or never.
 struct Touches {
-  std::vector<palpate::runs::Result> list;
+  std::vector<Result> list;
   std::vector<std::size_t> revisions;
   std::ptrdiff_t before = 0;  ///< how many there are before those in the list
 
-  void end(const palpate::runs::Result& touch) { list.push_back(touch); }
-  void revise(const palpate::runs::Result& touch) {
+  void end(const Result& touch) { list.push_back(touch); }
+  void revise(const Result& touch) {
     list.back() = touch;
     revisions.push_back(count());
   }
@@ -83,24 +85,28 @@ struct Touches {
 
 class PyTracker {
  public:
+  const char* const scene;
+
   /// What get(run) gives.
   template <class Get>
-  auto of_run(Get&& get) const {
+  auto of_run(const Get& get) {
     return std::visit(get, run_);
   }
 
-  PyTracker(const Scene& scene, const Settings& settings)
-      : scene_(scene.name), settings_(settings), run_(scene.run(settings)) {
-    touch_type();  // imported here: no reading waits for it
+  PyTracker(const Scene& given, const Settings& settings)
+      : scene(given.name), settings_(settings), run_(given.run(settings)) {
+    touch_class();  // imported here: no reading waits for it
   }
 
-  py::object feed(double t_hard, double t_soft, double hard, double soft) {
-    require_idle(busy_, "tracker");
-    if (!is_time(t_hard)) refuse_time("t_hard", t_hard);
-    if (!is_time(t_soft)) refuse_time("t_soft", t_soft);
-    const auto report = std::visit(
-        [&](auto& run) { return run.take(nanoseconds_of(t_hard), nanoseconds_of(t_soft), hard, soft, touches_); },
-        run_);
+  py::object feed(PyObject* const* given, Py_ssize_t count) {
+    const auto values = numbers_of<4>(given, count, {"t_hard", "t_soft", "hard", "soft"});
+    const double t_hard = values[0], t_soft = values[1];
+    busy_.require_idle();
+    require_time("t_hard", t_hard);
+    require_time("t_soft", t_soft);
+    const auto report = of_run([&](auto& run) {
+      return run.take(nanoseconds_of(t_hard), nanoseconds_of(t_soft), values[2], values[3], touches_);
+    });
     return report.finished ? touch(touch_count() - 1) : py::none();
   }
 
@@ -114,7 +120,7 @@ class PyTracker {
     const auto hard_ns = times_of(t_hard, "t_hard", hard_pF.size), soft_ns = times_of(t_soft, "t_soft", hard_pF.size);
     py::array rows(once<&tracker_row_dtype>(), has_rows ? hard_pF.size : 0);
     auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
-    const InUse in_use(busy_, "tracker");
+    const std::lock_guard in_use(busy_);
     Touches block = Touches::after(touches_);
     const auto take = [&](auto& run) {
       auto next = run;
@@ -129,29 +135,29 @@ class PyTracker {
       run_block(hard_pF.size, loop, 256);
       run = next;
     };
-    std::visit(take, run_);
+    of_run(take);
     touches_.append(block);
     return has_rows ? py::object(rows) : py::none();
   }
 
   py::object finish() {
-    require_idle(busy_, "tracker");
-    const bool ended = std::visit([&](auto& run) { return run.finish(touches_); }, run_);
+    busy_.require_idle();
+    const bool ended = of_run([&](auto& run) { return run.finish(touches_); });
     return ended ? touch(touch_count() - 1) : py::none();
   }
 
   void tare(bool force) {
     if (!force && of_run([](const auto& run) { return run.pressed(); })) {
-      throw std::runtime_error(
-          "tare: got it while the probe is in contact, allowed: without contact. Lift the probe, or force=True");
+      refuse<std::runtime_error>("tare", "it while the probe is in contact",
+                                 "without contact. Lift the probe, or force=True");
     }
     finish();
-    std::visit([](auto& run) { run.tare(true); }, run_);
+    of_run([](auto& run) { run.tare(true); });
   }
 
   void gap() {
-    require_idle(busy_, "tracker");
-    std::visit([&](auto& run) { run.gap(touches_); }, run_);
+    busy_.require_idle();
+    of_run([&](auto& run) { run.gap(touches_); });
   }
 
   py::list touches_since(py::handle count) { return touches_from(first_after(count)); }
@@ -163,7 +169,6 @@ class PyTracker {
     return revisions;
   }
 
-  const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
   py::list touches() { return touches_from(0); }
   std::size_t touch_count() const { return touches_.list.size(); }
@@ -171,9 +176,9 @@ class PyTracker {
 
  private:
   static std::size_t first_after(py::handle count) {
-    const py::ssize_t first = methods::to_size(count, "count");
+    const py::ssize_t first = to_size(count, "count");
     if (first < 0) {
-      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
+      refuse<value_error>("count", first, "0 or more");
     }
     return static_cast<std::size_t>(first);
   }
@@ -197,26 +202,20 @@ class PyTracker {
       return objects_[index];
     }
     const auto result = touches_.list[index];  // a copy: while Python runs, another thread may add touches
-    const py::object made = touch_type().of(result);
+    const py::object made = touch_object(result);
     if (revisions == touches_.revisions.size()) {
       objects_[index] = made;
     }
     return made;
   }
 
-  const char* scene_;
   Settings settings_;
   AnyRun run_;
   Touches touches_;
   std::vector<py::object> objects_;  ///< of the touches; empty: not made yet
   std::size_t revisions_seen_ = 0;   ///< for which objects were dropped
-  bool busy_ = false;
+  Busy busy_{"tracker"};
 };
-
-py::object feed(PyObject* self, PyObject* const* given, Py_ssize_t count) {
-  const auto v = methods::numbers_of<4>(given, count, {"t_hard", "t_soft", "hard", "soft"});
-  return methods::object_of<PyTracker>(self).feed(v[0], v[1], v[2], v[3]);
-}
 
 constexpr auto tracker_doc =
     R"(All stages of a scene: takes readings of both channels, finds touches, estimates their ratios.
@@ -228,12 +227,13 @@ scene : str
     for 250 samples. "handheld": the channels aligned, `HandoverRls`, 6.5 s; a test of the model, and a revised result
     after the release. "sliding": as handheld, but a touch ends at its release only.
 **settings
-    The length of a touch: `seconds` or `samples` (int), the other is None; None: it ends at its release only. `full_scale` (pF: a reading
-    of this size is saturated and left out), `release` (share of the press below which a touch ends), `host_stamps` (the times are a
-    computer's: smooth them), `period` (s from pair to pair of the device; 0: not known: then no touch is "late"), `confirmed`
-    (seconds that a change needs with the probe down to be the result; 0: none), `averaged` (seconds over which the readings of a converter with more than 3 in them are averaged; 0: none), `contact_exponent` (force
-    ~ depth^p of the level ratio: 1 for flat bumps, 1.5 for domes, 0: no level ratio), `age` (seconds from where the press has settled to
-    the end of a touch; 0: it ends at its length), and the parameters of the scene's estimator. TypeError: not of this scene.
+    The length of a touch, `seconds` or `samples` (int); both None: it ends at its release only. `full_scale` (pF): a
+    reading of this size is saturated and left out. `release`: share of the press below which a touch ends.
+    `host_stamps`: the times are a computer's; smooth them. `period`: s from pair to pair of the device; 0, not known:
+    no touch is "late". `confirmed`: seconds that a change needs with the probe down to be the result. `averaged`: seconds
+    over which the readings of a converter with more than 3 in them are averaged. `contact_exponent`: force ~ depth^p of
+    the level ratio, 1 for flat bumps, 1.5 for domes. `age`: seconds from where the press has settled to the end of a
+    touch. At 0 the last four are off. And the parameters of the scene's estimator. TypeError: not of this scene.
 
 Examples
 --------
@@ -246,7 +246,7 @@ Examples
 [(250, 2.5)]
 )";
 
-constexpr auto process_doc = R"(process(self, /, t_hard, t_soft, hard, soft)
+constexpr auto tracker_process_doc = R"(process(self, /, t_hard, t_soft, hard, soft)
 --
 
 Take a block of readings; the same bits as one `feed` for each.
@@ -276,20 +276,20 @@ void bind_tracker(py::module_& module) {
     const Settings settings = scene.settings().with("Tracker", given);
     return T(scene, settings);
   };
-  auto type = methods::define_class<T>(module, "Tracker", "(scene='handheld', **settings)", tracker_doc, made,
-                                       py::arg("scene") = "handheld");
-  methods::define_fast<&feed>(type, "feed", R"(feed($self, t_hard, t_soft, hard, soft, /)
+  auto type = define_class<T>(module, "Tracker", "(scene='handheld', **settings)", tracker_doc, made,
+                              py::arg("scene") = "handheld");
+  type.fast<&T::feed>("feed", R"(feed($self, t_hard, t_soft, hard, soft, /)
 --
 
 Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.
 )");
-  methods::define_display(type, "tracker_line", "tracker_card");
+  define_display(type, "tracker_line", "tracker_card");
   const auto add = [&](const char* property, auto get, const char* doc) {
-    type.def_property_readonly(property, [get](const T& tracker) { return tracker.of_run(get); }, doc);
+    type.property(property, [get](T& tracker) { return tracker.of_run(get); }, doc);
   };
   const auto t_hard = py::arg("t_hard"), t_soft = py::arg("t_soft"), hard = py::arg("hard"), soft = py::arg("soft");
   type.def("process", &T::process<true>, t_hard, t_soft, hard, soft,
-           (process_doc + std::string(methods::raises)).c_str())
+           (tracker_process_doc + std::string(raises)).c_str())
       .def("take", &T::process<false>, t_hard, t_soft, hard, soft, R"(take(self, /, t_hard, t_soft, hard, soft)
 --
 
@@ -308,21 +308,20 @@ release, and measured again.)")
 
 The readings from here on have another baseline: the board was opened again or replaced, or its range was moved.
 
-It ends a touch that is running, and measures the baseline again, with whatever the probe touches now. The flag "gap" is
-on that touch, and on the next ones until the release of one of them has shown that this baseline was measured without
-contact; or until `tare`. If it shows the opposite, that touch has the flag "baseline".)")
+It ends a running touch, and measures the baseline again, with whatever the probe touches now. That touch and the next
+ones have the flag "gap", until the release of one shows that this baseline was measured without contact, or until `tare`.
+If it shows the opposite, that touch has the flag "baseline".)")
       .def("touches_since", &T::touches_since,
            "touches_since(self, count, /)\n--\n\nReturn the touches after the first `count`, in order of time.")
       .def("revisions_since", &T::revisions_since,
            "revisions_since(self, count, /)\n--\n\nReturn the numbers, from 1, of the touches that were revised after "
-           "the first `count` revisions, in order of time.")
-      .def_property_readonly("scene", &T::scene, "Name of the scene.")
-      .def_property_readonly("settings", &T::settings_dict,
-                             "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
-      .def_property_readonly("touches", &T::touches, "Every touch that has ended, in order of time.")
-      .def_property_readonly("touch_count", &T::touch_count, "How many touches have ended.")
-      .def_property_readonly("revision_count", &T::revision_count,
-                             "How many touches were revised after their release.");
+           "the first `count` revisions, in order of time.");
+  type.property("scene", &T::scene, "Name of the scene.")
+      .property("settings", &T::settings_dict,
+                "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
+      .property("touches", &T::touches, "Every touch that has ended, in order of time.")
+      .property("touch_count", &T::touch_count, "How many touches have ended.")
+      .property("revision_count", &T::revision_count, "How many touches were revised after their release.");
   add(
       "state", [](const auto& run) { return run.state(); },
       "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");

@@ -3,7 +3,7 @@
 
 namespace {
 
-constexpr auto class_doc =
+constexpr auto vector_doc =
     R"(Recursive least squares for several coefficients, output = coefficients @ regressors + noise.
 
 Parameters
@@ -45,7 +45,7 @@ Examples
 array([2., 1.])
 )";
 
-constexpr auto update_doc = R"(update($self, output, regressors, /)
+constexpr auto vector_update_doc = R"(update($self, output, regressors, /)
 --
 
 Take one sample and return its innovation.
@@ -62,7 +62,7 @@ float
     Output minus its prediction with the coefficients before. A sample that is not finite, or too large (1e139 is not), is
     refused: the state stays, and `rejected` counts it.
 )";
-constexpr auto process_doc = R"(process(self, /, output, regressors, out=None)
+constexpr auto vector_process_doc = R"(process(self, /, output, regressors, out=None)
 --
 
 Take a block of samples; the same bits as one `update` for each.
@@ -78,7 +78,7 @@ Returns
 numpy.ndarray, shape (n, size), or (n, size + 1) with an intercept
     The coefficients after each sample; `out` if it was given.
 )";
-constexpr auto trace_doc = R"(trace(self, /, output, regressors, out=None)
+constexpr auto vector_trace_doc = R"(trace(self, /, output, regressors, out=None)
 --
 
 Take a block of samples and return the whole state after each; parameters and errors as of `process`.
@@ -90,32 +90,33 @@ numpy.ndarray, shape (n,), structured
     `statistic`; `alarm`.
 )";
 
-using E = Estimator<VectorKind>;
+using Vector = Estimator<VectorKind>;
 
 /// The numbers of a tuple, a list, an array, or of anything else that numpy makes an array of.
 AnyVector::Numbers values_of(PyObject* given, py::ssize_t size) {
   AnyVector::Numbers values;
-  if (PyTuple_CheckExact(given) && PyTuple_GET_SIZE(given) == size) {
-    for (py::ssize_t i = 0; i < size; ++i) {
-      values[static_cast<std::size_t>(i)] = methods::real_of(PyTuple_GET_ITEM(given, i), "regressors");
-    }
+  const bool has_items = PyTuple_CheckExact(given) || PyList_CheckExact(given);
+  py::ssize_t i = 0;
+  for (; has_items && i < size && PySequence_Fast_GET_SIZE(given) == size; ++i) {  // float(item) may change a list
+    values.data()[i] = real_of(PySequence_Fast_GET_ITEM(given, i), "regressors");
+  }
+  if (i == size) {
     return values;
   }
   const auto object = py::reinterpret_borrow<py::object>(given);
   const View<const double> view(is_plain<double>(object, size) ? py::reinterpret_borrow<py::array>(object)
                                                                : samples_of<double>(object, "regressors", {size}));
-  for (py::ssize_t i = 0; i < size; ++i) {
-    values[static_cast<std::size_t>(i)] = view[i];
+  for (i = 0; i < size; ++i) {
+    values.data()[i] = view[i];
   }
   return values;
 }
 
-double update(PyObject* self, PyObject* const* given, Py_ssize_t count) {
+double update_vector(Vector& estimator, PyObject* const* given, Py_ssize_t count) {
   if (count != 2) {
-    throw py::type_error("takes exactly an output and regressors (" + std::to_string(count) + " given)");
+    throw type_error("takes exactly an output and regressors (" + std::to_string(count) + " given)");
   }
-  E& estimator = methods::object_of<E>(self);
-  const double output = methods::real_of(given[0], "output");
+  const double output = real_of(given[0], "output");
   const AnyVector::Numbers values = values_of(given[1], estimator.numbers().core.width());
   return estimator.take(output, values.data()).innovation;
 }
@@ -125,44 +126,45 @@ py::array numbers(const double* values, const AnyVector& core) { return py::arra
 }  // namespace
 
 AnyVector::AnyVector(const Settings& s) : intercept_(s["intercept"] != 0) {
-  const auto values = s.values<palpate::VectorSettings<double>>();
+  const auto values = s.values<VectorSettings>();
   emplace<0>(static_cast<std::size_t>(s["size"] + s["intercept"]) - 1, {values}, s["initial_covariance"]);
 }
 
 Settings VectorKind::defaults() {
-  using V = palpate::VectorSettings<double>;
   Settings settings;
   settings.add("size", 1);
   settings.add("intercept", 0);
-  settings.add_fields<V>(false);
+  settings.add_fields<VectorSettings>(false);
   settings.add("initial_covariance", palpate::VectorRls<double, 1>::default_covariance);
-  settings.add_fields<V>(true);
+  settings.add_fields<VectorSettings>(true);
   return settings;
 }
 
 void VectorKind::check(const Settings& s) {
   const double most = s["intercept"] != 0 ? 7 : 8;
   require(s["size"] <= most, "size", s["size"], most == 8 ? "1 to 8" : "1 to 7 with an intercept");
-  s.check<palpate::VectorSettings<double>>();
+  s.check<VectorSettings>();
   check_covariance<double>(s);
 }
 
 void bind_vectors(py::module_& module) {
   const auto made = [](const py::args& places, const py::kwargs& given) {
-    const Settings named = VectorKind::defaults().with("VectorRls", given);
-    if (places.size() + given.contains("size") != 1) {
-      throw py::type_error("VectorRls: got " + std::to_string(places.size()) +
-                           " values without a name, allowed: size; the others by name");
+    const std::size_t sizes = places.size() + given.contains("size");
+    if (!places.empty()) {
+      given["size"] = places[0];
     }
-    const Settings settings = places.empty() ? named : named.with("VectorRls", py::dict(py::arg("size") = places[0]));
-    VectorKind::check(settings);
-    return E(settings);
+    const Vector made("VectorRls", given);
+    if (sizes != 1) {
+      const std::string got = std::to_string(places.size()) + " values without a name";
+      refuse<type_error>("VectorRls", got, "size; the others by name");
+    }
+    return made;
   };
   std::string parameters = VectorKind::defaults().text();
   parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", steady")) + ")";
-  auto type = methods::define_class<E>(module, "VectorRls", parameters, class_doc, made);
-  methods::define_fast<&update>(type, "update", update_doc);
-  const auto add = define_estimator(type, process_doc, trace_doc);
+  auto type = define_class<Vector>(module, "VectorRls", parameters, vector_doc, made);
+  type.fast<&update_vector>("update", vector_update_doc);
+  const auto add = define_estimator(type, vector_process_doc, vector_trace_doc);
   add(
       "coefficients", [](const auto& s) { return numbers(s.core.coefficients(), s.core); },
       "Estimates, shape (size,), or (size + 1,) with the intercept last.");

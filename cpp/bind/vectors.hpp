@@ -12,13 +12,13 @@
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
 
+using VectorSettings = palpate::VectorSettings<double>;
+
 /// A VectorRls of any size, as OneRatio. An intercept is a last regressor, 1.
 class AnyVector {
   template <int N>
   using Core = palpate::VectorRls<double, N>;
-  template <int... N>
-  static std::variant<Core<N + 1>...> any(std::integer_sequence<int, N...>);
-  using Cores = decltype(any(std::make_integer_sequence<int, 8>()));
+  using Cores = std::variant<Core<1>, Core<2>, Core<3>, Core<4>, Core<5>, Core<6>, Core<7>, Core<8>>;
 
  public:
   using real_type = double;
@@ -72,7 +72,7 @@ class AnyVector {
 
  private:
   template <std::size_t I>
-  void emplace(std::size_t index, const palpate::Kept<palpate::VectorSettings<double>>& settings, double covariance) {
+  void emplace(std::size_t index, const palpate::Kept<VectorSettings>& settings, double covariance) {
     if (I == index) {
       core_.emplace<I>(settings, covariance);
     } else if constexpr (I < 7) {

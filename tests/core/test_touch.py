@@ -120,3 +120,33 @@ def test_a_fed_reading_returns_the_touch_that_it_ends() -> None:
     assert results[:2] == [None, None]
     assert results[2] is tracker.touches[0]
     assert tracker.finish() is None
+
+
+def test_the_binding_gives_each_value_to_its_field() -> None:
+    """The numbers of the estimates are compared with the reference in test_tracker_reference."""
+    run = scenarios.run("step-up", seed=1)
+    hard, soft = run.hard.copy(), run.soft.copy()
+    length_s = {"samples": None, "seconds": None, "age": 4.0}
+    settings: dict[str, Any] = {"full_scale": 30.0, "contact_exponent": 1.5} | length_s
+    whole = palpate.Tracker(**settings)
+    [first, last] = np.flatnonzero(
+        whole.process(run.t_hard_s, run.t_soft_s, hard, soft)["touch"] == 1
+    )[[0, -1]]
+    hard[last - 20] = hard[last - 10] = 31.0
+    soft[last - 30 : last - 27] = np.nan
+    tracker = palpate.Tracker(**settings)
+    rows = tracker.process(run.t_hard_s, run.t_soft_s, hard, soft)
+    touch = tracker.touches[0]
+    [end] = np.flatnonzero(rows["touch"] == 1)[-1:]
+    assert first - 10 < touch.start < first
+    assert touch.start_s == pytest.approx(run.t_hard_s[touch.start], abs=1e-8)
+    assert (touch.contact_exponent, touch.age_s, touch.saturated) == (1.5, 4.0, 2)
+    assert touch.saturated < 3 <= touch.refused < touch.samples <= end - first + 1
+    assert (touch.first_ratio, touch.first_standard_error) == (
+        rows["ratio"][end],
+        rows["standard_error"][end],
+    )
+    assert touch.alarm_share == pytest.approx(1 / touch.samples)
+    assert touch.revised == bool(rows["revised"].any())
+    assert {Flag.CHANGED, Flag.SATURATED} <= set(touch.flags)
+    assert touch.held

@@ -136,6 +136,15 @@ def test_the_version_is_written_once() -> None:
         assert f'"{version[1]}"' not in (ROOT / name).read_text(encoding="utf-8")
 
 
+def test_the_extension_is_compiled_from_every_source_in_two_batches() -> None:
+    """Each batch reads pybind11 once, which takes longer than to compile most of the sources."""
+    build = (ROOT / "cpp" / "bind" / "CMakeLists.txt").read_text(encoding="utf-8")
+    sources = re.findall(r"\w+\.cpp", build)
+    assert sorted(sources) == sorted(path.name for path in (ROOT / "cpp" / "bind").glob("*.cpp"))
+    [batch] = re.findall(r"UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE (\d+)", build)
+    assert len(sources) / 2 <= int(batch) < len(sources)
+
+
 @of_a_wheel
 def test_wheel_contents() -> None:
     """Of the wheel that was installed for these tests: to build another takes longer than any of them."""
