@@ -22,7 +22,7 @@ import palpate
 from numpy.typing import NDArray
 from palpate import Sample, Stream, Tracker
 from palpate.ad7746.registers import CONVERSION_S
-from palpate.samples import settings_for
+from palpate.samples import Instrument, settings_for
 from palpate.simulation import scenarios
 from palpate.simulation.probe import Scenario, simulate
 from palpate.sources import SampleSource, SourceEvent
@@ -156,7 +156,8 @@ def live_ages(
         options += "&speed=1"
     board = _board(name, options)
     source = _Timed(board)
-    tracker = _TimedTracker("handheld", **settings_for("handheld", board.describe()))
+    settings: Any = settings_for("handheld", Instrument.of(board.describe()))
+    tracker = _TimedTracker("handheld", **settings)
     tracker.board, tracker.times = board, []
     done: dict[int, int] = {}
     with Stream(source, tracker) as stream:

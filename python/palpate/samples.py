@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from palpate._core import SampleRing, Tracker
 
 if TYPE_CHECKING:
-    from palpate._core import _Scene
+    from palpate._core import _AnySettings, _Scene
 
 
 class Status(IntFlag):
@@ -168,13 +168,48 @@ def columns_for(tracker: Tracker, block: Block) -> Columns:
     return block["t_hard_ns"], block["t_soft_ns"], hard, soft
 
 
-def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, Any]:
+class Instrument(NamedTuple):
+    """The properties of an instrument, or of a recording, that a tracker uses.
+
+    Attributes
+    ----------
+    full_scale_pF : float
+        Readings of this magnitude are saturated, pF; inf: unknown.
+    period_s : float
+        Time from pair to pair, s; 0: unknown.
+    host_stamps : bool
+        Whether the computer stamps the samples when they arrive.
+    unit : str
+        Unit of both signals.
+
+    Examples
+    --------
+    >>> Instrument.of({"period_s": 0.026, "stamps": "host"})
+    Instrument(full_scale_pF=inf, period_s=0.026, host_stamps=True, unit='pF')
+    """
+
+    full_scale_pF: float = math.inf
+    period_s: float = 0.0
+    host_stamps: bool = False
+    unit: str = "pF"
+
+    @classmethod
+    def of(cls, device: Mapping[str, Any]) -> "Instrument":
+        """Return the properties in a description, as from `Source.describe`."""
+        return cls(
+            float(device.get("full_scale_pF", math.inf)),
+            float(device.get("period_s", 0.0)),
+            device.get("stamps") == "host",
+            str(device.get("unit", "pF")),
+        )
+
+
+def settings_for(scene: "_Scene", instrument: Instrument) -> "_AnySettings":
     """Return the settings of a tracker that follow from the instrument."""
-    full_scale_pF = float(instrument.get("full_scale_pF", math.inf))
-    settings: dict[str, Any] = {"full_scale": full_scale_pF}
+    settings: _AnySettings = {"full_scale": instrument.full_scale_pF}
     if "host_stamps" in Tracker(scene).settings:
-        settings["host_stamps"] = instrument.get("stamps") == "host"
-        settings["period"] = float(instrument.get("period_s", 0.0))
+        settings["host_stamps"] = instrument.host_stamps
+        settings["period"] = instrument.period_s
     return settings
 
 

@@ -20,7 +20,7 @@ from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
 from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
-from palpate.samples import RETAKEN, require_scale, settings_for
+from palpate.samples import RETAKEN, Instrument, require_scale, settings_for
 from palpate.touch import Touch
 
 if TYPE_CHECKING:
@@ -301,23 +301,18 @@ def tracker_of(recording: RecordingProtocol, scene: "_Scene", settings: "_AnySet
         A setting is out of range, or cannot be used without times, or without values in pF.
     """
     require_recording(recording)
-    instrument = {
-        "full_scale_pF": recording.full_scale_pF,
-        "stamps": "host" if recording.host_stamps else "converter",
-        "period_s": recording.period_s,
-    }
-    complete = settings_for(scene, instrument)
-    complete |= settings
+    instrument = Instrument(recording.full_scale_pF, recording.period_s, recording.host_stamps)
+    complete = settings_for(scene, instrument) | settings
     require_scale(scene, recording.unit, settings)
     if not recording.timed:
         complete = _without_times(scene, complete)
-    return Tracker(scene, **complete)
+    return Tracker(scene, **cast(Any, complete))
 
 
 _PAIRS = 250  # the length of a touch of one converter
 
 
-def _without_times(scene: "_Scene", settings: dict[str, Any]) -> dict[str, Any]:
+def _without_times(scene: "_Scene", settings: "_AnySettings") -> "_AnySettings":
     """Return settings with a length in samples instead of seconds, and without means over time."""
     if settings.get("seconds") is not None:
         raise ValueError(
@@ -325,7 +320,7 @@ def _without_times(scene: "_Scene", settings: dict[str, Any]) -> dict[str, Any]:
             "allowed: samples; or name the column of times"
         )
     usual = Tracker(scene).settings
-    untimed = dict(settings)
+    untimed = settings.copy()
     if "averaged" in usual:
         untimed.setdefault("averaged", 0.0)
     if usual["seconds"] is not None and "seconds" not in settings:

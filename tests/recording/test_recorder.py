@@ -30,7 +30,7 @@ def test_what_the_pages_promise() -> None:
     """A write each 0.1 s, a sync each second, room for a disk that hangs, and for a consumer that is late."""
     assert (stream_module._LAG_S, stream_module._LEAST) == (1.0, 4096)
     assert (FLUSH_S, SYNC_S, CAPACITY) == (0.1, 1.0, 32768)
-    assert (recorder_module.capacity_for({"period_s": 1e-5}), sidecar.LARGEST) == (
+    assert (recorder_module.capacity_for(1e-5), sidecar.LARGEST) == (
         300_000,
         4_000_000,
     )

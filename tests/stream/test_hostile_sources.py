@@ -94,7 +94,7 @@ def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample
     )
     assert source.closed == 0
     release.set()
-    assert stream._started().join(30)
+    assert stream._reader.join(30)
     assert (stream.counters, check(path)) == (before, found)
     assert (before.read, found.clean) == (2, True)
     assert_they_add_up(before)

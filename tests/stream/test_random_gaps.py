@@ -171,7 +171,7 @@ def test_a_touch_after_a_gap_is_right_or_has_a_flag(
         assert play.now_s < play.end_s + 60, f"schedule {number}: it hangs"
         counters, driver = stream.counters, play.driver.counters
         assert counters.read == counters.delivered == counters.recorded
-        last = stream._feeding.last
+        last = stream._pipeline.last
         assert last is not None
         assert counters.read + counters.lost == last.seq + 1 <= driver.pairs + driver.lost
         recording = recorded(path)

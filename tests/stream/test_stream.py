@@ -25,7 +25,7 @@ def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounte
         == counters.recorded + counters.unrecorded
     )
     assert (report.clean, report.survey.rows) == (True, counters.recorded)
-    last = stream._started().last
+    last = stream._reader.last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     tally.fault(what, counters.read, counters.read - counters.recorded)
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("palpate")]

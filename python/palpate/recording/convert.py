@@ -1,5 +1,6 @@
 """Converts a recording to palpate's own CSV, or to Parquet or Arrow with the sidecar in the metadata; reads these back."""
 
+import math
 import os
 import zlib
 from pathlib import Path
@@ -163,10 +164,9 @@ def _document(recording: "OpenedRecording", seal: dict[str, int]) -> sidecar.Jso
     document = dict(recording.sidecar.entries)
     if not document:
         document = sidecar.fresh(recording.describe(), {}, list(recording.notes))
-        document["marks"] = [
-            {"seq": mark.seq, "text": mark.text, "tare": True, "gap": True}
-            for mark in recording.gap_marks
-        ]
+        for gap in recording.gap_marks:
+            mark = sidecar.SidecarMark(gap.seq, math.nan, gap.text, "gap")
+            document["marks"].append(mark.as_dict())
     source = f"converted from {recording.path.name}"
     document["notes"] = [*document.get("notes", []), f"{source} by palpate {__version__}"]
     document.pop("checkpoint", None)

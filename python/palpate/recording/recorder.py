@@ -7,7 +7,7 @@ checkpoint of the synced rows goes to the sidecar: so a recording without an end
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from threading import Event, Thread
@@ -21,9 +21,10 @@ from palpate.errors import RecordingError
 from palpate.files import file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
-from palpate.recording.sidecar import Json, marked
+from palpate.recording.sidecar import Json, MarkKind, SidecarMark
 from palpate.recording.writer import SidecarFile, Writer
-from palpate.samples import DTYPE, Block, Sample, block_of, samples_of
+from palpate.samples import DTYPE, Block, Instrument, Sample, block_of, samples_of
+from palpate.source_events import Conditions
 
 FLUSH_S = 0.1
 SYNC_S = 1.0
@@ -57,7 +58,7 @@ class Recorder:
         NAME.csv, absolute.
     first_s : float or None
         Time of the first sample of the recording, s; None: there is none yet.
-    conditions : list of dict
+    conditions : list of Conditions
         Conditions measured so far (temperature, supply); a longer list replaces it. It goes to the sidecar with
         each checkpoint, and at the end.
     popped : callable
@@ -94,15 +95,15 @@ class Recorder:
         document = sidecar.fresh(device, settings, list(notes))
         self.path: Path = Path(path).absolute()
         self.first_s: float | None = None
-        self.conditions: list[dict[str, float]] = []
+        self.conditions: list[Conditions] = []
         self.popped: Callable[[], None] = lambda: None
         self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
-        self._ring = SampleRing(capacity_for(device))
+        self._ring = SampleRing(capacity_for(Instrument.of(device).period_s))
         # Samples that were read before, and a note on where they begin.
         self._earlier: tuple[Block, str] | None = None
         self._last: Sample | None = None  # in the ring
-        self._gaps: deque[Json] = deque()
+        self._gaps: deque[SidecarMark] = deque()
         self._wake = Event()
         self._closing = False
         self._writer = Writer(self.path, document)
@@ -137,14 +138,14 @@ class Recorder:
         """Whether a pausable source should wait for the disk."""
         return self.room <= 0
 
-    def begin(self, earlier: Block, marks: Sequence[Json], note: str) -> None:
+    def begin(self, earlier: Block, marks: Sequence[SidecarMark], note: str) -> None:
         """Begin with samples that were read before. Call it once, before any other sample.
 
         Parameters
         ----------
         earlier : numpy.ndarray of `DTYPE`, shape (n,)
             Consecutive samples, before all that are pushed.
-        marks : sequence of dict
+        marks : sequence of SidecarMark
             Tares and gaps in them.
         note : str
             Where they begin; empty: no note.
@@ -176,7 +177,7 @@ class Recorder:
         The mark is at the last sample before it, as for a tare, and is in the sidecar before any later row is in the
         file.
         """
-        self._gaps.append(marked(text, self._last, tare=True, gap=True))
+        self._gaps.append(SidecarMark.at(self._last, text, "gap"))
 
     def note(self, text: str) -> None:
         """Add a note to the sidecar; from any thread.
@@ -190,9 +191,9 @@ class Recorder:
         """
         self._change(lambda file: file.add("notes", text))
 
-    def mark(self, text: str, sample: Sample | None, **more: Any) -> int:
+    def mark(self, text: str, sample: Sample | None, kind: MarkKind = "mark") -> int:
         """Add a mark at a sample to the sidecar; return its number, from 1. Errors as in `note`."""
-        return int(self._change(lambda file: file.add("marks", marked(text, sample, **more))))
+        return self._add_mark(SidecarMark.at(sample, text, kind))
 
     def mark_at(self, t_s: float, text: str) -> int:
         """Add a mark at a time, s, as `mark`; ValueError, too, if the recording began later."""
@@ -203,7 +204,10 @@ class Recorder:
             raise ValueError(
                 f"mark: got {t_s:.3f} s, allowed: a time that is in the recording: {begins}"
             )
-        return int(self._change(lambda file: file.add("marks", {"t_s": t_s, "text": text})))
+        return self._add_mark(SidecarMark(-1, t_s, text))
+
+    def _add_mark(self, mark: SidecarMark) -> int:
+        return int(self._change(lambda file: file.add("marks", mark.as_dict())))
 
     def rename_mark(self, number: int, text: str) -> None:
         """Give a mark another text; ValueError, too, if there is no such mark, or it is a tare or a gap."""
@@ -256,7 +260,7 @@ class Recorder:
     def _entries(self) -> Json:
         entries: Json = {"clock": self._clock}
         if self.conditions:
-            entries["conditions"] = self.conditions
+            entries["conditions"] = [each.as_dict() for each in self.conditions]
         return entries
 
     def _begin_clock(self, first_ns: int) -> None:
@@ -281,9 +285,8 @@ class Recorder:
             count = self._ring.pop_many(waiting)
             self.popped()
             while self._gaps:
-                self._writer.attempt(
-                    partial(self._writer.sidecar.add, "marks", self._gaps.popleft())
-                )
+                mark = self._gaps.popleft().as_dict()
+                self._writer.attempt(partial(self._writer.sidecar.add, "marks", mark))
             self._write_earlier()  # after the pop: what was popped came later
             self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
@@ -303,8 +306,9 @@ class Recorder:
             self._earlier = None
 
 
-def capacity_for(
-    device: Mapping[str, Any], seconds: float = _HANGS_S, least: int = CAPACITY
-) -> int:
-    """Return the room for the samples that an instrument takes in some seconds."""
-    return min(max(least, round(seconds / float(device.get("period_s", seconds)))), _MOST)
+def capacity_for(period_s: float, seconds: float = _HANGS_S, least: int = CAPACITY) -> int:
+    """Return the room for the samples of some seconds; with an unknown period of 0 the least."""
+    count = least
+    if period_s:
+        count = max(least, round(seconds / period_s))
+    return min(count, _MOST)

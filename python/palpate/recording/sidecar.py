@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from palpate._core import __version__
 from palpate.errors import RecordingError
@@ -165,14 +165,6 @@ def is_simulated(device: Mapping[str, Any]) -> bool:
     return "simulated" in device or str(device.get("name", "")).startswith("simulated")
 
 
-def marked(text: str, sample: Sample | None, **more: Any) -> Json:
-    """Return a mark at a sample, as it is in the sidecar."""
-    mark: Json = {}
-    if sample is not None:
-        mark = {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-    return {**mark, "text": text, **more}
-
-
 def amend(path: Path, plan: Plan, known: Plan) -> None:
     """Replace the session in the sidecar of a recording that has ended.
 
@@ -248,9 +240,12 @@ class RecordingEnd:
     doubts: tuple[str, ...]
 
 
+MarkKind = Literal["mark", "tare", "gap"]
+
+
 @dataclass(frozen=True)
 class SidecarMark:
-    """A mark of a recording: a text at a sample.
+    """A mark of a recording: a text at a sample, or at a time.
 
     Attributes
     ----------
@@ -266,8 +261,28 @@ class SidecarMark:
     seq: int
     t_s: float
     text: str
-    kind: str = "mark"
-    is_tare: bool = False
+    kind: MarkKind = "mark"
+
+    @classmethod
+    def at(cls, sample: Sample | None, text: str, kind: MarkKind = "mark") -> "SidecarMark":
+        """Return a mark at a sample; None: before the first one."""
+        if sample is None:
+            return cls(-1, math.nan, text, kind)
+        return cls(sample.seq, sample.t_hard_ns / 1e9, text, kind)
+
+    def as_dict(self) -> Json:
+        """Return the entry of the sidecar."""
+        entry: Json = {}
+        if self.seq >= 0:
+            entry["seq"] = self.seq
+        if not math.isnan(self.t_s):
+            entry["t_s"] = self.t_s
+        entry["text"] = self.text
+        if self.kind != "mark":
+            entry["tare"] = True
+        if self.kind == "gap":
+            entry["gap"] = True
+        return entry
 
 
 @dataclass(frozen=True)
@@ -336,7 +351,7 @@ class Sidecar:
     @property
     def tares(self) -> tuple[SidecarMark, ...]:
         """The tares and gaps whose sample is known."""
-        return tuple(mark for mark in self.marks if mark.is_tare and mark.seq >= 0)
+        return tuple(mark for mark in self.marks if mark.kind != "mark" and mark.seq >= 0)
 
     @cached_property
     def session(self) -> Plan:
@@ -406,15 +421,12 @@ def _mark(mark: Json) -> SidecarMark:
     time_s = mark.get("t_s", math.nan)
     if type(time_s) not in (int, float) or not abs(time_s) < 2**63 / 1e9:
         time_s = math.nan
-    is_tare = mark.get("tare") is True
-    kind = "mark"
-    if mark.get("gap") is True:
-        kind = "gap"
-    elif is_tare:
-        kind = "tare"
+    kind: MarkKind = "mark"
+    if mark.get("tare") is True:
+        kind = "gap" if mark.get("gap") is True else "tare"
     seq = _stamp(mark.get("seq"))
     text = shortened(str(mark.get("text", "")), 500)
-    return SidecarMark(-1 if seq is None else seq, float(time_s), text, kind, is_tare)
+    return SidecarMark(-1 if seq is None else seq, float(time_s), text, kind)
 
 
 _INFINITE = {"inf": math.inf, "-inf": -math.inf}

@@ -13,7 +13,8 @@ In asynchronous code let a thread wait for each batch:
 208
 """
 
-from palpate.stream.batches import Batch, Estimate, StreamCounters
+from palpate.stream.batches import Batch, Estimate
+from palpate.stream.counters import StreamCounters
 from palpate.stream.listeners import Listener
 from palpate.stream.stream import Stream
 

@@ -1,7 +1,6 @@
-"""Results of a stream: estimates, batches of them, and counters of samples."""
+"""Results of a stream: an estimate for each sample, and batches of them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
@@ -78,97 +77,12 @@ class Batch(NamedTuple):
 
     def estimates(self) -> Iterator[Estimate]:
         """Return an `Estimate` for each sample."""
-        numbers = self.rows["touch"].tolist()
-        last = {number: i for i, number in enumerate(numbers)}
-        ended = {last.get(self.first + k, 0): touch for k, touch in enumerate(self.touches)}
-        touches = (touch for _, touch in self.revised)
-        for i, (sample, row) in enumerate(
-            zip(samples_of(self.samples), self.rows.tolist(), strict=True)
-        ):
-            ratio, error, alarm, contact, number = row[:5]
-            yield Estimate(
-                sample,
-                ratio,
-                error,
-                alarm,
-                contact,
-                number,
-                ended.get(i),
-                next(touches) if row[-1] else None,
-            )
-
-
-@dataclass(frozen=True)
-class StreamCounters:
-    """Numbers of samples that a stream read, used, dropped and lost.
-
-    `read + lost` is the sequence number after the last sample (minus the first one, if a file begins later);
-    `read = delivered + dropped + waiting`; with a recording, `read = recorded + unrecorded` when it is closed.
-
-    Attributes
-    ----------
-    read : int
-        Samples read from the source.
-    lost : int
-        Samples lost before they were read (gaps in `seq`).
-    late : int
-        Samples that arrived more than half a period too late.
-    delivered, dropped, waiting : int
-        Sent to the tracker; dropped, because the consumer was too slow; still in the queue. At the end none is waiting.
-    retaken : int
-        How often the channels fell far below the baseline, so that it was measured again.
-    refused, saturated : int
-        Delivered samples that were not used: without a valid value; outside the range of the converter.
-    recorded, unrecorded : int
-        Samples in the file; samples that are not in it.
-    errors, reconnects : int
-        Errors and reconnections of the source.
-    """
-
-    read: int = 0
-    lost: int = 0
-    late: int = 0
-    delivered: int = 0
-    dropped: int = 0
-    waiting: int = 0
-    refused: int = 0
-    saturated: int = 0
-    recorded: int = 0
-    unrecorded: int = 0
-    errors: int = 0
-    reconnects: int = 0
-    retaken: int = 0
-
-    def as_dict(self) -> dict[str, int]:
-        """Return the counters by name."""
-        return asdict(self)
-
-    def since(self, before: "StreamCounters") -> dict[str, int]:
-        """Return the counters, by name, of the samples that were read after an earlier state.
-
-        Samples that were waiting in the earlier state are not counted.
-
-        Parameters
-        ----------
-        before : StreamCounters
-            The earlier state.
-
-        Returns
-        -------
-        dict of str to int
-
-        Examples
-        --------
-        >>> then, now = StreamCounters(read=5, delivered=3, waiting=2), StreamCounters(read=9, delivered=9)
-        >>> then_read = now.since(then)
-        >>> then_read["read"], then_read["delivered"], then_read["waiting"]
-        (4, 4, 0)
-        """
-        earlier = before.as_dict()
-        earlier["delivered"] += earlier["waiting"]
-        passed = {name: value - earlier[name] for name, value in self.as_dict().items()}
-        return passed | {
-            "waiting": self.waiting,
-            "recorded": self.recorded,
-            "unrecorded": self.unrecorded,
-        }
+        rows = self.rows.tolist()
+        last_row = {number: place for place, number in enumerate(self.rows["touch"].tolist())}
+        ended = {}
+        for number, touch in enumerate(self.touches, self.first):
+            ended[last_row.get(number, 0)] = touch
+        revisions = iter(self.revised)
+        for place, (sample, row) in enumerate(zip(samples_of(self.samples), rows, strict=True)):
+            revised = next(revisions)[1] if row[-1] else None
+            yield Estimate._make((sample, *row[:5], ended.get(place), revised))

@@ -1,13 +1,16 @@
-"""Samples on their way from the thread that reads: the queue to the consumer, and the newest ones for a later recording."""
+"""Samples from the thread that reads: the queue to the consumer, and a backlog for recordings.
+
+A recording that is started later than the measurement can begin with the backlog.
+"""
 
 from collections import deque
 from threading import Event
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from palpate._core import SampleRing
-from palpate.recording.sidecar import BEGUN, marked
+from palpate.recording.sidecar import BEGUN, SidecarMark
 from palpate.samples import DTYPE, Block, samples_of
 from palpate.source_events import SourceEvent
 
@@ -16,38 +19,41 @@ _MOST = 2**24
 _MOST_MARKS = 10_000
 _BYTES = np.dtype((np.void, DTYPE.itemsize))
 NO_BASELINE = "a replay has no baseline from them"
-BEGIN = "begin of the recording"  # text of the tare mark of a recording that was started later than the measurement
+BEGIN = "begin of the recording"
+"""Text of the tare mark of a recording that was started later than the measurement."""
 MAY_DIFFER = (
     "the baseline is measured there: the touches of a replay may differ until it is measured again"
 )
 WITHIN = "; later ones agree within their uncertainty, as the times are those of the computer"
 
 
-class Beginning(NamedTuple):
-    """The first rows of a recording, the tares and gaps in them, and a note on where they begin; "": with the measurement."""
+class BacklogStart(NamedTuple):
+    """The first rows of a recording, the tares and gaps in them, and a note on where they begin.
+
+    The note is empty if they begin with the measurement.
+    """
 
     block: Block
-    marks: list[dict[str, Any]]
+    marks: list[SidecarMark]
     note: str
 
 
-class Memory:
+class Backlog:
     """Keeps the newest samples, in memory of a fixed size; the caller has the lock of the reader."""
 
-    def __init__(self, most: int) -> None:
-        if not _FEWEST <= most <= _MOST:
-            raise ValueError(f"keep: got {most}, allowed: {_FEWEST} to {_MOST} samples")
-        # tares and gaps, as in the sidecar
-        self.marks: deque[dict[str, Any]] = deque(maxlen=_MOST_MARKS)
-        self._rows = np.zeros(most, DTYPE)
+    def __init__(self, limit: int) -> None:
+        if not _FEWEST <= limit <= _MOST:
+            raise ValueError(f"keep: got {limit}, allowed: {_FEWEST} to {_MOST} samples")
+        self.marks: deque[SidecarMark] = deque(maxlen=_MOST_MARKS)  # tares and gaps
+        self._rows = np.zeros(limit, DTYPE)
         self._count = 0  # of all samples so far
 
     def push_many(self, block: Block) -> None:
         """Add consecutive samples; the oldest ones go, if there is no room."""
-        most = len(self._rows)
-        newest = block[-most:]
-        begin = (self._count + len(block) - len(newest)) % most
-        before_end = newest[: most - begin]
+        limit = len(self._rows)
+        newest = block[-limit:]
+        begin = (self._count + len(block) - len(newest)) % limit
+        before_end = newest[: limit - begin]
         self._rows[begin : begin + len(before_end)] = before_end
         self._rows[: len(newest) - len(before_end)] = newest[len(before_end) :]
         self._count += len(block)
@@ -60,30 +66,32 @@ class Memory:
         oldest = self._count % len(rows)
         return np.concatenate([rows[oldest:], rows[:oldest]]).view(DTYPE)
 
-    def beginning(self, recorded: int | None, *, host_stamps: bool) -> Beginning:
-        """Return how a recording begins: with all samples that are kept, after the last one that was `recorded` before."""
+    def start_after(self, recorded: int | None, *, host_stamps: bool) -> BacklogStart:
+        """Return how a recording begins: with the samples after number `recorded`; None: all."""
         block = self.block()
         if recorded is not None:
             block = block[np.searchsorted(block["seq"], recorded, "right") :]
         before = self._count - len(block)
         if not before:
-            return Beginning(block, list(self.marks), "")
-        note = f"{BEGUN}{before} pairs: {MAY_DIFFER}{WITHIN if host_stamps else ''}"
+            return BacklogStart(block, list(self.marks), "")
+        note = f"{BEGUN}{before} pairs: {MAY_DIFFER}"
+        if host_stamps:
+            note += WITHIN
         if not len(block):
-            return Beginning(block, [], note)
+            return BacklogStart(block, [], note)
         first = samples_of(block[:1])[0]
-        marks = [mark for mark in self.marks if mark["seq"] >= first.seq]
-        return Beginning(block, [marked(BEGIN, first, tare=True), *marks], note)
+        marks = [mark for mark in self.marks if mark.seq >= first.seq]
+        return BacklogStart(block, [SidecarMark.at(first, BEGIN, "tare"), *marks], note)
 
 
 _AHEAD = 2048  # a source that can wait is at most this many samples ahead of the consumer
 
 
 class SampleQueue:
-    """Samples on their way from the thread that reads to the consumer, and the events between them."""
+    """Samples between the thread that reads and the consumer, and the events between them."""
 
-    # Each end changes the ring, then sets the event of the other end; the other end clears its event, then looks at the
-    # ring. So no change is missed, and neither end has to poll.
+    # Each end changes the ring, then sets the event of the other end; the other end clears its
+    # event, then looks at the ring. So no change is missed, and neither end has to poll.
 
     def __init__(self, capacity: int) -> None:
         self.ring: SampleRing = SampleRing(capacity)

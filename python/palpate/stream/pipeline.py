@@ -1,4 +1,4 @@
-"""The consumer's side of a stream: sends samples to the tracker, counts them, and tells the listeners."""
+"""The consumer's side of a stream: samples go to the tracker, results to the listeners."""
 
 from collections.abc import Iterator
 from threading import RLock
@@ -20,21 +20,24 @@ from palpate.samples import (
     samples_of,
     saturated_samples,
 )
-from palpate.source_events import Gap, SourceEvent
+from palpate.source_events import Gap
 from palpate.stream.batches import Batch
 from palpate.stream.buffers import SampleQueue
 from palpate.stream.listeners import Listeners
 from palpate.touch import Touch
 
-# Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples.
+# Shortest time outside the range of the converter that is reported, s: without a touch, and since a
+# touch that has samples.
 IDLE_S = 2.0
 PRESSED_S = 10.0
 _CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
-_PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
+# Samples sent at once: the baseline after a touch takes as many, so a touch is not revised in the
+# part in which it ends.
+_PART = 32
 
 
-class Feeding:
-    """Sends the samples that wait to a tracker, and the results to the listeners."""
+class Pipeline:
+    """Sends the queued samples to a tracker, and the results to the listeners."""
 
     def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listeners) -> None:
         # Held while samples go to the tracker: one thread may iterate while another one closes.
@@ -59,11 +62,11 @@ class Feeding:
         """How often the baseline was found to be wrong, and measured again."""
         return self._tracker.retaken - self._retaken
 
-    def take(self, most: int = 1024) -> Batch | None:
-        """Feed at most `most` queued samples to the tracker; None if the queue is empty."""
+    def take(self, limit: int = 1024) -> Batch | None:
+        """Feed at most this number of queued samples to the tracker; None: the queue is empty."""
         while True:
             with self.lock:
-                item = self._queue.take(most)
+                item = self._queue.take(limit)
                 if item is None:
                     return None
                 if isinstance(item, np.ndarray):
@@ -71,17 +74,15 @@ class Feeding:
                     break
                 if isinstance(item, Gap):
                     self._tracker.gap()
-            self._pass_event(item)
+            self._listeners.event(item)
+            if isinstance(item, Gap):
+                self._listeners.message(
+                    f"{item.text}: the baseline is measured again: touch nothing"
+                )
         for message in messages:  # when all is done: a listener may raise
             self._listeners.message(message)
         self._listeners.batch(batch)
         return batch
-
-    def _pass_event(self, event: SourceEvent) -> None:
-        self._listeners.event(event)
-        if isinstance(event, Gap):
-            text = f"{event.text}: the baseline is measured again: touch nothing"
-            self._listeners.message(text)
 
     def drain(self) -> None:
         """Send all samples that wait, and end a touch that is still running."""
@@ -132,10 +133,11 @@ class Feeding:
         self._touches += len(touches)
         self._revisions += len(numbers)
         self._ended += touches
-        self._revised += [(n, self._tracker.touches_since(n - 1)[0]) for n in numbers]
+        for number in numbers:
+            self._revised.append((number, self._tracker.touches_since(number - 1)[0]))
 
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
-        """Return a batch with the touches that ended, and those that were revised, since the last one."""
+        """Return a batch with the touches that ended or were revised since the last one."""
         self._note_touches()
         ended = self._ended
         self._ended = []
@@ -155,34 +157,36 @@ class RangeWatch:
         self._since_ns: dict[str, int] = {}
 
     def follow(self, block: Block, rows: NDArray[Any]) -> list[str]:
-        """Take the next samples, at least one, with their rows of `Tracker.process`; return messages."""
-        outside = {
-            name: (block["status"] & int(flag) != 0) | (np.abs(block[name]) >= self._full_scale_pF)
-            for name, flag in _CHANNELS
-        }
-        if not self._since_ns and not any(are_outside.any() for are_outside in outside.values()):
+        """Take at least one sample, with its row of `Tracker.process`; return messages."""
+        outside = {}
+        for name, flag in _CHANNELS:
+            is_saturated = block["status"] & int(flag) != 0
+            outside[name] = is_saturated | (np.abs(block[name]) >= self._full_scale_pF)
+        is_inside = not (outside["hard"].any() or outside["soft"].any())
+        if is_inside and not self._since_ns:
             return []
         # A channel that left its range begins a touch without any samples.
         pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
         messages: list[str] = []
         for row, t_ns in enumerate(block["t_hard_ns"].tolist()):
+            longest_s = PRESSED_S if pressed[row] else IDLE_S
+            now: list[str] = []
             for name, are_outside in outside.items():
                 if are_outside[row]:
                     self._since_ns.setdefault(name, t_ns)
                 elif np.isfinite(block[name][row]):  # a lost reading changes nothing
                     self._since_ns.pop(name, None)
-            longest_s = PRESSED_S if pressed[row] else IDLE_S
-            now = tuple(
-                name for name in outside if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9
-            )
+                if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9:
+                    now.append(name)
             if set(now) - set(self.channels):
                 messages.append(_out_of_range(now, longest_s))
-            self.channels = now
+            self.channels = tuple(now)
         return messages
 
 
-def _out_of_range(channels: tuple[str, ...], longest_s: float) -> str:
+def _out_of_range(channels: list[str], longest_s: float) -> str:
     return (
-        f"{' and '.join(channels)}: outside the range of the converter for {longest_s:g} s, and nothing is measured: "
-        "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
+        f"{' and '.join(channels)}: outside the range of the converter for {longest_s:g} s, and "
+        "nothing is measured: lift the probe; if it stays so, the range has to be set again, "
+        "without contact (Stream.centre; record --recentre)"
     )

@@ -1,7 +1,8 @@
-"""The thread that reads a source: it checks and counts the samples, and passes them to recorder, memory and queue."""
+"""The thread that reads a source: it checks, counts and stores samples, and passes them on."""
 
 import math
 import time
+from collections.abc import Mapping
 from threading import Event, RLock, Thread
 from typing import Any
 
@@ -9,45 +10,40 @@ import numpy as np
 
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
-from palpate.recording.rows import codes_of
-from palpate.recording.sidecar import marked
-from palpate.samples import DTYPE, Block, Sample, samples_of
+from palpate.recording.rows import Codes, codes_of
+from palpate.recording.sidecar import SidecarMark
+from palpate.samples import DTYPE, Block, Instrument, Sample, samples_of
 from palpate.source_events import Conditions, Gap, SourceEvent
 from palpate.sources import Source
 from palpate.sources.base import first_wrong
-from palpate.stream.buffers import Memory, SampleQueue
+from palpate.stream.buffers import Backlog, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000
-_BLOCKS_AFTER_STOP = (
-    1  # may be on their way when the source is interrupted; its last events come after
-)
+# These may be on their way when the source is interrupted; its last events come after them.
+_BLOCKS_AFTER_STOP = 1
 
 
 class Reader:
     """Reads a source in a thread of its own, independent of the disk and of the consumer."""
 
     def __init__(
-        self,
-        source: Source,
-        device: dict[str, Any],
-        queue: SampleQueue,
-        memory: Memory | None,
-        *,
-        outlives: bool,
+        self, source: Source, queue: SampleQueue, backlog: Backlog | None, *, outlives: bool
     ) -> None:
         self.read = self.lost = self.late = 0  # as in `StreamCounters`
         self.last: Sample | None = None
-        # `time.monotonic_ns()` at t = 0; None: the source has no times of this computer, or gave no sample yet.
+        # `time.monotonic_ns()` at t = 0. None: the source has no times of this computer, or has
+        # given no sample yet.
         self.zero_ns: int | None = None
-        # Held while samples are counted and stored: a caller that has it sees complete samples, and may change the recorder.
+        # Held while samples are counted and stored: a caller that has it sees complete samples,
+        # and may change the recorder.
         self.lock: RLock = RLock()
         self.error: BaseException | None = None  # that ended the thread
         self._source = source
         self._queue = queue
-        self._memory = memory
-        self._late_ns = _LATE * float(device.get("period_s", math.nan)) * 1e9
-        self._codes = codes_of(device)
+        self._backlog = backlog
+        self._late_ns = math.inf
+        self._codes = Codes()
         self._outlives_recording = outlives
         self._stopping = Event()
         self._waiting: list[SourceEvent] = []  # a gap, and the events after it, until its sample
@@ -62,9 +58,18 @@ class Reader:
         self._recorder = recorder
         self._record_conditions()
 
-    def start(self) -> None:
-        """Start the thread."""
+    def start(self, device: Mapping[str, Any]) -> None:
+        """Start the thread; `device` is the description of the source, which has begun."""
+        self._codes = codes_of(device)
+        period_s = Instrument.of(device).period_s
+        if period_s:
+            self._late_ns = _LATE * period_s * 1e9
         self._thread.start()
+
+    @property
+    def is_started(self) -> bool:
+        """Whether the thread was started."""
+        return self._thread.ident is not None
 
     def stop(self) -> None:
         """Request the end; returns at once. Later samples are neither counted nor stored."""
@@ -75,7 +80,7 @@ class Reader:
             self._queue.wake_source()
 
     def end(self, limit_s: float) -> None:
-        """Request the end, and wait for it; raises SourceTimeout if the thread still runs after this time."""
+        """Request the end, and wait for it; SourceTimeout if the thread runs longer than this."""
         try:
             self.stop()
         finally:
@@ -85,7 +90,7 @@ class Reader:
     def join(self, limit_s: float) -> bool:
         """Wait for the end; return whether the thread has ended."""
         for _ in range(10):  # a time in which the whole program stood still counts as one part
-            if self._thread.ident is not None:
+            if self.is_started:
                 self._thread.join(limit_s / 10)
         with self.lock:  # a sample that is being stored is complete now
             return not self._thread.is_alive()
@@ -126,13 +131,20 @@ class Reader:
 
     def _take(self, block: Block) -> None:
         """Store samples; of a source that can wait, as many at a time as there is room for."""
-        wrong = first_wrong(block, self.last.seq if self.last else -1, self._codes)
-        block, rest = (block, None) if wrong is None else (block[: wrong[0]], wrong[1])
-        while len(block) and (room := len(block) if self._source.live else self._room()):
+        last_seq = self.last.seq if self.last else -1
+        wrong = first_wrong(block, last_seq, self._codes)
+        if wrong is not None:
+            block = block[: wrong[0]]
+        while len(block):
+            room = len(block)
+            if not self._source.live:
+                room = self._wait_for_room()
+            if not room:
+                break
             self._store(block[:room])
             block = block[room:]
-        if rest:
-            raise ProtocolError(rest)
+        if wrong is not None:
+            raise ProtocolError(wrong[1])
 
     def _store(self, block: Block) -> None:
         """Count and store samples, and the events that waited for them."""
@@ -143,14 +155,14 @@ class Reader:
                 self._store_event(event)
             self._waiting.clear()
             self._count(block)
-            if self._memory:
-                self._memory.push_many(block)
+            if self._backlog:
+                self._backlog.push_many(block)
             if self._recorder:
                 self._recorder.push_many(block)
             self._queue.push_many(block)
 
     def _is_over(self) -> bool:
-        """Return whether the end was requested; raise the error of the recording, or go on without it."""
+        """Return whether the end was requested; raise the recording's error, or go on without."""
         if self._recorder and self._recorder.error and not self._stopping.is_set():
             if not self._outlives_recording:
                 raise self._recorder.error
@@ -158,12 +170,12 @@ class Reader:
         return self._stopping.is_set()
 
     def _store_event(self, event: SourceEvent) -> None:
-        """Pass on an event before its sample; a gap before the first sample has no baseline to lose."""
+        """Pass on an event before its sample; before the first sample a gap changes nothing."""
         if isinstance(event, Gap):
             if self.last is None:
                 return
-            if self._memory:
-                self._memory.marks.append(marked(event.text, self.last, tare=True, gap=True))
+            if self._backlog:
+                self._backlog.marks.append(SidecarMark.at(self.last, event.text, "gap"))
             if self._recorder:
                 self._recorder.gap(event.text)
         self._queue.push_event(event)
@@ -172,38 +184,43 @@ class Reader:
         """Store the conditions so far in the recording; of very many only some, evenly."""
         if self._recorder and self._conditions:
             step = len(self._conditions) // _MOST_CONDITIONS + 1
-            chosen = [*self._conditions[:-1:step], self._conditions[-1]]
-            self._recorder.conditions = [each.as_dict() for each in chosen]
+            self._recorder.conditions = [*self._conditions[:-1:step], self._conditions[-1]]
 
     def _count(self, block: Block) -> None:
         times = block["t_hard_ns"]
         newest = samples_of(block[-1:])[0]
         before = self.last
-        steps = np.diff(times, prepend=before.t_hard_ns if before else times[0])
-        self.late += int(np.count_nonzero(steps > self._late_ns))
-        if before is None and self._source.live:
+        time_before = times[0]
+        expected = 0
+        if before is not None:
+            time_before = before.t_hard_ns
+            expected = before.seq + 1
+        elif self._source.live:
             self.zero_ns = self._zero(newest)
-        expected = before.seq + 1 if before else 0 if self._source.live else int(block["seq"][0])
+        else:
+            expected = int(block["seq"][0])
+        steps = np.diff(times, prepend=time_before)
+        self.late += int(np.count_nonzero(steps > self._late_ns))
         self.lost += newest.seq + 1 - expected - len(block)
         self.last = newest
         self.read += len(block)
 
     def _zero(self, newest: Sample) -> int | None:
-        """Return `time.monotonic_ns()` at t = 0: as the source knows it, else from the arrival of the newest sample."""
-        if not getattr(self._source, "real_time", True):
+        """Return `time.monotonic_ns()` at t = 0: from the source, else from the newest arrival."""
+        if not self._source.real_time:
             return None
         zero_ns = self._source.zero_ns
-        return (
-            time.monotonic_ns() - max(newest.t_hard_ns, newest.t_soft_ns)
-            if zero_ns is None
-            else zero_ns
-        )
+        if zero_ns is None:
+            zero_ns = time.monotonic_ns() - max(newest.t_hard_ns, newest.t_soft_ns)
+        return zero_ns
 
-    def _room(self) -> int:
-        """Wait until consumer and recorder have room; return for how many samples, 0 if the end was requested before."""
+    def _wait_for_room(self) -> int:
+        """Wait until consumer and recorder have room for some samples; 0: the end was requested."""
         while not self._stopping.is_set():
+            room = self._queue.room
             recorder = self._recorder
-            room = min(self._queue.room, recorder.room) if recorder else self._queue.room
+            if recorder:
+                room = min(room, recorder.room)
             if room > 0:
                 return room
             self._queue.wait_for_room()
@@ -213,4 +230,5 @@ class Reader:
 def _not_an_item(item: object) -> str:
     got = f"got an object of type {type(item).__name__} while iterating"
     allowed = "blocks of samples, palpate.sources.Gap and the other events of palpate.sources"
-    return f"source: {got}, allowed: {allowed}; a source of single samples derives from palpate.sources.SampleSource"
+    single = "a source of single samples derives from palpate.sources.SampleSource"
+    return f"source: {got}, allowed: {allowed}; {single}"
