@@ -17,6 +17,8 @@ from typing import IO, Any, BinaryIO, TextIO
 
 from palpate.errors import RecordingError
 
+Json = dict[str, Any]
+"""The contents of a JSON or TOML file, or an entry of it."""
 LARGEST_TOML = 200_000  # characters
 LARGEST_TABLE = 500_000_000
 """Largest table, bytes, also after decompression or from standard input: it is read as a whole."""
@@ -165,7 +167,7 @@ def _standard_input(stream: TextIO) -> bytes:
     return _read_limited(stream.buffer)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> Json:
     """Return the contents of a TOML file.
 
     Raises
@@ -178,7 +180,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     return parse_toml(read_bytes(path, LARGEST_TOML).decode())
 
 
-def parse_toml(text: str) -> dict[str, Any]:
+def parse_toml(text: str) -> Json:
     """Return the contents of a text in TOML.
 
     Raises

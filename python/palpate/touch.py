@@ -1,10 +1,11 @@
 """The result of one touch, as plain data."""
 
 from dataclasses import asdict, dataclass, replace
-from math import isnan, nan
+from math import nan
 from typing import Any
 
 from palpate.flags import Flag
+from palpate.number_format import plain
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,8 +112,8 @@ class Touch:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for JSON: all fields except `held`, flags as text, and None in place of nan."""
-        values = {name: _plain(value) for name, value in asdict(self).items()}
-        values["effects"] = {name: _plain(size) for name, size in self.effects.items()}
+        values = plain(asdict(self))
+        values["effects"] = plain(self.effects)
         values["flags"] = tuple(flag.value for flag in self.flags)
         del values["held"]
         return values
@@ -140,9 +141,3 @@ class Touch:
         from palpate.display import cards
 
         return cards.touch_card(self)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value for JSON: None in place of nan."""
-    is_nan = isinstance(value, float) and isnan(value)
-    return None if is_nan else value

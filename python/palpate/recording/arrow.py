@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import need
+from palpate.files import Json
 from palpate.importers.table import Table
 from palpate.importers.table_checks import channel_notes, rate_of, rate_text
 from palpate.importers.times import read_times
 from palpate.messages import quoted
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
-from palpate.recording.sidecar import Json
 from palpate.samples import blank, usable_readings
 
 _UNITS = {

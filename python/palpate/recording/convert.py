@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, need
-from palpate.files import file_errors, replacing
+from palpate.files import Json, file_errors, replacing
 from palpate.recording import sidecar
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import Known
@@ -148,7 +148,7 @@ def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: b
             raise RecordingError(path, "already exists: choose another name, or use --force")
 
 
-def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: sidecar.Json) -> None:
+def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: Json) -> None:
     complete = schema().with_metadata({KEY: sidecar.text_of(document)})
     columns = [np.ascontiguousarray(rows[name]) for name in NAMES]
     table = need("pyarrow", "tables").table(columns, schema=complete)
@@ -159,7 +159,7 @@ def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: sidecar.J
         whole.write_table(table)
 
 
-def _document(recording: "OpenedRecording", seal: dict[str, int]) -> sidecar.Json:
+def _document(recording: "OpenedRecording", seal: dict[str, int]) -> Json:
     """Return the sidecar of the output; its end has the doubts on its source, which a checksum alone would hide."""
     document = dict(recording.sidecar.entries)
     if not document:

@@ -14,7 +14,7 @@ import numpy as np
 
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.errors import RecordingError
-from palpate.files import file_errors, open_unpacked
+from palpate.files import Json, file_errors, open_unpacked
 from palpate.messages import quoted
 from palpate.recording.counts import Survey
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
@@ -29,7 +29,7 @@ from palpate.recording.rows import (
     parse_rows,
     unreadable,
 )
-from palpate.recording.sidecar import BEGUN, Json, load
+from palpate.recording.sidecar import BEGUN, load
 from palpate.recording_protocol import PartEnd
 from palpate.samples import DTYPE, Block
 

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from palpate.files import Json
 from palpate.recording.counts import Survey
 from palpate.recording.recording import Recording
-from palpate.recording.sidecar import Json, Sidecar
+from palpate.recording.sidecar import Sidecar
 from palpate.recording_protocol import Part, PartEnd
 from palpate.samples import Block, usable_readings
 

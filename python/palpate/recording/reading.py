@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.dataframe import Frame
 from palpate.errors import RecordingError
+from palpate.files import Json
 from palpate.importers.table import OptionError, ReadOptions, Table
 from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
@@ -18,7 +19,6 @@ from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile, header_damage, is_own
 from palpate.recording.opened import GapMark, OpenedRecording
 from palpate.recording.recording import Recording
-from palpate.recording.sidecar import Json
 from palpate.samples import UNTIMED_NS, Block, blank
 
 _GAP = "as a column of the table says"

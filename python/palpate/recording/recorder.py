@@ -18,10 +18,10 @@ import numpy as np
 from palpate._core import SampleRing
 from palpate.clocks import epoch_at
 from palpate.errors import RecordingError
-from palpate.files import file_errors
+from palpate.files import Json, file_errors
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
-from palpate.recording.sidecar import Json, MarkKind, SidecarMark
+from palpate.recording.sidecar import MarkKind, SidecarMark
 from palpate.recording.writer import SidecarFile, Writer
 from palpate.samples import DTYPE, Block, Instrument, Sample, block_of, samples_of
 from palpate.source_events import Conditions

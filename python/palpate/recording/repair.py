@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from palpate.errors import RecordingError
-from palpate.files import STANDARD_INPUT, open_regular, to_disk, write_file
+from palpate.files import STANDARD_INPUT, Json, open_regular, to_disk, write_file
 from palpate.recording import sidecar
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import judge
@@ -126,7 +126,7 @@ def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
     return kept
 
 
-def _document(recording: RecordingFile, done: str, data: bytes) -> sidecar.Json:
+def _document(recording: RecordingFile, done: str, data: bytes) -> Json:
     """Return the sidecar after the repair: its end counts the rows that are left, not the rows that were measured."""
     known = recording.known
     again = RecordingFile(recording.path, known, data)

@@ -6,6 +6,7 @@ from dataclasses import MISSING, asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeGuard, cast
 from unicodedata import category
 
+from palpate.files import Json
 from palpate.messages import quoted
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ class Plan:
         """The known moduli, MPa, by the name of the specimen."""
         return {one.name: one.modulus_MPa for one in self.specimens if one.modulus_MPa is not None}
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Json:
         """Return the plan as the entry `session` of a sidecar."""
         plan = asdict(self)
         for name in _KINDS:

@@ -17,7 +17,14 @@ from typing import Any, Literal
 
 from palpate._core import __version__
 from palpate.errors import RecordingError
-from palpate.files import file_errors, read_bytes, require_file_name, unpacked_name, write_file
+from palpate.files import (
+    Json,
+    file_errors,
+    read_bytes,
+    require_file_name,
+    unpacked_name,
+    write_file,
+)
 from palpate.messages import quoted, shortened
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
@@ -25,8 +32,6 @@ from palpate.samples import Sample
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
-Json = dict[str, Any]
-"""A JSON object: the sidecar as it is in the file, or an entry of it."""
 SCHEMA = "palpate-recording-2"
 SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Schemas that can be read: the first one has no checkpoint and no checksum of its own."""

@@ -6,13 +6,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from palpate.files import Json
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import SOURCE_FAILED
 from palpate.recording.opened import Damage, OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.repair import reason_against_repair, repair_files
-from palpate.recording.sidecar import BEGUN, Json
+from palpate.recording.sidecar import BEGUN
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from palpate.errors import RecordingError
 from palpate.files import (
     EXISTS,
     STANDARD_INPUT,
+    Json,
     file_errors,
     open_regular,
     read_bytes,
@@ -27,7 +28,6 @@ from palpate.files import (
 )
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
-from palpate.recording.sidecar import Json
 from palpate.samples import Block
 
 # a reader that asks has the lock for some microseconds

@@ -19,26 +19,32 @@ from palpate.touch import Touch
 
 __all__ = ["Outlets"]
 
-# Labels of the channels of the stream of estimates.
 ESTIMATES = ("ratio", "standard_error", "contact", "touch", "alarm")
+"""Labels of the channels of the stream of estimates."""
 _UNITS = {"hard_pF": "pF", "soft_pF": "pF", "soft_offset_s": "s"}
-_TYPES = {"hard_pF": "Capacitance", "soft_pF": "Capacitance", "soft_offset_s": "Time", "ratio": "Ratio",
-          "standard_error": "Ratio"}  # fmt: skip
-_LAST_S = 0.5  # liblsl drops at once what it has not sent yet when an outlet is closed.
+_TYPES = {
+    "hard_pF": "Capacitance",
+    "soft_pF": "Capacitance",
+    "soft_offset_s": "Time",
+    "ratio": "Ratio",
+    "standard_error": "Ratio",
+}
+_LAST_S = 0.5  # a closed outlet drops the samples that it has not sent yet
 
 
 class Outlets(Listener):
     """Three streams of a measurement: NAME (samples), NAME-estimates, NAME-marks.
 
-    The time stamp of a sample is its hard conversion, on the clock of LSL. Receivers stay
-    connected while one measurement follows another one. If the outlets cannot be made, the stream is closed.
+    The time stamp of a sample is its hard conversion, on the clock of LSL. Receivers stay connected
+    while one measurement follows another one. If the outlets cannot be made, the stream is closed.
 
     Parameters
     ----------
     stream : Stream
         Not begun, or begun.
     name : str
-        The name of the streams: another one for each measurement that runs at the same time on one computer.
+        The name of the streams: another one for each measurement that runs at the same time on one
+        computer.
 
     Raises
     ------
@@ -54,8 +60,8 @@ class Outlets(Listener):
     ...     batch = next(stream.batches())
     >>> Outlets(Stream("sim:stiff-steady"))
     Traceback (most recent call last):
-    ValueError: lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), \
-allowed: one in real time
+    ValueError: lsl: got a source whose times are not those of a clock \
+(a file, or a simulation that is not at speed=1), allowed: one in real time
     """
 
     def __init__(self, stream: Stream, name: str = "palpate") -> None:
@@ -65,11 +71,13 @@ allowed: one in real time
             self._outlets: list[Any] = []
             self.follow(stream)
             device = described(stream.source)
-            streams = [(name, "Capacitance", SAMPLES), (f"{name}-estimates", "Estimate", ESTIMATES)]
-            streams += [(f"{name}-marks", "Markers", ("mark",))]
-            self._outlets = [
-                self._pylsl.StreamOutlet(_info(self._pylsl, *each, device)) for each in streams
-            ]
+            for suffix, kind, labels in (
+                ("", "Capacitance", SAMPLES),
+                ("-estimates", "Estimate", ESTIMATES),
+                ("-marks", "Markers", ("mark",)),
+            ):
+                info = _info(self._pylsl, name + suffix, kind, labels, device)
+                self._outlets.append(self._pylsl.StreamOutlet(info))
             on_failure.pop_all()
 
     def __enter__(self) -> Self:
@@ -83,10 +91,10 @@ allowed: one in real time
     def follow(self, stream: Stream) -> None:
         """Send another measurement from now on, of the same source; errors as in the constructor."""
         source = stream.source
-        if not (source.live and getattr(source, "real_time", True)):
+        if not (source.live and source.real_time):
             raise ValueError(
-                "lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), "
-                "allowed: one in real time"
+                "lsl: got a source whose times are not those of a clock "
+                "(a file, or a simulation that is not at speed=1), allowed: one in real time"
             )
         self._stream = stream
         self._zero_ns = 0
@@ -101,16 +109,19 @@ allowed: one in real time
         self._gap_texts.append(gap.text)
 
     def batch(self, batch: Batch) -> None:
-        """Send the samples and the estimates of a batch, and a mark for each gap, touch and revised touch."""
+        """Send the samples and estimates of a batch, and a mark for each gap and touch."""
         if not self._outlets:
             return
-        stamps = self._send_samples(batch) if len(batch.samples) else np.empty(0)
-        if self._last_s is None:
+        if len(batch.samples):
+            stamps = self._send_samples(batch)
+        elif self._last_s is None:
             return
+        else:  # the end of the stream
+            stamps = np.array([self._last_s])
         while self._early:  # another thread may add one meanwhile
-            self._push(self._early.pop(0), float(stamps[0]) if len(stamps) else self._last_s)
-        for at, text in sorted(self._touches(batch)):
-            self._push(text, float(stamps[at]) if len(stamps) else self._last_s)
+            self._push(self._early.pop(0), stamps[0])
+        for place, text in sorted(self._touches(batch)):
+            self._push(text, stamps[place])
 
     def mark(self, kind: str, text: str = "") -> None:
         """Send a mark at the last sample that was sent, or at the first one.
@@ -121,11 +132,11 @@ allowed: one in real time
             One word: "note", "mark", "tare".
         text : str
         """
-        said = f"{kind} {text}".rstrip()
+        mark = f"{kind} {text}".rstrip()
         if self._last_s is None:
-            self._early.append(said)
+            self._early.append(mark)
         else:
-            self._push(said, self._last_s)
+            self._push(mark, self._last_s)
 
     def close(self) -> None:
         """Close the streams after the pending samples have been sent."""
@@ -143,24 +154,24 @@ allowed: one in real time
             self._zero_ns = epoch.monotonic_ns + ahead_ns(self._pylsl)
         stamps: NDArray[np.float64] = (samples["t_hard_ns"] + self._zero_ns) / 1e9
         for text in self._gap_texts:
-            self._push(f"gap {text}", float(stamps[0]))
+            self._push(f"gap {text}", stamps[0])
         self._gaps += len(self._gap_texts)
         self._gap_texts = []
-        gaps = np.full(len(samples), self._gaps)
-        offset_s = (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9
-        values = [
-            samples["hard"],
-            samples["soft"],
-            offset_s,
-            samples["seq"],
-            samples["status"],
-            gaps,
-        ]
-        self._outlets[0].push_chunk(np.column_stack(values).astype(float), stamps)
+        values = np.column_stack(
+            [
+                samples["hard"],
+                samples["soft"],
+                (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9,
+                samples["seq"],
+                samples["status"],
+                np.full(len(samples), self._gaps),
+            ]
+        )
+        self._outlets[0].push_chunk(values, stamps)
         rows = batch.rows
-        measured = [np.where(rows["touch"] > 0, rows[name], np.nan) for name in ESTIMATES[:2]]
-        estimates = [*measured, *(rows[name] for name in ESTIMATES[2:])]
-        self._outlets[1].push_chunk(np.column_stack(estimates).astype(float), stamps)
+        estimates = np.column_stack([rows[name] for name in ESTIMATES]).astype(float)
+        estimates[rows["touch"] == 0, :2] = np.nan  # there is no ratio without a touch
+        self._outlets[1].push_chunk(estimates, stamps)
         self._last_s = float(stamps[-1])
         return stamps
 
@@ -169,23 +180,19 @@ allowed: one in real time
         rows = batch.rows
         zero_s = self._zero_ns / 1e9
         for number, touch in enumerate(batch.touches, batch.first):
-            own = np.flatnonzero(rows["touch"] == number)
+            places = np.flatnonzero(rows["touch"] == number).tolist()
             first = (touch.first_ratio, touch.first_standard_error)  # also if it was revised
-            yield (
-                int(own[-1]) if len(own) else 0,
-                _touch_text("touch", number, touch, *first, zero_s),
-            )
+            text = _touch_text("touch", number, touch, *first, zero_s)
+            yield max(places, default=0), text
         places = np.flatnonzero(rows["revised"]).tolist()
         # at the end of the stream there may be no row
         places += [len(rows) - 1] * (len(batch.revised) - len(places))
-        for at, (number, touch) in zip(places, batch.revised, strict=True):
-            yield (
-                at,
-                _touch_text("revised", number, touch, touch.ratio, touch.standard_error, zero_s),
-            )
+        for place, (number, touch) in zip(places, batch.revised, strict=True):
+            latest = (touch.ratio, touch.standard_error)
+            yield place, _touch_text("revised", number, touch, *latest, zero_s)
 
     def _push(self, text: str, stamp_s: float) -> None:
-        self._outlets[2].push_sample([text], stamp_s)
+        self._outlets[2].push_sample([text], float(stamp_s))
 
 
 def _info(
@@ -196,21 +203,19 @@ def _info(
     # The same when palpate is started again, so that receivers continue.
     identity = f"{MANUFACTURER} {name} {socket.gethostname()}"
     info = pylsl.StreamInfo(name, kind, len(labels), pylsl.IRREGULAR_RATE, form, identity)
-    about = info.desc()
-    about.append_child_value("manufacturer", MANUFACTURER)
+    description = info.desc()
+    description.append_child_value("manufacturer", MANUFACTURER)
     info.set_channel_labels(list(labels))
     info.set_channel_units([_UNITS.get(label, "none") for label in labels])
     info.set_channel_types([_TYPES.get(label, "Misc") for label in labels])
-    acquisition = about.append_child("acquisition")
+    acquisition = description.append_child("acquisition")
+    acquisition.append_child_value("version", __version__)
     instrument = device.get("name") or device.get("converter") or ""
-    told = {
-        "version": __version__,
-        "instrument": instrument,
-        "stamps": device.get("stamps", "converter"),
-    }
-    told |= {key: device[key] for key in ("period_s", "full_scale_pF") if key in device}
-    for key, value in told.items():
-        acquisition.append_child_value(key, str(value))
+    acquisition.append_child_value("instrument", str(instrument))
+    acquisition.append_child_value("stamps", device.get("stamps", "converter"))
+    for key in ("period_s", "full_scale_pF"):
+        if key in device:
+            acquisition.append_child_value(key, str(device[key]))
     return info
 
 
@@ -218,7 +223,12 @@ def _touch_text(
     kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float
 ) -> str:
     """Return the mark of a touch: its kind, and a JSON object with all digits."""
-    known = number_format.plain(
-        {"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s}
-    )
-    return f"{kind} {json.dumps({'number': number, **known, 'samples': touch.samples, 'flags': list(touch.flags)})}"
+    values = {
+        "number": number,
+        "ratio": ratio,
+        "standard_error": standard_error,
+        "start": zero_s + touch.start_s,
+        "samples": touch.samples,
+        "flags": touch.flags,
+    }
+    return f"{kind} {json.dumps(number_format.plain(values))}"

@@ -51,12 +51,9 @@ class RecordingControl:
         # Held while notes and marks are written; taken before the lock of the reader.
         self._marking = RLock()
 
-    def start_first(self, path: str | os.PathLike[str], notes: list[str]) -> None:
-        """Record the whole measurement; call it before the thread that reads starts."""
-        self.recorder = self._new_recorder(path, notes)
-        self._reader.record(self.recorder)
-
-    def start(self, path: str | os.PathLike[str], notes: list[str], *, earlier: bool) -> Recorder:
+    def start(
+        self, path: str | os.PathLike[str], notes: list[str], *, earlier: bool = False
+    ) -> Recorder:
         """Record from now on, or with the backlog; errors as in `Stream.start_recording`."""
         if earlier and not self._backlog:
             raise ValueError(
@@ -69,7 +66,13 @@ class RecordingControl:
                     "record: already recording, or the stream has ended; "
                     "allowed: one recording at a time"
                 )
-            recorder = self._new_recorder(path, notes)
+            recorder = Recorder(
+                path,
+                described(self._source),
+                {"scene": self._tracker.scene, **self._tracker.settings},
+                notes,
+                zero_ns=lambda: self._reader.zero_ns,
+            )
             with self._reader.lock:
                 start = self._backlog_start(earlier=earlier)
                 recorder.begin(*start)
@@ -77,12 +80,6 @@ class RecordingControl:
                 self.recorder = recorder
                 self._reader.record(recorder)
             return recorder
-
-    def _new_recorder(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
-        settings = {"scene": self._tracker.scene, **self._tracker.settings}
-        return Recorder(
-            path, described(self._source), settings, notes, zero_ns=lambda: self._reader.zero_ns
-        )
 
     def _backlog_start(self, *, earlier: bool) -> BacklogStart:
         if earlier and self._backlog:

@@ -183,7 +183,7 @@ class Stream:
             device = described(self.source)
             path, notes = self._first_recording
             if path is not None:
-                self._recording.start_first(path, notes)
+                self._recording.start(path, notes)
             self._listeners.begun(self)
             self._reader.start(device)
             if self._stop_requested:
