@@ -115,10 +115,15 @@ def arrow_of_touches(touches: Sequence[Touch]) -> Any:
     columns = []
     schema = []
     for name, arrow_type in _touch_columns().items():
-        unit = {"unit": _UNITS[name]} if name in _UNITS else None
-        schema.append(arrow.field(name, arrow.type_for_alias(arrow_type), metadata=unit))
+        schema.append(arrow_field(name, arrow.type_for_alias(arrow_type), _UNITS.get(name)))
         columns.append([row[name] for row in rows])
     return arrow.table(columns, schema=arrow.schema(schema))
+
+
+def arrow_field(name: str, arrow_type: Any, unit: str | None) -> Any:
+    """Return a pyarrow.Field with its unit in the metadata."""
+    metadata = {"unit": unit} if unit else None
+    return need("pyarrow", "tables").field(name, arrow_type, metadata=metadata)
 
 
 def _touch_columns() -> dict[str, str]:

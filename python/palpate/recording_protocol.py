@@ -169,23 +169,6 @@ value_notes, allowed: the result of palpate.read or palpate.recorded; a live sou
         )
 
 
-class Arrays(Protocol):
-    """The attributes of a recording in memory; see `palpate.Recording`."""
-
-    @property
-    def t_hard_s(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def t_soft_s(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def hard(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def soft(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def gap_rows(self) -> tuple[int, ...]: ...  # noqa: D102
-    @property
-    def timed(self) -> bool: ...  # noqa: D102
-
-
 class ArrayRecording:
     """Base of recordings in memory: the members of `RecordingProtocol`, of a class that has the arrays.
 
@@ -198,6 +181,11 @@ class ArrayRecording:
     >>> [part.pairs for part in run.parts(run.full_scale_pF)] == [len(run.hard)]
     True
     """
+
+    t_hard_s: NDArray[np.float64]
+    t_soft_s: NDArray[np.float64]
+    hard: NDArray[np.float64]
+    soft: NDArray[np.float64]
 
     @property
     def unit(self) -> str:
@@ -230,11 +218,11 @@ class ArrayRecording:
         return ()
 
     @property
-    def timed(self: Arrays) -> bool:
+    def timed(self) -> bool:
         """Whether every pair has its times."""
         return bool(np.isfinite(self.t_hard_s).all() and np.isfinite(self.t_soft_s).all())
 
-    def parts(self: Arrays, full_scale_pF: float) -> Iterator[Part]:
+    def parts(self, full_scale_pF: float) -> Iterator[Part]:
         """Yield the pairs, a new part after each gap; without times, pairs are 26 ms apart."""
         rows = len(self.hard)
         whole = Part(self.t_hard_s, self.t_soft_s, self.hard, self.soft)
@@ -247,7 +235,7 @@ class ArrayRecording:
             yield part._replace(end=PartEnd.GAP) if gaps_left else part
             gaps_left -= 1
 
-    def value_notes(self: Arrays) -> Iterator[str]:
+    def value_notes(self) -> Iterator[str]:
         """Yield remarks on times that are no numbers, and on clipped channels."""
         rows = len(self.hard)
         bad = np.count_nonzero(~np.isfinite(self.t_hard_s + self.t_soft_s))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.registers import SATURATED_PF
+from palpate.dataframe import arrow_field
 from palpate.errors import need
 from palpate.files import Json
 from palpate.importers.table import Table
@@ -59,11 +60,7 @@ def to_arrow(recording: Recording) -> Any:
         columns["host_stamps"] = arrow.array(np.full(rows, True))
     if recording.period_s:
         columns["period_s"] = arrow.array(np.full(rows, recording.period_s))
-    units = [{"unit": _UNITS[name]} if name in _UNITS else None for name in columns]
-    fields = [
-        arrow.field(name, columns[name].type, metadata=unit)
-        for name, unit in zip(columns, units, strict=True)
-    ]
+    fields = [arrow_field(name, cells.type, _UNITS.get(name)) for name, cells in columns.items()]
     return arrow.table(list(columns.values()), schema=arrow.schema(fields))
 
 

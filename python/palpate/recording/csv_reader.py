@@ -1,14 +1,13 @@
 """Palpate's own recordings, NAME.csv with its sidecar, read in blocks: only a part is in memory."""
 
 import io
-import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import groupby
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from palpate.recording.rows import (
 )
 from palpate.recording.sidecar import BEGUN, load
 from palpate.recording_protocol import PartEnd
-from palpate.samples import DTYPE, Block
+from palpate.samples import DTYPE, Block, Instrument
 
 _LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
 _BEGIN = 256  # bytes in which a file is recognised
@@ -113,24 +112,22 @@ class RecordingFile(OpenedRecording):
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
         self.codes: Codes | None = None
-        self._skips_damage = False
-        device = self.describe()
-        self.unit = str(device.get("unit", "pF"))
+        self._skips_damage = True  # until the rows are wanted
+        instrument = Instrument.of(self.describe())
+        self.unit = instrument.unit
         self.settings = self.sidecar.settings
-        self.host_stamps = device.get("stamps") == "host"
-        period: Any = device.get("period_s", 0.0)
-        if "period" in self.settings:
-            period = self.settings["period"]
-        self.period_s = float(period)
+        self.host_stamps = instrument.host_stamps
+        self.period_s = float(self.settings.get("period", instrument.period_s))
         self.zero_utc_ns = self.sidecar.zero_utc_ns
         tares = self.sidecar.tares
         self.tares = frozenset(mark.seq for mark in tares)
         self.gap_marks = [GapMark(mark.seq, mark.text) for mark in tares if mark.kind == "gap"]
         if self.sidecar.entries:
-            self.codes = codes_of(device)
-            self.full_scale_pF = float(device.get("full_scale_pF", math.inf))
+            self.codes = codes_of(self.sidecar.device)
+            self.full_scale_pF = instrument.full_scale_pF
         else:
             self._recognise_codes()
+        self._skips_damage = False
 
     def _recognise_codes(self) -> None:
         """Use the codes as those of an AD7746 if the first rows agree, within what a spreadsheet may round."""
@@ -148,7 +145,7 @@ class RecordingFile(OpenedRecording):
             self.full_scale_pF = SATURATED_PF
 
     def _first_rows(self) -> Block:
-        parsed = self._parsed(Bytes(), _FIRST, skips_damage=True)
+        parsed = self._parsed(Bytes(), _FIRST)
         return next(parsed, np.zeros(0, DTYPE))
 
     @property
@@ -223,7 +220,7 @@ class RecordingFile(OpenedRecording):
         self.integrity = Integrity()
         tares = sorted(self.tares)
         seen = Bytes(self.sidecar.seal.bytes)
-        for block in self._parsed(seen, _CHUNK, skips_damage=self._skips_damage):
+        for block in self._parsed(seen, _CHUNK):
             self._count(block)
             if tares:
                 cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
@@ -261,7 +258,7 @@ class RecordingFile(OpenedRecording):
             plan=self.sidecar.session,
         )
 
-    def _parsed(self, seen: Bytes, chunk: int, *, skips_damage: bool) -> Iterator[Block]:
+    def _parsed(self, seen: Bytes, chunk: int) -> Iterator[Block]:
         """Read the file once, in whole lines; yield the rows in them."""
         self.headed = False
         self.damaged = []
@@ -281,7 +278,7 @@ class RecordingFile(OpenedRecording):
                     self.columns = VERSIONS[HEADERS.index(header.removesuffix(b"\r"))]
                     self.headed = True
                     at.skip(1, len(header) + 1)
-                block = self._block(lines, at, skips_damage=skips_damage)
+                block = self._block(lines, at)
                 if len(block):
                     yield block
         seen.rows = at.rows
@@ -290,23 +287,23 @@ class RecordingFile(OpenedRecording):
         if len(tail.rstrip(b"\0")) > _LONGEST_ROW:
             reason = f"{len(tail)} bytes without a line end"
             place = Damage(at.line, 1, at.offset, len(tail), at.rows, reason)
-            self._add(place, skips_damage=skips_damage)
+            self._add(place)
             seen.torn = 0
 
     def _opened(self) -> BinaryIO:
         return open_unpacked(self.path) if self.data is None else io.BytesIO(self.data)
 
-    def _block(self, data: bytes, at: _Position, *, skips_damage: bool) -> Block:
+    def _block(self, data: bytes, at: _Position) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
             block = parse_rows(data, self.columns, self.codes)
         except ValueError:
-            return self._block_of_damaged(data, at, skips_damage=skips_damage)
+            return self._block_of_damaged(data, at)
         at.skip(len(block), len(data))  # each line is a row
         at.rows += len(block)
         return block
 
-    def _block_of_damaged(self, data: bytes, at: _Position, *, skips_damage: bool) -> Block:
+    def _block_of_damaged(self, data: bytes, at: _Position) -> Block:
         good = list[bytes]()
         lines = [line + b"\n" for line in data.split(b"\n")[:-1]]
         for reason, group in groupby(lines, lambda line: unreadable(line, self.columns)):
@@ -317,12 +314,12 @@ class RecordingFile(OpenedRecording):
                 at.rows += len(alike)
             else:
                 place = Damage(at.line, len(alike), at.offset, size, at.rows, reason)
-                self._add(place, skips_damage=skips_damage)
+                self._add(place)
             at.skip(len(alike), size)
         return parse_rows(b"".join(good), self.columns, self.codes)
 
-    def _add(self, place: Damage, *, skips_damage: bool) -> None:
-        if not skips_damage:
+    def _add(self, place: Damage) -> None:
+        if not self._skips_damage:
             advice = "palpate check counts what can still be read, palpate check --repair takes the rest out"
             raise RecordingError(self.path, f"{place.reason}: damaged; {advice}", place.line)
         self.damaged.append(place)
