@@ -2,6 +2,7 @@
 
 import errno
 import json
+import math
 import os
 import zlib
 from pathlib import Path
@@ -14,10 +15,14 @@ from palpate.errors import RecordingError
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
 from palpate.recording import writer as writer_module
+from palpate.recording.reading import recorded
 from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
+from palpate.recording.sidecar import MarkKind, SidecarMark
 from palpate.recording.writer import is_locked, lock, unlock
+from palpate.samples import block_of
+from palpate.source_events import Conditions
 from palpate.stream import stream as stream_module
 from recording_bench import document, sample, soon
 
@@ -215,6 +220,29 @@ def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(
     path.with_suffix(".json").unlink()
     with pytest.raises(RecordingError, match="is gone"):
         sidecar.amend(path, PLAN, other)
+
+
+@pytest.mark.parametrize("kind", ["mark", "tare", "gap"])
+def test_a_mark_is_read_as_it_was_written(tmp_path: Path, kind: MarkKind) -> None:
+    path = tmp_path / "run.csv"
+    marks = [
+        SidecarMark.at(sample(0), "here", kind),
+        SidecarMark(7, math.nan, "without a time", kind),
+    ]
+    recorder = Recorder(path, {}, {}, [])
+    recorder.begin(block_of([sample(0)]), marks, "")
+    recorder.mark("by hand", sample(0), kind)
+    recorder.close()
+    by_hand = SidecarMark.at(sample(0), "by hand", kind)
+    found = recorded(path).sidecar.marks
+    assert sorted(map(str, found)) == sorted(map(str, [*marks, by_hand]))
+
+
+def test_conditions_go_to_the_sidecar_at_the_end(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    recorder.conditions = [Conditions(1.5, {"temperature_C": 25.0})]
+    recorder.close()
+    assert document(recorder.path)["conditions"] == [{"t_s": 1.5, "temperature_C": 25.0}]
 
 
 def test_a_mark_may_be_earlier_and_be_renamed(tmp_path: Path) -> None:

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 from effort import Tally
-from palpate import Stream, Tracker, check
+from palpate import Status, Stream, Tracker, check
 from palpate.errors import DeviceNotFound, RecordingError
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
+from palpate.samples import block_of
 from palpate.stream import Listener, StreamCounters
-from recording_bench import Liar, Scripted, four, sample, with_gaps
+from recording_bench import Liar, Scripted, four, measured, sample, with_gaps
 
 
 def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:
@@ -43,6 +44,27 @@ def test_late_samples_and_those_that_never_came_are_counted(
         assert len(list(stream)) == 200
     counters = settled(stream, path, "source slower, or with gaps", tally)
     assert (counters.lost, counters.late) == (199 * (gap - 1), 199)
+
+
+@pytest.mark.parametrize("waiting", [0, 1, 3])
+def test_counters_before_the_newest_samples_are_those_of_the_samples_before(waiting: int) -> None:
+    """Of the newest three samples one is lost and one number is missing; some wait for the consumer."""
+    newest = block_of([sample(5), sample(7, status=Status.LOST), sample(8)])
+    now = StreamCounters(
+        read=8, lost=1, delivered=8 - waiting, waiting=waiting, refused=int(waiting < 2)
+    )
+    before = now.without(newest)
+    assert before == StreamCounters(read=5, delivered=5)
+    later = now.since(before)
+    assert (later["read"], later["delivered"], later["lost"]) == (3, 3 - waiting, 1)
+    assert later["waiting"] == waiting
+    assert now.without(block_of([sample(seq) for seq in range(8)])) == StreamCounters()
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_without_a_period_no_sample_is_late(live: bool) -> None:
+    source = Scripted([sample(seq * 10**6) for seq in range(20)], live=live)
+    assert measured(source).counters.late == 0
 
 
 @pytest.mark.parametrize(("capacity", "slower"), [(2, 2), (64, 2308), (1024, 10)])

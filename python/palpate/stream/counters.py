@@ -111,7 +111,7 @@ class StreamCounters:
         )
 
 
-def counted(
+def current_counters(
     reader: Reader,
     pipeline: Pipeline,
     queue: SampleQueue,

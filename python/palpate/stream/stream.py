@@ -16,7 +16,7 @@ from palpate.sources import open as open_source
 from palpate.sources.base import described
 from palpate.stream.batches import Batch, Estimate
 from palpate.stream.buffers import Backlog, SampleQueue
-from palpate.stream.counters import StreamCounters, counted
+from palpate.stream.counters import StreamCounters, current_counters
 from palpate.stream.listeners import Listener, Listeners
 from palpate.stream.pipeline import Pipeline
 from palpate.stream.reader import Reader
@@ -252,7 +252,7 @@ class Stream:
         if not self._reader.is_started:
             return StreamCounters()
         of_source = self.source.counters
-        return counted(self._reader, self._pipeline, self._queue, self.recorder, of_source)
+        return current_counters(self._reader, self._pipeline, self._queue, self.recorder, of_source)
 
     @property
     def epoch(self) -> Epoch | None:
