@@ -1,6 +1,7 @@
 """Real-time estimation of a capacitance ratio, and from it of elasticity.
 
-The estimators of the compiled core are imported at once; everything that needs numpy is imported at its first use.
+The estimators of the compiled core are imported at once; everything that needs numpy is imported at
+its first use.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ _LAZY = {
     "touch": ("Touch",),
     "uncertainty": ("Uncertainty",),
 }
-"""What its module is imported for. No module may have the name of a function: its import would replace the function."""
+"""The names that each module is imported for. No module may have the name of a function."""
 
 
 def __getattr__(name: str) -> Any:
@@ -126,7 +127,7 @@ def get_include() -> str:
 
 
 def get_cmake_dir() -> str:
-    """Return the folder for CMake's ``find_package(palpate)`` (as ``palpate_DIR``) and ``add_subdirectory``.
+    """Return the folder for CMake's ``find_package(palpate)`` and ``add_subdirectory``.
 
     Returns
     -------

@@ -63,11 +63,12 @@ def touches(
 
     Parameters
     ----------
-    recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame; or an iterable of them
-        Anything with the members of `palpate.recording_protocol.RecordingProtocol`. A reading that is nan, or
-        `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` and a path are read in
-        blocks. Of a recording of palpate, the baseline is tared at the same samples as in the measurement, and a
-        touch after a gap has the flag "gap".
+    recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame;
+    or an iterable of them
+        Anything with the members of `palpate.recording_protocol.RecordingProtocol`. A reading that
+        is nan, or `full_scale_pF` or more, is left out and counted. The result of
+        `palpate.recorded` and a path are read in blocks. Of a recording of palpate, the baseline is
+        tared at the same samples as in the measurement, and a touch after a gap has the flag "gap".
     scene : str
         As in `Tracker`.
     unit : str, optional
@@ -75,34 +76,39 @@ def touches(
     reading : mapping, optional
         More keywords of `palpate.read` for them, for example {"columns": {"hard": 2, "soft": 3}}.
     windows : sequence of (float, float), optional
-        Begin and end, s, of touches that are cut out by hand, of one recording; each lies within one press. The result has
-        a touch for each window, in their order: of its samples, up to the lift of the probe, and of any length. Its
-        baseline is from the readings without contact before it.
+        Begin and end, s, of touches that are cut out by hand, of one recording; each lies within
+        one press. The result has a touch for each window, in their order: of its samples, up to the
+        lift of the probe, and of any length. Its baseline is from the readings without contact
+        before it.
     jobs : int
-        Threads for several recordings, 1 or more. The results are the same bit for bit. The estimator runs in all of
-        them at once, and so does waiting for a slow disk; the text of files is read by one at a time. Of an iterator no
-        more than 2 * jobs recordings are taken ahead.
+        Threads for several recordings, 1 or more. The results are the same bit for bit. The
+        estimator runs in all of them at once, and so does waiting for a slow disk; the text of
+        files is read by one at a time. Of an iterator no more than 2 * jobs recordings are taken
+        ahead.
     **settings
-        As in `Tracker`. Without times a touch has 250 `samples` by default, where the scene has a length in seconds.
+        As in `Tracker`. Without times a touch has 250 `samples` by default, where the scene has a
+        length in seconds.
 
     Returns
     -------
     Touches, or list of Touches
-        The touches in order of time, with the results known at the end of the recording; empty if no change was above
-        the noise. Its `notes` and `doubts` are those of the recording; doubts of a file are a UserWarning, too. Of several recordings a list for each, in the order of the recordings.
+        The touches in order of time, with the results known at the end of the recording; empty if
+        no change was above the noise. Its `notes` and `doubts` are those of the recording; doubts
+        of a file are a UserWarning, too. Of several recordings a list for each, in the order of the
+        recordings.
 
     Raises
     ------
     ValueError
-        An unknown scene, a setting out of range, or `seconds` for a recording without times; a window without a touch, or
-        whose baseline was measured in contact.
+        An unknown scene, a setting out of range, or `seconds` for a recording without times; a
+        window without a touch, or whose baseline was measured in contact.
     TypeError
         An unknown setting; or not a recording: the message names the missing members.
     RecordingError
         A file cannot be read.
     SomeFailed
-        Some of several recordings failed, for any of these reasons. It is raised when all are done, and has the
-        results of the other ones in `results`.
+        Some of several recordings failed, for any of these reasons. It is raised when all are done,
+        and has the results of the other ones in `results`.
 
     Examples
     --------
@@ -141,7 +147,7 @@ def touches(
 
 
 def _of_one(keywords: Mapping[str, Any], recording: Any, **options: Any) -> Touches:
-    """Return the touches of a recording, a path or a table; `keywords` of `read`, `options` of `tracked`."""
+    """Return the touches of one recording; `keywords` of `read`, `options` of `tracked`."""
     is_path = isinstance(recording, str | os.PathLike)
     if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **keywords)
@@ -188,7 +194,7 @@ def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:
 def in_order(
     work: Callable[[_Item], _Result], items: Iterable[_Item], jobs: int
 ) -> Generator[_Result | Exception, None, None]:
-    """Yield the result of a function for each item in order, or what it raised, from threads; jobs=1: from this one.
+    """Yield the result of a function for each item in order, or its error; from threads if `jobs` > 1.
 
     Examples
     --------

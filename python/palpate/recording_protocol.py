@@ -25,7 +25,8 @@ class PartEnd(Enum):
     TARE
         It was measured again.
     GAP
-        It is not valid any more: the board was opened again, or its range moved. It is measured again.
+        It is not valid any more: the board was opened again, or its range moved. It is measured
+        again.
     """
 
     CONTINUES = auto()
@@ -91,10 +92,10 @@ def _seconds(times: Times) -> NDArray[np.float64]:
 
 
 class RecordingProtocol(Protocol):
-    """What every recording has: one in memory, a file of palpate, a table of another program, and a simulation.
+    """What every recording has: in memory, in a file, a table, or simulated.
 
-    `palpate.touches`, `palpate.offline` and a calibration read nothing else of it. A class of your own can be a
-    recording, too; one with arrays needs `ArrayRecording` and five attributes only.
+    `palpate.touches`, `palpate.offline` and a calibration read nothing else of it. A class of your
+    own can be a recording, too; one with arrays needs `ArrayRecording` and five attributes only.
     """
 
     @property
@@ -111,7 +112,7 @@ class RecordingProtocol(Protocol):
 
     @property
     def host_stamps(self) -> bool:
-        """Whether the computer stamped the samples when they arrived; False: the converter did, or it is unknown."""
+        """Whether the computer stamped the samples when they arrived; False: it did not, or unknown."""
 
     @property
     def period_s(self) -> float:
@@ -158,8 +159,9 @@ def require_recording(value: object) -> None:
     --------
     >>> require_recording(3)
     Traceback (most recent call last):
-    TypeError: recording: got 3, without doubts, full_scale_pF, host_stamps, notes, parts, period_s, timed, unit, \
-value_notes, allowed: the result of palpate.read or palpate.recorded; a live source has to be recorded first
+    TypeError: recording: got 3, without doubts, full_scale_pF, host_stamps, notes, parts, \
+period_s, timed, unit, value_notes, allowed: the result of palpate.read or palpate.recorded; \
+a live source has to be recorded first
     """
     missing = sorted(_MEMBERS.difference(dir(value)))
     if missing:
@@ -170,7 +172,7 @@ value_notes, allowed: the result of palpate.read or palpate.recorded; a live sou
 
 
 class ArrayRecording:
-    """Base of recordings in memory: the members of `RecordingProtocol`, of a class that has the arrays.
+    """Base of recordings in memory: makes the members of `RecordingProtocol` from arrays.
 
     The class needs `t_hard_s`, `t_soft_s`, `hard`, `soft`, each of shape (n,), and `full_scale_pF`.
 

@@ -12,8 +12,8 @@ from palpate.number_format import plain
 class Touch:
     """The result of one touch; a Tracker, a Stream and `palpate.touches` make them.
 
-    It is a plain dataclass: `dataclasses.asdict`, `dataclasses.replace`, pandas and polars take it. Two touches are equal
-    if all of their values are, where nan equals nan.
+    It is a plain dataclass: `dataclasses.asdict`, `dataclasses.replace`, pandas and polars take it.
+    Two touches are equal if all of their values are, where nan equals nan.
 
     Attributes
     ----------
@@ -28,42 +28,47 @@ class Touch:
     covariance : float
         Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one.
     standard_error : float
-        Standard deviation of the ratio, including the error that a misfit leaves open; nan if it is not known.
+        Standard deviation of the ratio, including the error that a misfit leaves open; nan if it is
+        not known.
     revised : bool
-        Whether the baseline after the release is known, and `ratio` corrected for its drift (with the flag "creep" or
-        "baseline": known, and not corrected).
+        Whether the baseline after the release is known, and `ratio` corrected for its drift (with
+        the flag "creep" or "baseline": known, and not corrected).
     first_ratio : float
         The ratio that was known at the end of the touch.
     first_standard_error : float
         Standard deviation of `first_ratio`.
     level_ratio : float
-        Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after the release) fall: a
-        tilt of the probe does not change it; nan in other scenes, or if the press shows no sweep.
+        Ratio over the swept depth, the slope of a line with an intercept over rise, hold and (after
+        the release) fall: a tilt of the probe does not change it; nan in other scenes, or if the
+        press shows no sweep.
     level_standard_error : float
         Standard deviation of `level_ratio`.
     contact_exponent : float
         Exponent of force against depth with which `level_ratio` was computed; 0: there is none.
     age_s : float
-        Seconds from the moment when the press had settled to the end of the touch, if it ends at an age; 0: it ends at
-        its length.
+        Seconds from the moment when the press had settled to the end of the touch, if it ends at an
+        age; 0: it ends at its length.
     ratio_before : float
-        With the flag "changed", if the change lasted: the ratio before it, and `ratio` is the one after it; else nan.
+        With the flag "changed", if the change lasted: the ratio before it, and `ratio` is the one
+        after it; else nan.
     before_standard_error : float
         Standard deviation of `ratio_before`.
     ratio_after : float
-        With the flag "changed", if the change was shortly before the end: the ratio after it, from the last samples, and
-        `ratio` is the one before it; else nan.
+        With the flag "changed", if the change was shortly before the end: the ratio after it, from
+        the last samples, and `ratio` is the one before it; else nan.
     after_standard_error : float
         Standard deviation of `ratio_after`.
     offset_ratio : float
-        Ratio of hard = ratio * soft + offset, if the flag "offset" is the only misfit and explains it; else nan.
+        Ratio of hard = ratio * soft + offset, if the flag "offset" is the only misfit and explains
+        it; else nan.
     offset_standard_error : float
         Standard deviation of `offset_ratio`.
     effects : dict of float
-        Sizes of the effects that the model leaves out (empty in a scene without a fit): `offset`, the share of the mean
-        depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the
-        soft channel, ms (nan without times); `curve`, share of the mean output; `tilt`, the ratio above the level ratio,
-        share of it; `shift` of the ratio by the revision, share.
+        Sizes of the effects that the model leaves out (empty in a scene without a fit): `offset`,
+        the share of the mean depth by which the soft bump is reached first; `drift` during the
+        touch, share of the mean output; `lag` of the soft channel, ms (nan without times); `curve`,
+        share of the mean output; `tilt`, the ratio above the level ratio, share of it; `shift` of
+        the ratio by the revision, share.
     alarm_share : float
         Share of the samples with the alarm on.
     saturated : int
@@ -71,9 +76,11 @@ class Touch:
     refused : int
         Number of readings that gave no sample: without a value, or impossible to align.
     flags : tuple of Flag
-        Warnings about the result, as `palpate.flags.Flag` lists them; `palpate.advice` explains them.
+        Warnings about the result, as `palpate.flags.Flag` lists them; `palpate.advice` explains
+        them.
     held : bool
-        Whether the probe was in contact for nearly the wanted length, even if few samples came in time (the flag "late").
+        Whether the probe was in contact for nearly the wanted length, even if few samples came in
+        time (the flag "late").
 
     Examples
     --------
@@ -111,7 +118,7 @@ class Touch:
     held: bool
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values for JSON: all fields except `held`, flags as text, and None in place of nan."""
+        """Return the fields except `held` for JSON, with None in place of nan."""
         values = plain(asdict(self))
         values["effects"] = plain(self.effects)
         values["flags"] = tuple(flag.value for flag in self.flags)
@@ -119,7 +126,7 @@ class Touch:
         return values
 
     def without_times(self) -> "Touch":
-        """Return the touch of a recording whose times are not known: without its start, s, and its lag, ms."""
+        """Return the touch of a recording without times: its start and its lag are unknown."""
         effects = self.effects | {"lag": nan} if self.effects else {}
         return replace(self, start_s=nan, effects=effects)
 

@@ -33,8 +33,9 @@ class Touches(list[Touch], Framed, Plotted):
     Attributes
     ----------
     notes, doubts : tuple of str
-        Notes and doubts of the recording, as in `palpate.Recording`. More notes are about a baseline that was
-        measured again, touches whose model was not tested, and touches with the next one too soon after them.
+        Notes and doubts of the recording, as in `palpate.Recording`. More notes are about a
+        baseline that was measured again, touches whose model was not tested, and touches with the
+        next one too soon after them.
     unit : str
         Unit of both signals.
 
@@ -83,7 +84,7 @@ class Touches(list[Touch], Framed, Plotted):
         draw_touches(self, ax)
 
     def to_arrow(self) -> Any:
-        """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
+        """Return a pyarrow.Table with a row for each touch, and plain columns."""
         return arrow_of_touches(self)
 
 
@@ -142,7 +143,7 @@ def _times(count: int) -> str:
 
 
 def _touch_notes(touches: Touches, period_s: float) -> Iterator[str]:
-    """Yield remarks on touches with few pairs, without a test of the model, and with another touch too soon after."""
+    """Yield remarks on touches with few pairs, untested ones, and ones followed too soon."""
     if period_s > 0.5:
         yield (
             f"pairs are {period_s:.3g} s apart: a touch has few; times are in s, or integers of ns"
@@ -176,7 +177,7 @@ def _is_soon(after: Touch, before: Touch) -> bool:
 
 
 def baseline_takes(period_s: float) -> str:
-    """Return how long nothing may be touched before a touch; `period_s`: from pair to pair, 0: unknown."""
+    """Return how long a baseline takes; `period_s`: from pair to pair, 0: unknown."""
     text = "a baseline takes 32 pairs without contact"
     if not period_s > 0:
         return text
@@ -187,7 +188,7 @@ def baseline_takes(period_s: float) -> str:
 def _tracked_in(
     windows: Windows, recording: RecordingProtocol, scene: "_Scene", settings: "_AnySettings"
 ) -> Tracked:
-    """Return the touch in each window, with a baseline from the readings without contact before it."""
+    """Return the touch in each window; its baseline is from the readings before it."""
     until_lift = _until_lift(scene, settings)
     tracker = tracker_of(recording, scene, until_lift)
     if not recording.timed:
@@ -258,10 +259,10 @@ _LEFT, _INSIDE, _AFTER = 1, 2, 3  # stages of a recording around a window; 0: be
 def _cut_out(
     tracker: Tracker, recording: RecordingProtocol, rows: list[int]
 ) -> tuple[list[Touch], int]:
-    """Feed a recording up to the last of four rows; return the touches from the second to the third, where they end.
+    """Feed a recording up to the last of four rows; return touches from the second to the third.
 
-    Readings from the first to the second are left out: the contact that has begun before the window.
-    Also returned is how often the baseline was wrong from the second row on.
+    Readings from the first to the second are left out: the contact that has begun before the
+    window. Also returned is how often the baseline was wrong from the second row on.
     """
     at = 0
     stage_before = 0
@@ -291,7 +292,7 @@ def _cut_out(
 
 
 def tracker_of(recording: RecordingProtocol, scene: "_Scene", settings: "_AnySettings") -> Tracker:
-    """Return a new tracker for a recording: with its full scale, its stamps, and a length that it can have.
+    """Return a new tracker for a recording, with settings that it can have.
 
     Raises
     ------
@@ -366,7 +367,7 @@ def feed_recording(tracker: Tracker, recording: RecordingProtocol) -> Iterator[F
 
 
 def _parts(tracker: Tracker, recording: RecordingProtocol) -> Iterator[tuple[int, Part]]:
-    """Yield the parts of a recording, each with the number of its era; after each, pass its end to the tracker."""
+    """Yield era and part of a recording; after each, pass its end to the tracker."""
     era = 0
     for part in recording.parts(tracker.settings["full_scale"]):
         yield era, part

@@ -1,4 +1,6 @@
-"""A recording as a data frame, and back with the same bits: its columns have everything that touches depend on.
+"""A recording as a data frame, and back with the same bits.
+
+Its columns have everything that touches depend on.
 
 So it survives a polars frame, which has no metadata, and a part of the rows.
 """
@@ -31,15 +33,19 @@ _UNITS = {
     "period_s": "s",
 }
 _TIMES = (("t_hard_s", "t_soft_s"), ("t_hard_ns", "t_soft_ns"))
-ROWS_ONLY = "rows of a recording of palpate without its sidecar: they are not verified; its range, gaps and tares are not known"
+ROWS_ONLY = (
+    "rows of a recording of palpate without its sidecar: they are not verified; "
+    "its range, gaps and tares are not known"
+)
 """Note of a frame of palpate's own Parquet file that another program read."""
 
 
 def to_arrow(recording: Recording) -> Any:
     """Return a recording as a pyarrow.Table.
 
-    Its columns are t_hard_s, t_soft_s (if it has times), hard_pF, soft_pF; and, where they say something: utc; gap, True in a row from which
-    on the earlier baseline is not valid; full_scale_pF, host_stamps and period_s, the same in all rows.
+    Its columns are t_hard_s, t_soft_s (if it has times), hard_pF, soft_pF; and, where they say
+    something: utc; gap, True in a row from which on the earlier baseline is not valid;
+    full_scale_pF, host_stamps and period_s, the same in all rows.
     """
     arrow = need("pyarrow", "tables")
     rows = len(recording.hard)
@@ -65,7 +71,7 @@ def to_arrow(recording: Recording) -> Any:
 
 
 def own_frame(table: Table) -> Recording | None:
-    """Return the recording of a frame that palpate made, or of its rows as text; None: another frame. Errors as in `read`."""
+    """Return the recording of a frame that palpate made; None: another frame. Errors as `read`."""
     names = {column.name for column in table.columns}
     stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
     is_own = names >= {"hard_pF", "soft_pF"} and (stamps or "full_scale_pF" in names)

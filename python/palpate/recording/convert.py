@@ -1,4 +1,4 @@
-"""Converts a recording to palpate's own CSV, or to Parquet or Arrow with the sidecar in the metadata; reads these back."""
+"""Converts a recording to palpate's own CSV, or to Parquet or Arrow, and reads these back."""
 
 import math
 import os
@@ -64,7 +64,7 @@ def schema() -> Any:
 
 
 def own_recording(table: "Table") -> RecordingFile | None:
-    """Return a recording that was converted to Parquet or Arrow, as CSV again, which its checksum is of; None: another file."""
+    """Return the recording in a converted table, with its checksum; None: another table."""
     by_name = {column.name: column.cells for column in table.columns}
     if KEY not in table.metadata or not set(NAMES.values()) <= set(by_name):
         return None
@@ -81,7 +81,7 @@ def own_recording(table: "Table") -> RecordingFile | None:
 
 
 def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) -> int:
-    """Write a recording to another format: Parquet, Arrow, or palpate's own CSV. It is complete, or not written.
+    """Write a recording to another format: as a whole, or not at all.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: Json) -> 
 
 
 def _document(recording: "OpenedRecording", seal: dict[str, int]) -> Json:
-    """Return the sidecar of the output; its end has the doubts on its source, which a checksum alone would hide."""
+    """Return the sidecar of the output; its end has the doubts on the source."""
     document = dict(recording.sidecar.entries)
     if not document:
         document = sidecar.fresh(recording.describe(), {}, list(recording.notes))

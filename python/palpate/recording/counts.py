@@ -26,7 +26,8 @@ class Survey:
     backward : int
         Rows whose time is earlier than in the row before.
     refused, excitation, hard_saturated, soft_saturated : int
-        Rows without a usable value; how many of these have EXCERR of the converter; rows with a saturated channel.
+        Rows without a usable value; how many of these have EXCERR of the converter; rows with a
+        saturated channel.
     miscoded : int
         Rows with a code above the largest one of the converter.
     first_ns, last_ns : int
@@ -34,7 +35,8 @@ class Survey:
     seconds : float
         Time from the first row to the last, s.
     pause : (float, int)
-        The longest time from row to row, s, and the number of the row before; pauses at `marked` rows do not count.
+        The longest time from row to row, s, and the number of the row before; pauses at `marked`
+        rows do not count.
     marked : frozenset of int
         Rows after which a mark says that the baseline was measured again.
     spans_pF : dict

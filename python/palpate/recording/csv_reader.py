@@ -81,12 +81,14 @@ class RecordingFile(OpenedRecording):
     columns : tuple of str
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
     codes : Codes or None
-        Scale of the codes: from the sidecar; else the AD7746 if the first rows agree with it; else None.
+        Scale of the codes: from the sidecar; else the AD7746 if the first rows agree with it; else
+        None.
 
     Raises
     ------
     RecordingError
-        The file does not exist or is not a recording made by palpate; from `blocks()`: a line is not a row.
+        The file does not exist or is not a recording made by palpate; from `blocks()`: a line is
+        not a row.
 
     Examples
     --------
@@ -130,7 +132,7 @@ class RecordingFile(OpenedRecording):
         self._skips_damage = False
 
     def _recognise_codes(self) -> None:
-        """Use the codes as those of an AD7746 if the first rows agree, within what a spreadsheet may round."""
+        """Use the codes of an AD7746 if the first rows agree, but for rounding by a spreadsheet."""
         written = self._first_rows()
         self.codes = Codes()
         computed = self._first_rows()
@@ -150,7 +152,7 @@ class RecordingFile(OpenedRecording):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Differences from the file as it was written, after `blocks()`: results may be wrong. They are in `notes`, too."""
+        """Differences from the file as it was written; complete after `blocks()`, also in `notes`."""
         return self.integrity.doubts
 
     @property
@@ -211,7 +213,7 @@ class RecordingFile(OpenedRecording):
         return {"name": "recording", "file": self.path.name}
 
     def skip_damage(self) -> None:
-        """From now on leave out damaged places, and list them in `damaged`; else the first one is an error."""
+        """From now on, list damaged places in `damaged`; else the first one is an error."""
         self._skips_damage = True
 
     def blocks(self) -> Iterator[Block]:
@@ -320,13 +322,16 @@ class RecordingFile(OpenedRecording):
 
     def _add(self, place: Damage) -> None:
         if not self._skips_damage:
-            advice = "palpate check counts what can still be read, palpate check --repair takes the rest out"
+            advice = (
+                "palpate check counts what can still be read, "
+                "palpate check --repair takes the rest out"
+            )
             raise RecordingError(self.path, f"{place.reason}: damaged; {advice}", place.line)
         self.damaged.append(place)
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and a truncated header."""
+    """Return whether palpate made a file: its header, or a truncated one with a sidecar."""
     begin = _begin(path)
     if _first_line(begin) in HEADERS:
         return True
@@ -335,7 +340,7 @@ def is_own(path: Path) -> bool:
 
 
 def header_damage(path: Path) -> str:
-    """Return what is wrong with the header of a recording whose sidecar is intact; empty: it is none of palpate's."""
+    """Return the damage in the header of a recording with a sidecar; empty: another file."""
     if not _has_sidecar(path):
         return ""
     begin = _begin(path)

@@ -35,7 +35,7 @@ class Integrity(NamedTuple):
     verified: int = 0
 
     def doubts_before(self, change: str, end: RecordingEnd | None) -> list[str]:
-        """Return the doubts for the end of a changed file; new ones say that they are from before the change."""
+        """Return the doubts for the end of a changed file; new ones are from before the change."""
         old = end.doubts if end else ()
         return [text if text in old else f"before the {change}: {text}" for text in self.doubts]
 
@@ -61,7 +61,10 @@ class Known:
 
 @dataclass
 class Bytes:
-    """Counts over a file; `marked` is the CRC-32 of its first `to_mark` bytes, `joined` the one without carriage returns."""
+    """Counts over a file.
+
+    `marked` is the CRC-32 of its first `to_mark` bytes, `joined` the one without carriage returns.
+    """
 
     to_mark: int | None = None
     size: int = 0

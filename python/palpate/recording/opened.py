@@ -1,4 +1,4 @@
-"""A recording that is read from a file, in blocks: the base of palpate's own files and of imported tables."""
+"""A recording that is read from a file in blocks: palpate's own, or an imported table."""
 
 import math
 from abc import ABC, abstractmethod
@@ -66,7 +66,8 @@ class OpenedRecording(ABC):
     timed : bool
         Whether its rows have times.
     understood : str
-        Of a table of another program: one line that says which columns and units were used; else empty.
+        Of a table of another program: one line that says which columns and units were used; else
+        empty.
     unused : list of str
         Of a table: names, or positions from 1, of the columns that are not in the recording.
     sidecar : Sidecar
@@ -74,7 +75,8 @@ class OpenedRecording(ABC):
     settings : dict
         Scene and settings of the live measurement; empty if unknown.
     tares : frozenset of int
-        Numbers of the samples after which the baseline was measured again; each is the last of a block.
+        Numbers of the samples after which the baseline was measured again; each is the last of a
+        block.
     gap_marks : list of GapMark
         The gaps among the `tares`.
     survey : Survey
@@ -133,7 +135,7 @@ class OpenedRecording(ABC):
 
     @abstractmethod
     def skip_damage(self) -> None:
-        """From now on leave out damaged places, and list them in `damaged`; else the first one is an error."""
+        """From now on, list damaged places in `damaged`; else the first one is an error."""
 
     def parts(self, full_scale_pF: float) -> Iterator[Part]:
         """Yield the pairs as a tracker takes them, in ns; each tare and each gap ends a part."""

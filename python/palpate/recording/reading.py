@@ -24,8 +24,8 @@ from palpate.samples import UNTIMED_NS, Block, blank
 _GAP = "as a column of the table says"
 _ROWS = 1 << 16  # of a block
 AS_TABLE = (
-    "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes, tares, "
-    "gaps and range not used"
+    "a recording of palpate, read as a table of another program: its rows are not verified, "
+    "its status, codes, tares, gaps and range not used"
 )
 """Note of a recording that is read with `columns`, `unit` or the like, or without its file."""
 
@@ -76,7 +76,7 @@ class ImportedRecording(OpenedRecording):
         return self._recording
 
     def describe(self) -> Json:
-        """Return the known properties of the instrument: file name, full scale, and others that differ from the usual."""
+        """Return the known properties of the instrument."""
         known: Json = {
             "name": "table of another program",
             "file": self.path.name,
@@ -91,7 +91,7 @@ class ImportedRecording(OpenedRecording):
         return known
 
     def blocks(self) -> Iterator[Block]:
-        """Yield all samples, in parts, a new one after each gap; without times, pairs are `UNTIMED_NS` apart."""
+        """Yield all samples in parts; without times, pairs are `UNTIMED_NS` apart."""
         self.survey = Survey(marked=self.tares)
         recording = self._recording
         rows = len(recording)
@@ -117,7 +117,7 @@ def _ns(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording:
-    """Return a table of another program, or a data frame of palpate's own, as a recording; errors as in `read`."""
+    """Return a table or a data frame as a recording; errors as in `read`."""
     from palpate.importers.channels import find_channels
     from palpate.importers.formats import read_table
     from palpate.recording.arrow import own_frame
@@ -149,7 +149,7 @@ _OWN_NAMES = {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
 
 
 def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
-    """Open a recording of any length, to read it in blocks; a table of another program is read as a whole.
+    """Open a recording, to read it in blocks; a table of another program is read as a whole.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     Returns
     -------
     OpenedRecording
-        A `RecordingFile` or an `ImportedRecording`, an input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
-        the sidecar.
+        A `RecordingFile` or an `ImportedRecording`, an input for `palpate.touches`: `blocks()`
+        yields arrays of samples; `settings` and `describe()` are those of the sidecar.
 
     Raises
     ------
@@ -208,15 +208,17 @@ def read(
     Parameters
     ----------
     source : path-like or data frame
-        A recording of palpate, or a table of another program; also packed as .gz. "-" is standard input. Or a frame of pandas or polars, an object with `__arrow_c_stream__`, a dict
-        of arrays, or a structured array: columns of contiguous float64 are used as they are, without a copy.
+        A recording of palpate, or a table of another program; also packed as .gz. "-" is standard
+        input. Or a frame of pandas or polars, an object with `__arrow_c_stream__`, a dict of
+        arrays, or a structured array: columns of contiguous float64 are used as they are, without a
+        copy.
     columns : mapping, optional
-        Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
-        has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
-        palpate's own files.
+        Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if
+        the soft channel has its own times. A column is a name in one of the header rows, or a
+        position counted from 1. Not needed for palpate's own files.
     unit : str, optional
-        Unit of both capacitances, aF to F: they are converted to pF. Or of two other signals, any text, as "N": their
-        values are used as they are. Default: the unit in the header, else pF.
+        Unit of both capacitances, aF to F: they are converted to pF. Or of two other signals, any
+        text, as "N": their values are used as they are. Default: the unit in the header, else pF.
     time_unit : str, optional
         Unit of the times, ns to d. Default: the unit in the header, else the one that makes sense.
     rate : float, optional
@@ -226,7 +228,8 @@ def read(
     soft : path-like, optional
         File of the soft channel, if `source` has the hard channel only.
     part : str, optional
-        Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two channels.
+        Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two
+        channels.
 
     Returns
     -------
@@ -237,7 +240,8 @@ def read(
     RecordingError
         The file is not a recording: with the line and the reason.
     ValueError
-        A column does not exist, a unit is not known, or the file leaves its meaning open: with what settles it.
+        A column does not exist, a unit is not known, or the file leaves its meaning open: with what
+        settles it.
 
     Examples
     --------

@@ -1,7 +1,8 @@
-"""Writes a recording during the measurement, in its own thread: a slow disk does not delay the source.
+"""Writes a recording in its own thread: a slow disk does not delay the source.
 
-Rows are written every 0.1 s; they survive if the process is killed. Each second they are synced to the disk, and then a
-checkpoint of the synced rows goes to the sidecar: so a recording without an end can be verified up to it.
+Rows are written every 0.1 s; they survive if the process is killed. Each second they are synced to
+the disk, and then a checkpoint of the synced rows goes to the sidecar: so a recording without an
+end can be verified up to it.
 """
 
 import os
@@ -36,8 +37,8 @@ _MOST = 2**20  # samples
 class Recorder:
     """Writes a recording while it is measured.
 
-    If the file is removed, renamed, replaced, or changed by another program, or its disk fails or is full, `error` is
-    set, and nothing more is written: it says how many rows are on the disk.
+    If the file is removed, renamed, replaced, or changed by another program, or its disk fails or
+    is full, `error` is set, and nothing more is written: it says how many rows are on the disk.
 
     Parameters
     ----------
@@ -49,8 +50,9 @@ class Recorder:
         Scene and settings of the tracker.
     notes : list of str
     zero_ns : callable
-        Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar gets it, and UTC of the
-        same moment as the wall clock shows it at the begin, `zero_utc_ns`, and at the end, `zero_utc_ns_at_end`.
+        Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar
+        gets it, and UTC of the same moment as the wall clock shows it at the begin, `zero_utc_ns`,
+        and at the end, `zero_utc_ns_at_end`.
 
     Attributes
     ----------
@@ -59,8 +61,8 @@ class Recorder:
     first_s : float or None
         Time of the first sample of the recording, s; None: there is none yet.
     conditions : list of Conditions
-        Conditions measured so far (temperature, supply); a longer list replaces it. It goes to the sidecar with
-        each checkpoint, and at the end.
+        Conditions measured so far (temperature, supply); a longer list replaces it. It goes to the
+        sidecar with each checkpoint, and at the end.
     popped : callable
         Called, in the thread that writes, when there is room again.
 
@@ -122,7 +124,7 @@ class Recorder:
 
     @property
     def dropped(self) -> int:
-        """Number of samples that are not in the file: the disk was too slow or failed, or another program cut it."""
+        """Number of samples that are not in the file: the disk failed or was too slow."""
         waiting = len(self._ring) if self.error else 0
         return self._ring.dropped + self._writer.missing + waiting
 
@@ -161,7 +163,7 @@ class Recorder:
         return self.push_many(block_of([sample])) == 1
 
     def push_many(self, block: Block) -> int:
-        """Add consecutive samples; return how many of them, the first ones, had room. Call it from the thread of `push`."""
+        """Add consecutive samples; return how many had room. Call it from the thread of `push`."""
         if len(block):
             self._begin_clock(int(block["t_hard_ns"][0]))
         taken = self._ring.push_many(block)
@@ -172,10 +174,10 @@ class Recorder:
         return taken
 
     def gap(self, text: str) -> None:
-        """Mark that the earlier baseline is not valid from the next sample on; from the thread that pushes.
+        """Mark that the earlier baseline is not valid any more; from the thread that pushes.
 
-        The mark is at the last sample before it, as for a tare, and is in the sidecar before any later row is in the
-        file.
+        The mark is at the last sample before it, as for a tare, and is in the sidecar before any
+        later row is in the file.
         """
         self._gaps.append(SidecarMark.at(self._last, text, "gap"))
 
@@ -210,11 +212,11 @@ class Recorder:
         return int(self._change(lambda file: file.add("marks", mark.as_dict())))
 
     def rename_mark(self, number: int, text: str) -> None:
-        """Give a mark another text; ValueError, too, if there is no such mark, or it is a tare or a gap."""
+        """Give a mark another text; ValueError, too, if it is a tare or a gap, or does not exist."""
         self._change(lambda file: file.rename(number, text))
 
     def session(self, plan: Plan) -> None:
-        """Store the touched specimen; it goes to the sidecar with the next checkpoint, and at the end. Errors as in `note`."""
+        """Store the session; it is saved with the next checkpoint. Errors as in `note`."""
         self._change(lambda file: file.set("session", plan.as_dict()))
 
     def _change(self, change: Callable[[SidecarFile], Any]) -> Any:

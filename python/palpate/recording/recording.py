@@ -45,13 +45,15 @@ class Recording(ArrayRecording, Framed, Plotted):
     Attributes
     ----------
     t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
-        Times of the readings of each channel, s; nan if the file has no times, equal if it has one time for both.
+        Times of the readings of each channel, s; nan if the file has no times, equal if it has one
+        time for both.
     hard, soft : numpy.ndarray, shape (n,)
         Capacitances, pF, or signals in `unit`, baseline included; nan for a missing value.
     notes : tuple of str
         Remarks on the data: rows without a value, an incomplete last row, times that go back.
     full_scale_pF : float
-        Readings of this magnitude are saturated: the range of the AD7746 in palpate's own files, else inf.
+        Readings of this magnitude are saturated: the range of the AD7746 in palpate's own files,
+        else inf.
     host_stamps : bool
         Whether the computer stamped the samples when they arrived; False if it is not known.
     period_s : float
@@ -59,7 +61,8 @@ class Recording(ArrayRecording, Framed, Plotted):
     doubts : tuple of str
         Notes on differences from the file as it was written: results may be wrong.
     gap_rows : tuple of int
-        Rows from which on the earlier baseline is not valid, from 1: the board was opened again, or its range moved.
+        Rows from which on the earlier baseline is not valid, from 1: the board was opened again, or
+        its range moved.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
     understood : str
@@ -69,12 +72,14 @@ class Recording(ArrayRecording, Framed, Plotted):
     unit : str
         Of the values: pF, or as given to `palpate.read`.
     plan : Plan
-        The session in the sidecar: specimens, which touch was on which of them, what is left out, notes; empty without one.
+        The session in the sidecar: specimens, which touch was on which of them, what is left out,
+        notes; empty without one.
 
     Notes
     -----
-    `len(recording)` is the number of pairs. `recording[2.0:5.0]` is the part from 2 s on, to before 5 s, with the times
-    and the epoch as they are. Begin a part without contact: the baseline of its touches is measured there.
+    `len(recording)` is the number of pairs. `recording[2.0:5.0]` is the part from 2 s on, to before
+    5 s, with the times and the epoch as they are. Begin a part without contact: the baseline of its
+    touches is measured there.
 
     Examples
     --------
@@ -107,7 +112,7 @@ class Recording(ArrayRecording, Framed, Plotted):
         return len(self.hard)
 
     def __getitem__(self, span: slice) -> "Recording":
-        """Return the pairs whose hard reading is at `span.start` or later, and before `span.stop`, s.
+        """Return the pairs from `span.start` to before `span.stop`, s, by their hard reading.
 
         Raises
         ------
@@ -145,7 +150,7 @@ class Recording(ArrayRecording, Framed, Plotted):
         )
 
     def value_notes(self) -> Iterator[str]:
-        """Yield remarks on times and values; a table yields none, as it was checked when it was read."""
+        """Yield remarks on times and values; a table was checked when it was read."""
         if not self.understood:
             yield from super().value_notes()
 
@@ -174,7 +179,7 @@ class Recording(ArrayRecording, Framed, Plotted):
         return tracked(self, scene=scene, **settings).touches
 
     def to_arrow(self) -> Any:
-        """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
+        """Return a pyarrow.Table, which `palpate.read` reads back, without notes and marks."""
         from palpate.recording.arrow import to_arrow
 
         return to_arrow(self)
@@ -197,7 +202,7 @@ class Recording(ArrayRecording, Framed, Plotted):
 
     @property
     def utc_ns(self) -> NDArray[np.int64]:
-        """UTC of the hard channel's readings, ns since 1970, shape (n,); it puts recordings on one time axis.
+        """UTC of the hard channel's readings, ns since 1970, shape (n,).
 
         Raises
         ------
@@ -225,7 +230,7 @@ class Recording(ArrayRecording, Framed, Plotted):
 
 
 def _checked_array(name: str, values: Any, size: int) -> NDArray[np.float64]:
-    """Return values as floats of shape (size,), nan for masked ones; TypeError or ValueError: not such an array."""
+    """Return values as floats of shape (size,), nan for masked ones; else an error."""
     if np.ma.isMaskedArray(values):
         values = np.ma.filled(values.astype(float), math.nan)
     array = np.asarray(values)
@@ -244,7 +249,10 @@ def _seconds(span: slice) -> tuple[float, float]:
         and isinstance(span.stop, float | np.floating | None)
     )
     if not is_span:
-        allowed = "seconds with a point, as recording[2.0:5.0]; rows are those of the arrays, as recording.hard[2:5]"
+        allowed = (
+            "seconds with a point, as recording[2.0:5.0]; "
+            "rows are those of the arrays, as recording.hard[2:5]"
+        )
         raise TypeError(f"recording: got [{span!r:.60}], allowed: {allowed}")
     begin = -math.inf if span.start is None else span.start
     end = math.inf if span.stop is None else span.stop

@@ -65,7 +65,7 @@ def _is_packed(recording: RecordingFile) -> bool:
 
 
 def repair_files(recording: RecordingFile) -> None:
-    """Take out what `blocks()` has left out, and write the end; after a RecordingError all files are as they were."""
+    """Remove damage, and write the end; after a RecordingError all files are as they were."""
     path = recording.path.resolve()
     beside = sidecar.sidecar_path(recording.path).resolve()
     try:
@@ -127,7 +127,7 @@ def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
 
 
 def _document(recording: RecordingFile, done: str, data: bytes) -> Json:
-    """Return the sidecar after the repair: its end counts the rows that are left, not the rows that were measured."""
+    """Return the sidecar after the repair; its end counts the rows that are left."""
     known = recording.known
     again = RecordingFile(recording.path, known, data)
     for _ in again.blocks():

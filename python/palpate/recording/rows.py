@@ -1,4 +1,4 @@
-"""The rows of a recording: samples as text, one line for each sample, and back, without any loss of digits."""
+"""The rows of a recording: one line of text for each sample, and back, with all digits."""
 
 import re
 from collections.abc import Mapping
@@ -22,7 +22,8 @@ LARGEST_STATUS = int(Status.LOST)
 class Codes(NamedTuple):
     """The scale of a converter's codes; the default is the AD7746.
 
-    A code is an integer from 0: add an offset to the codes of a converter that gives negative ones, as `zero`.
+    A code is an integer from 0: add an offset to the codes of a converter that gives negative ones,
+    as `zero`.
 
     Attributes
     ----------
@@ -110,7 +111,7 @@ COLUMNS = (
     "status",
 )
 EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
-"""Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
+"""Columns of older recordings, without the uncertainty of the times; they are still read."""
 VERSIONS = COLUMNS, EARLIER
 HEADERS = [",".join(columns).encode() for columns in VERSIONS]
 HEADER = HEADERS[0].decode() + "\n"
@@ -127,7 +128,10 @@ def format_rows(block: Block) -> bytes:
 def parse_rows(
     data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746
 ) -> Block:
-    """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
+    """Return lines as samples, with capacitances from the codes, or as written; ValueError: no row.
+
+    An infinite capacitance is read as nan.
+    """
     codes = None if scale is None else (scale.zero, scale.per_pF)
     is_newest = columns == COLUMNS
     block = _parse_rows(data, codes, is_newest)

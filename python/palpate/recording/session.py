@@ -1,4 +1,4 @@
-"""The session of a recording: its specimens, the specimen of each touch, touches left out, and notes; from the sidecar."""
+"""The session of a recording: specimens, which touch is on which, touches left out, notes."""
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ LONGEST_NOTE = 2000
 MOST_TOUCHES = 10_000
 MOST_WANTED = 99
 PERIOD_S = 0.026
-"""From pair to pair, s, of an AD7746 with conversions of 11 ms; for the length of a touch whose recording is not known."""
+"""From pair to pair, s, of an AD7746 with conversions of 11 ms; for touches without a recording."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,8 @@ class Plan:
     touches : tuple of Entry
     notes : tuple of Note
     ratio : str
-        Which ratio of a touch is shown: "hold", or "level", the one over the swept depth, by the calibration.
+        Which ratio of a touch is shown: "hold", or "level", the one over the swept depth, by the
+        calibration.
 
     Raises
     ------
@@ -153,7 +154,7 @@ class Plan:
         return plan
 
     def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
-        """Return the entry of each touch, whose begin is nearest, within the length of the touch; None: there is none.
+        """Return the entry nearest to each touch, within its length; None: there is none.
 
         An entry belongs to one touch: the one that is nearest to it.
 
@@ -197,12 +198,12 @@ _KINDS: dict[str, type[Specimen | Entry | Note]] = {
 
 
 def plan_of(document: Mapping[str, Any]) -> Plan:
-    """Return the plan in a sidecar, empty without the entry `session`; ValueError if a part is not of its kind."""
+    """Return the plan in a sidecar, or an empty one; ValueError: a part is not of its kind."""
     return cast("Plan", _parsed("session", document.get("session", {}), Plan))
 
 
 def _parsed(place: str, given: Any, kind: type[Any]) -> Any:
-    """Return a dataclass made of names and values, and of lists of them; ValueError with the place of the fault."""
+    """Return a dataclass of names and values; ValueError with the place of the fault."""
     if not isinstance(given, Mapping):
         raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
     known = dict[str, object]()

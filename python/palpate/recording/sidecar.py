@@ -1,6 +1,7 @@
-"""The sidecar NAME.json of a recording: device, settings, notes, checkpoint, end. It is replaced atomically.
+"""The sidecar NAME.json of a recording: device, settings, notes, end; replaced atomically.
 
-Its last entry is the CRC-32 of all bytes before that number, so a change of the sidecar itself is noticed.
+Its last entry is the CRC-32 of all bytes before that number, so a change of the sidecar itself is
+noticed.
 """
 
 import json
@@ -42,7 +43,7 @@ _SUM = '"sidecar_crc32": "'
 
 
 def sidecar_path(path: Path) -> Path:
-    """Return the path of the sidecar of a recording; ValueError if its name is not *.csv, or no file can have it."""
+    """Return the path of the sidecar of a recording; ValueError: not a possible name *.csv."""
     if path.suffix.lower() != ".csv":
         raise ValueError(f"record: got {path.name!r}, allowed: a name that ends in .csv")
     try:
@@ -54,8 +55,9 @@ def sidecar_path(path: Path) -> Path:
 
 def fresh(device: Json, settings: Json, notes: list[str]) -> Json:
     """Return the sidecar of a new recording."""
-    # Later it has checkpoint (rows, bytes, crc32 of the data on the disk), replaced by end; in clock the time t = 0
-    # (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known; session (session.Plan.as_dict); conditions.
+    # Later it has checkpoint (rows, bytes, crc32 of the data on the disk), replaced by end; in
+    # clock the time t = 0 (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known;
+    # session (session.Plan.as_dict); conditions.
     return {
         "schema": SCHEMA,
         "versions": {
@@ -102,7 +104,7 @@ def is_intact(text: str) -> bool | None:
 
 
 def load(path: Path) -> Json | None:
-    """Return the sidecar of a recording as JSON; None without one; RecordingError if it is invalid."""
+    """Return the sidecar of a recording as JSON, or None; RecordingError if it is invalid."""
     found = load_checked(path)
     return dict(found.entries) if found else None
 
@@ -117,7 +119,7 @@ def load_checked(path: Path) -> "Sidecar | None":
 
 
 def parsed(path: Path, data: bytes) -> "Sidecar":
-    """Return the sidecar in the bytes of a file, or in its metadata; RecordingError if they are not valid."""
+    """Return the sidecar in the bytes of a file; RecordingError if they are not valid."""
     try:
         text = data.decode()
         document = json.loads(text)
@@ -183,7 +185,8 @@ def amend(path: Path, plan: Plan, known: Plan) -> None:
     Raises
     ------
     RecordingError
-        The sidecar is missing, was changed by another program, would be too large, or cannot be written.
+        The sidecar is missing, was changed by another program, would be too large, or cannot be
+        written.
     """
     found = load_checked(path)
     beside = sidecar_path(path)
@@ -209,7 +212,7 @@ def amend(path: Path, plan: Plan, known: Plan) -> None:
 
 @dataclass(frozen=True)
 class Seal:
-    """Size and checksum of a recording's first rows, as its sidecar has them; None: the sidecar has no such number."""
+    """Size and checksum of a recording's first rows, by its sidecar; None: not in it."""
 
     rows: int | None = None
     bytes: int | None = None
@@ -223,7 +226,8 @@ class RecordingEnd:
     Attributes
     ----------
     rows, dropped : object
-        Rows written, and samples that are in no file; numbers, if nothing else has changed the sidecar.
+        Rows written, and samples that are in no file; numbers, if nothing else has changed the
+        sidecar.
     clean : bool
         Whether the recorder wrote all samples.
     error : str or None

@@ -113,18 +113,19 @@ class Verification:
 def check(
     path: str | os.PathLike[str], *, repair: bool = False, remove_damage: bool = False, **table: Any
 ) -> Verification:
-    """Check whether a recording is complete and as it was written, and whether samples are missing or saturated.
+    """Check whether a recording is complete, and whether samples are missing or saturated.
 
     Parameters
     ----------
     path : path-like
     repair : bool
-        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. The files
-        before it are kept in NAME.csv.unrepaired and NAME.json.unrepaired. A file that is still being recorded is not
-        changed; nor is one with an end, unless it has damaged places.
+        If the recording was not closed: remove an incomplete last row, and write the end into the
+        sidecar. The files before it are kept in NAME.csv.unrepaired and NAME.json.unrepaired. A
+        file that is still being recorded is not changed; nor is one with an end, unless it has
+        damaged places.
     remove_damage : bool
-        With `repair`: also remove damaged places, which are more than an incomplete last row. The rows of before and
-        after are kept, and the missing ones are a gap in `seq`.
+        With `repair`: also remove damaged places, which are more than an incomplete last row. The
+        rows of before and after are kept, and the missing ones are a gap in `seq`.
     **table
         `columns` and `unit`, as in `palpate.read`.
 

@@ -1,4 +1,4 @@
-"""The two files of a recording in progress: rows are added at the end, the sidecar is replaced at each change.
+"""The files of a recording in progress: rows are added, the sidecar is replaced.
 
 A lock on the open file marks it; the lock ends with the process, also if that is killed.
 """
@@ -60,7 +60,7 @@ else:
 
 
 def lock(file: IO[Any]) -> None:
-    """Lock an open file: it is being written. BlockingIOError: by another process. No effect where a file system has no locks."""
+    """Lock an open file, if the file system has locks; BlockingIOError: another process has it."""
     until = time.monotonic() + _WAIT_S
     while _is_taken(file, shared=False):
         if time.monotonic() > until:
@@ -69,7 +69,7 @@ def lock(file: IO[Any]) -> None:
 
 
 def unlock(file: IO[Any]) -> None:
-    """Unlock a file before it is closed: a child process may have it open, too, and Windows unlocks later."""
+    """Unlock a file before it is closed: Windows would unlock later, and a child may have it open."""
     with suppress(OSError):
         _release(file.fileno())
 
@@ -102,7 +102,7 @@ _MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
 
 
 class Written(NamedTuple):
-    """A part of the file from its first byte on: number of rows and of bytes, and the CRC-32 of the bytes."""
+    """The first part of the file: its rows, its bytes, and their CRC-32."""
 
     rows: int = 0
     bytes: int = 0
@@ -110,7 +110,7 @@ class Written(NamedTuple):
 
 
 class Writer:
-    """The files of a recording in progress; after the first `error` nothing is written, and `synced` is on the disk."""
+    """The files of a recording in progress; after the first `error` nothing is written."""
 
     def __init__(self, path: Path, document: Json) -> None:
         self.path = path
@@ -151,7 +151,7 @@ class Writer:
         return self._taken - self.written.rows
 
     def write(self, block: Block) -> None:
-        """Write samples as rows: all of them or, after an error, none; report a file that was removed or changed."""
+        """Write samples as rows, all or none; a file that was removed or changed is an error."""
         self.attempt(lambda: self._append(len(block), format_rows(block)))
         self._taken += len(block)
 
@@ -196,7 +196,8 @@ class Writer:
             if self._is_numbered and not os.path.samestat(held, named):
                 wrong = "was replaced by another file"
             elif held.st_size != self.written.bytes:
-                wrong = f"was changed by another program, from {self.written.bytes} bytes to {held.st_size},"
+                sizes = f"from {self.written.bytes} bytes to {held.st_size},"
+                wrong = f"was changed by another program, {sizes}"
         except (FileNotFoundError, NotADirectoryError):
             wrong = "was removed, renamed or moved"
         if wrong:
@@ -211,7 +212,7 @@ class Writer:
                 self._checkpointed = self.synced
 
     def attempt(self, step: Callable[[], object]) -> None:
-        """Take a step without which later rows would be read wrongly: its error ends the recording."""
+        """Take a step that later rows need: its error ends the recording."""
         if self.error:
             return
         try:
@@ -227,7 +228,7 @@ class Writer:
 
 
 class SidecarFile:
-    """The sidecar of a recording in progress, never written over the file of another program; from any thread."""
+    """The sidecar of a recording in progress; its methods may be called from any thread."""
 
     def __init__(self, path: Path, document: Json) -> None:
         self.path = path
@@ -244,7 +245,7 @@ class SidecarFile:
             raise
 
     def add(self, name: str, entry: str | Json) -> int:
-        """Add a note or a mark; return how many there are with it. ValueError if there is no room; errors as `put`."""
+        """Add a note or a mark; return their number. ValueError: no room; errors as `put`."""
         with self._lock:
             longer = [*self._document[name], entry]
             self._save(self._with(name, longer))
@@ -272,7 +273,7 @@ class SidecarFile:
             self.unsaved = True
 
     def put(self, *notes: str, **entries: Any) -> None:
-        """Add notes of the recorder, set entries (None removes one), and save; it is left as it is after an error."""
+        """Add notes, set entries (None removes one), and save; after an error nothing has changed."""
         with self._lock:
             document = {**self._document, "notes": [*self._document["notes"], *notes], **entries}
             self._save({name: value for name, value in document.items() if value is not None})

@@ -54,11 +54,13 @@ class Batch(NamedTuple):
     rows : numpy.ndarray, shape (n,)
         Rows of `Tracker.process`, one for each sample.
     touches : sequence of Touch
-        Touches that ended in this batch. The end of the stream may add a last batch: a touch without samples.
+        Touches that ended in this batch. The end of the stream may add a last batch: a touch
+        without samples.
     first : int
         Number of the first of these touches.
     revised : sequence of (int, Touch)
-        Touches, of this batch or an earlier one, that were revised in this batch, with their numbers from 1.
+        Touches, of this batch or an earlier one, that were revised in this batch, with their
+        numbers from 1.
 
     Examples
     --------

@@ -39,7 +39,7 @@ class BacklogStart(NamedTuple):
 
 
 class Backlog:
-    """Keeps the newest samples, in memory of a fixed size; the caller has the lock of the reader."""
+    """Keeps the newest samples in memory of a fixed size; the caller holds the reader's lock."""
 
     def __init__(self, limit: int) -> None:
         if not _FEWEST <= limit <= _MOST:

@@ -12,12 +12,13 @@ if TYPE_CHECKING:
 
 
 class Listener:
-    """Follows a measurement: the page, the Lab Streaming Layer, messages. Override the events that you need.
+    """Follows a measurement, as the page and LSL do. Override the events that you need.
 
-    `Stream.listen` adds one. All events come in the thread that iterates over the stream, but `message`, which may come
-    from any thread, and `ended`, which comes from the thread that closes the stream. The next batch waits until all
-    listeners have returned; an error of a listener ends the iteration. The recorder gets the samples, gaps and the end
-    in the thread that reads the source, so that no listener can delay it.
+    `Stream.listen` adds one. All events come in the thread that iterates over the stream, but
+    `message`, which may come from any thread, and `ended`, which comes from the thread that closes
+    the stream. The next batch waits until all listeners have returned; an error of a listener ends
+    the iteration. The recorder gets the samples, gaps and the end in the thread that reads the
+    source, so that no listener can delay it.
 
     Examples
     --------
@@ -34,35 +35,35 @@ class Listener:
     """
 
     def begun(self, stream: "Stream") -> None:
-        """Take notice that the measurement begins; there is no sample yet."""
+        """Handle the begin of the measurement; there is no sample yet."""
 
     def gap(self, gap: Gap) -> None:
-        """Take notice that the earlier baseline is not valid from the first sample of the next batch on."""
+        """Handle a gap: from the next batch on, the earlier baseline is not valid."""
 
     def trouble_began(self, trouble: TroubleBegan) -> None:
-        """Take notice that something is wrong, or that its text has changed."""
+        """Handle a trouble that began, or whose text has changed."""
 
     def trouble_ended(self, trouble: TroubleEnded) -> None:
-        """Take notice that a trouble is over."""
+        """Handle the end of a trouble."""
 
     def conditions(self, conditions: Conditions) -> None:
-        """Take conditions that the source measured."""
+        """Handle conditions that the source measured."""
 
     def batch(self, batch: Batch) -> None:
-        """Take samples with their estimates."""
+        """Handle samples with their estimates."""
 
     def touch(self, number: int, touch: Touch) -> None:
-        """Take a touch of the last batch that has ended, or has been revised; its number counts from 1."""
+        """Handle a touch that ended or was revised in the last batch; numbers count from 1."""
 
     def message(self, text: str) -> None:
-        """Take a message for the user, of the source or of the stream."""
+        """Handle a message for the user, of the source or of the stream."""
 
     def ended(self, error: BaseException | None) -> None:
-        """Take notice that measurement and recording have ended; `error` has ended them, or closing failed."""
+        """Handle the end of measurement and recording, by this error or without one."""
 
 
 class Listeners:
-    """Passes each event to all listeners, in the order in which they were added; a message to `show` first."""
+    """Passes each event to all listeners in order; a message to `show` first."""
 
     def __init__(self, show: Callable[[str], object]) -> None:
         self.all: list[Listener] = []
@@ -92,7 +93,7 @@ class Listeners:
             each.message(text)
 
     def batch(self, batch: Batch) -> None:
-        """Pass on a batch, then each of its touches: as it ended, as it was revised, then the next one."""
+        """Pass on a batch, then each of its touches: as it ended, then as it was revised."""
         revised = dict(batch.revised)
         ended = dict(enumerate(batch.touches, batch.first))
         for each in self.all:

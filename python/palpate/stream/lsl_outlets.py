@@ -89,7 +89,7 @@ class Outlets(Listener):
         self.close()
 
     def follow(self, stream: Stream) -> None:
-        """Send another measurement from now on, of the same source; errors as in the constructor."""
+        """Send another measurement of the same source; errors as in the constructor."""
         source = stream.source
         if not (source.live and source.real_time):
             raise ValueError(
@@ -176,7 +176,7 @@ class Outlets(Listener):
         return stamps
 
     def _touches(self, batch: Batch) -> Iterator[tuple[int, str]]:
-        """Yield the place in the batch, and the text, of each touch that ended or was revised in it."""
+        """Yield place and text of each touch that ended or was revised in a batch."""
         rows = batch.rows
         zero_s = self._zero_ns / 1e9
         for number, touch in enumerate(batch.touches, batch.first):
@@ -198,7 +198,7 @@ class Outlets(Listener):
 def _info(
     pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mapping[str, Any]
 ) -> Any:
-    """Return a stream without a rate: each sample has its own stamp, and a lost one is not smoothed over."""
+    """Return a stream without a rate: each sample has its own stamp."""
     form = pylsl.cf_string if kind == "Markers" else pylsl.cf_double64
     # The same when palpate is started again, so that receivers continue.
     identity = f"{MANUFACTURER} {name} {socket.gethostname()}"

@@ -118,7 +118,7 @@ class Pipeline:
         return self._batch(block, rows), messages + self.range.follow(block, rows)
 
     def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
-        """Send samples, few at a time; note each touch as it is at its end, before it is revised."""
+        """Send samples in small parts; note each touch at its end, before it is revised."""
         t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
         for begin in range(0, len(block), _PART):
             end = begin + _PART

@@ -265,7 +265,7 @@ class Stream:
 
     @property
     def out_of_range(self) -> tuple[str, ...]:
-        """Those of "hard" and "soft" outside the converter's range without a touch; see `centre`."""
+        """The channels outside the converter's range without a touch; see `centre`."""
         return self._pipeline.range.channels
 
     def centre(self, *, force: bool = False) -> None:
