@@ -1,6 +1,7 @@
 """A recording that is started later begins with what was kept: its replay has the touches of the measurement."""
 
 import threading
+import time
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
@@ -125,8 +126,9 @@ def test_no_sample_is_missing_or_twice_while_the_source_runs(tmp_path: Path) -> 
         for number in range(10):
             recorder = stream.start_recording(tmp_path / f"run-{number}.csv", earlier=True)
             source.go.release(500)
-            while recorder.rows < 100:
-                pass
+            # So fewer samples come until the next recording begins than are kept.
+            while recorder.rows < 100 or stream.counters.read < 2000 + 500 * number:
+                time.sleep(0.001)
             stream.stop_recording()
         source.go.release(20_000)
         stream.stop()
