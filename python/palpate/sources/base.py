@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from palpate._core import SampleRing
 from palpate.errors import DeviceNotFound, ProtocolError, SourceError
+from palpate.files import Json
 from palpate.messages import quoted
 from palpate.recording.rows import LARGEST_STATUS, Codes, codes_of
-from palpate.recording.sidecar import Json
 from palpate.samples import DTYPE, Block, Sample
 from palpate.source_events import SourceEvent, SourceItem
 

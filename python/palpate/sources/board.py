@@ -13,8 +13,8 @@ from palpate.ad7746.registers import SATURATED_PF
 from palpate.ad7746.wiring import Wiring
 from palpate.ad7746.wiring_watch import WiringWatch
 from palpate.errors import DeviceNotFound, DeviceRefused, SourceError
+from palpate.files import Json
 from palpate.messages import quoted
-from palpate.recording.sidecar import Json
 from palpate.samples import Sample, Status
 from palpate.source_events import (
     Gap,

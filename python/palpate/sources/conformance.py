@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import PalpateError
+from palpate.files import Json
 from palpate.recording.rows import codes_of
-from palpate.recording.sidecar import Json
 from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
 from palpate.source_events import Gap, SourceEvent
 from palpate.sources import Source

@@ -21,8 +21,8 @@ from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
+from palpate.files import Json
 from palpate.messages import quoted
-from palpate.recording.sidecar import Json
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import SampleSource, Stoppable

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate.errors import DeviceNotFound, MissingExtra, ProtocolError, SourceTimeout, need
+from palpate.files import Json
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.messages import listed, quoted, shortened
-from palpate.recording.sidecar import Json
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import TURN_S, SampleSource, Stoppable

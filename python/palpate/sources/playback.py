@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import RecordingError
+from palpate.files import Json
 from palpate.importers.table import ReadOptions, parse_map
 from palpate.importers.units import checked_unit
 from palpate.recording.convert import RATE
 from palpate.recording.reading import recorded
-from palpate.recording.sidecar import Json
 from palpate.samples import Block, Status
 from palpate.source_events import Gap, GapCause, SourceItem
 from palpate.sources.base import Stoppable

@@ -13,8 +13,8 @@ from typing import Any
 from palpate.ad7746.registers import SATURATED_PF
 from palpate.clocks import fine_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need
+from palpate.files import Json
 from palpate.messages import shortened
-from palpate.recording.sidecar import Json
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import TURN_S, SampleSource, Stoppable

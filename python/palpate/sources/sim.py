@@ -12,8 +12,8 @@ from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
 from palpate.elasticity import SORBOTHANE_MPA
+from palpate.files import Json
 from palpate.messages import quoted, unlike
-from palpate.recording.sidecar import Json
 from palpate.samples import Sample
 from palpate.simulation.board_input import board_scenarios, limit_ns, simulated_board
 from palpate.simulation.probe import Scenario

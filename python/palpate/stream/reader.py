@@ -134,7 +134,7 @@ class Reader:
         last_seq = self.last.seq if self.last else -1
         wrong = first_wrong(block, last_seq, self._codes)
         if wrong is not None:
-            block = block[: wrong[0]]
+            block = block[: wrong.position]
         while len(block):
             room = len(block)
             if not self._source.live:
@@ -144,7 +144,7 @@ class Reader:
             self._store(block[:room])
             block = block[room:]
         if wrong is not None:
-            raise ProtocolError(wrong[1])
+            raise ProtocolError(wrong.text)
 
     def _store(self, block: Block) -> None:
         """Count and store samples, and the events that waited for them."""
