@@ -54,7 +54,7 @@ auto put_touch(const char* name, const Scene& scene, const void*) -> decltype(sc
     put(" ");
     put_number(count);
   }
-  const auto& f = touch.fitted;
+  const auto& f = touch.misfits;
   for (const float number : {touch.ratio, touch.covariance, touch.standard_error, touch.first_ratio, touch.shift,
                              f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error}) {
     put(" ");

@@ -11,7 +11,6 @@
 namespace subjects {
 
 using namespace palpate;
-using Ticks = std::uint32_t;
 
 /// An estimator: takes the changes of both channels.
 template <class Estimator>
@@ -40,8 +39,8 @@ struct SlopeAndIntercept : Changes<Line> {};
 template <class Scene>
 struct Whole {
   using State = Scene;
-  static bool take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
-    const auto report = state.feed(t_hard, t_soft, hard, soft);
+  static bool take(State& state, std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft) {
+    const auto report = state.feed(Microseconds(t_hard), Microseconds(t_soft), hard, soft);
     return report.finished || report.revised;
   }
   template <class Function>
@@ -51,22 +50,29 @@ struct Whole {
 };
 struct PaperScene : Whole<embedded::PaperTracker<float>> {};
 struct Handheld : Whole<embedded::HandheldTracker<float>> {};
-template <class AlignStage>
-using LeanWith = embedded::HandheldTracker<float, Ticks, embedded::Handover<float>,
-                                           defaults<TrackerSettings<embedded::Handover<float>>>, AlignStage>;
-struct HandheldMatched : Whole<LeanWith<MatchedPair<float, Ticks>>> {};
-struct HandheldUnfitted : Whole<embedded::FullHandheldTracker<float, Ticks, NoFit<float>>> {};
-struct HandheldTilted : Whole<embedded::FullHandheldTracker<float, Ticks, Fit<float>, embedded::Handover<float>,
-                                                            timed<embedded::Handover<float>>, NoLevelRatio<float>>> {};
+struct Matched : embedded::LeanHandheld<float> {
+  using align = MatchedPair<float, Microseconds>;
+};
+struct Unjudged : embedded::FullHandheld<float> {
+  template <class Estimator>
+  using judge_for = NoJudge<Estimator>;
+};
+struct Tilted : embedded::FullHandheld<float> {
+  template <class Estimator>
+  using judge_for = Judge<Estimator, Microseconds, NoLevelRatio<float>>;
+};
+struct HandheldMatched : Whole<Tracker<Matched>> {};
+struct HandheldUnfitted : Whole<Tracker<Unjudged>> {};
+struct HandheldTilted : Whole<Tracker<Tilted>> {};
 struct HandheldFull : Whole<embedded::FullHandheldTracker<float>> {};
 struct Sliding : Whole<embedded::SlidingTracker<float>> {};
-struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
+struct HandheldRuntime : Whole<HandheldTracker<float, Microseconds>> {};
 
 template <class Stage>
 struct Aligns {
   using State = Stage;
-  static float take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
-    return state.feed(t_hard, t_soft, hard, soft).soft;
+  static float take(State& state, std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft) {
+    return state.feed(Microseconds(t_hard), Microseconds(t_soft), hard, soft).soft;
   }
   template <class Function>
   static auto with(Function* function, State& state, const Reading& r) {
@@ -74,12 +80,12 @@ struct Aligns {
   }
 };
 
-struct AlignStage : Aligns<Align<float, Ticks>> {};
-struct MatchedPairStage : Aligns<MatchedPair<float, Ticks>> {};
+struct AlignStage : Aligns<Align<float, Microseconds>> {};
+struct MatchedPairStage : Aligns<MatchedPair<float, Microseconds>> {};
 
 /// The sums of a pair; its result is taken at reading 367, the end of the first touch.
 struct FitStage {
-  struct State : Fit<float> {
+  struct State : ModelTest<float> {
     std::uint32_t count = 0;
     float drift = 0;
   };
@@ -112,7 +118,7 @@ struct Follows {
   }
 };
 
-struct BaselineStage : Follows<embedded::Baseline<float>> {};
+struct BaselineStage : Follows<Baseline<float, false>> {};
 struct FullBaselineStage : Follows<Baseline<float>> {};
 
 template <class Stage>
@@ -125,8 +131,8 @@ struct Gates {
   }
 };
 
-struct ContactStage : Gates<embedded::Contact<float>> {};
-struct FullContactStage : Gates<embedded::FullContact<float>> {};
+struct ContactStage : Gates<embedded::LeanPaper<float>::contact> {};
+struct FullContactStage : Gates<embedded::FullHandheld<float>::contact> {};
 
 /// For estimators without check: only finite samples.
 template <class Subject>

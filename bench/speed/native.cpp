@@ -45,7 +45,7 @@ enum class Kind {
 
 /// A long hold with tremor and converter noise.
 struct Readings {
-  std::vector<std::int64_t> t_hard, t_soft;
+  std::vector<Nanoseconds> t_hard, t_soft;
   std::vector<double> hard, soft;
 
   explicit Readings(Kind kind) {
@@ -59,8 +59,8 @@ struct Readings {
                                                    : 0.25 * (1 + 0.03 * std::sin(50 * s) + 0.01 * std::sin(27 * s));
       };
       const double burst = kind == Kind::flicker && i / 4 % 2 ? (noise.coin() ? 0.03 : -0.03) : 0.0;
-      t_hard.push_back(t);
-      t_soft.push_back(t + 13000000);
+      t_hard.push_back(Nanoseconds(t));
+      t_soft.push_back(Nanoseconds(t + 13000000));
       hard.push_back(truth * press(t) + noise.next() + burst);
       soft.push_back(whole ? press(t + 13000000) + noise.next() : press(t));
     }
@@ -79,7 +79,7 @@ struct Alone {
   } settings;
   Estimator estimator;
 
-  Ratio feed(std::int64_t, std::int64_t, double output, double regressor) {
+  Ratio feed(Nanoseconds, Nanoseconds, double output, double regressor) {
     estimator.update(output, regressor);
     return {estimator.ratio()};
   }
@@ -220,17 +220,36 @@ class Bench {
 /// No pair goes to the test of the model.
 template <class Stage>
 struct Unmatched : Stage {
-  FilteredPair<double> feed(std::int64_t hard_time, std::int64_t soft_time, double hard, double soft, bool wanted) {
+  FilteredPair<double> feed(Nanoseconds hard_time, Nanoseconds soft_time, double hard, double soft, bool wanted) {
     const auto pair = Stage::feed(hard_time, soft_time, hard, soft, wanted);
     return {pair.hard, pair.soft, pair.valid};
   }
 };
-using Aligned = Unmatched<Align<double, std::int64_t>>;
-using Unaligned = Unmatched<NoAlign<double, std::int64_t>>;
-using Matched = MatchedPair<double, std::int64_t>;
-using Base = Baseline<double>;
-using Gate = Contact<double>;
+using Aligned = Unmatched<Align<double, Nanoseconds>>;
+using Unaligned = Unmatched<NoAlign<double, Nanoseconds>>;
+using Matched = MatchedPair<double, Nanoseconds>;
 using Hand = Handover<double>;
+
+/// Scene "handheld" with another alignment.
+template <class AlignStage>
+struct With : Handheld<double> {
+  using align = AlignStage;
+  template <class Estimator>
+  using judge_for = Judge<Estimator, Nanoseconds, NoLevelRatio<double>>;
+  template <class Estimator>
+  using settings_for = Kept<TrackerSettings<Estimator>>;
+};
+struct Unjudged : With<Matched> {
+  template <class Estimator>
+  using judge_for = NoJudge<Estimator>;
+};
+struct Ungated : Unjudged {
+  using baseline = NoBaseline<double>;
+  using contact = AlwaysContact<double>;
+};
+struct Paperlike : Unjudged {
+  using estimator = AdaptiveRls<double>;
+};
 
 }  // namespace
 
@@ -249,14 +268,12 @@ int main(int argc, char** argv) {
   bench.add<FixedTracker<double>>("scene fixed", readings);
   bench.add<PaperTracker<double>>("scene paper", readings);
   bench.add<HandheldTracker<double>>("scene handheld", readings);
-  bench.add<Tracker<double, Matched, Base, Gate, Hand, Fit<double>>>("handheld without level ratio", readings);
-  bench.add<Tracker<double, Matched, Base, Gate, Hand>>("handheld without fit", readings);
-  bench.add<Tracker<double, Unaligned, Base, Gate, Hand, Fit<double>>>("handheld without align", readings);
-  bench.add<Tracker<double, Aligned, Base, Gate, Hand, Fit<double>>>("handheld, interpolated", readings);
-  bench.add<Tracker<double, Matched, NoBaseline<double>, AlwaysContact<double>, Hand>>(
-      "handheld without baseline, contact and fit", readings);
-  bench.add<Tracker<double, Matched, Base, Gate, AdaptiveRls<double>>>("handheld with AdaptiveRls, without fit",
-                                                                       readings);
+  bench.add<Tracker<With<Matched>>>("handheld without level ratio", readings);
+  bench.add<Tracker<Unjudged>>("handheld without fit", readings);
+  bench.add<Tracker<With<Unaligned>>>("handheld without align", readings);
+  bench.add<Tracker<With<Aligned>>>("handheld, interpolated", readings);
+  bench.add<Tracker<Ungated>>("handheld without baseline, contact and fit", readings);
+  bench.add<Tracker<Paperlike>>("handheld with AdaptiveRls, without fit", readings);
   bench.run(argc > 1 ? std::atoi(argv[1]) : 100);
   bench.print();
 }

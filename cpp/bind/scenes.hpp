@@ -31,7 +31,7 @@ template <class Core>
 constexpr bool has_gate = !std::is_same_v<decltype(Core::gate), palpate::AlwaysContact<double>>;
 
 template <class Core>
-constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::MatchedPair<double, std::int64_t>>;
+constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::MatchedPair<double, palpate::Nanoseconds>>;
 
 /// A scene's settings are those of its tracker, as the core makes it, and of its estimator.
 template <class Kind, class Core>

@@ -15,9 +15,9 @@ py::tuple flags_of(const Result& touch) {
 }
 
 py::dict effects_of(const Result& touch) {
-  const auto& fitted = touch.fitted;
-  return touch.knows_error ? py::dict("offset"_a = fitted.offset, "drift"_a = fitted.drift, "lag"_a = touch.lag_ms(),
-                                      "curve"_a = fitted.curve, "tilt"_a = fitted.tilt, "shift"_a = touch.shift)
+  const auto& misfits = touch.misfits;
+  return touch.knows_error ? py::dict("offset"_a = misfits.offset, "drift"_a = misfits.drift, "lag"_a = touch.lag_ms(),
+                                      "curve"_a = misfits.curve, "tilt"_a = misfits.tilt, "shift"_a = touch.shift)
                            : py::dict();
 }
 
@@ -32,8 +32,8 @@ py::object touch_object(const Result& r) {
                        "level_ratio"_a = r.level.ratio, "level_standard_error"_a = r.level.standard_error,
                        "contact_exponent"_a = r.contact_exponent, "age_s"_a = r.age, "ratio_before"_a = r.before.ratio,
                        "before_standard_error"_a = r.before.standard_error, "ratio_after"_a = r.after.ratio,
-                       "after_standard_error"_a = r.after.standard_error, "offset_ratio"_a = r.fitted.offset_ratio,
-                       "offset_standard_error"_a = r.fitted.offset_error, "effects"_a = effects_of(r),
+                       "after_standard_error"_a = r.after.standard_error, "offset_ratio"_a = r.misfits.offset_ratio,
+                       "offset_standard_error"_a = r.misfits.offset_error, "effects"_a = effects_of(r),
                        "alarm_share"_a = r.alarm_share(), "saturated"_a = r.saturated, "refused"_a = r.refused,
                        "flags"_a = flags_of(r), "held"_a = r.held);
 }

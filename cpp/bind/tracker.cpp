@@ -105,7 +105,8 @@ class PyTracker {
     require_time("t_hard", t_hard);
     require_time("t_soft", t_soft);
     const auto report = of_run([&](auto& run) {
-      return run.take(nanoseconds_of(t_hard), nanoseconds_of(t_soft), values[2], values[3], touches_);
+      return run.take(palpate::Nanoseconds(nanoseconds_of(t_hard)), palpate::Nanoseconds(nanoseconds_of(t_soft)),
+                      values[2], values[3], touches_);
     });
     return report.finished ? touch(touch_count() - 1) : py::none();
   }
@@ -126,7 +127,8 @@ class PyTracker {
       auto next = run;
       const auto loop = [&] {
         for (py::ssize_t i = 0; i < hard_pF.size; ++i) {
-          const auto report = next.take(hard_ns[i], soft_ns[i], hard_pF[i], soft_pF[i], block);
+          const auto report = next.take(palpate::Nanoseconds(hard_ns[i]), palpate::Nanoseconds(soft_ns[i]), hard_pF[i],
+                                        soft_pF[i], block);
           if constexpr (has_rows) {
             row[i] = next.row(report, block.count());
           }

@@ -26,7 +26,7 @@ struct Result : Touch<double> {
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
-  double lag_ms() const noexcept { return 1000 * fitted.lag * period_s; }
+  double lag_ms() const noexcept { return 1000 * misfits.lag * period_s; }
   // A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired,
   // or wired to fall.
   bool one_sided() const noexcept {
@@ -45,12 +45,12 @@ struct Result : Touch<double> {
     if (knows_error && standard_error != standard_error) visit("unsettled");
     if (!(covariance <= 0.1 * initial_covariance)) visit("unexcited");
     if (one_sided()) visit("one-sided");
-    if (fitted.flags & misfit_offset) visit("offset");
-    if (fitted.flags & misfit_drift) visit("drift");
-    if (fitted.flags & misfit_lag) visit("lag");
-    if (fitted.flags & misfit_curve) visit("curve");
-    if (fitted.flags & misfit_tilt) visit("tilt");
-    if (fitted.flags & misfit_changed) visit("changed");
+    if (misfits.flags & misfit_offset) visit("offset");
+    if (misfits.flags & misfit_drift) visit("drift");
+    if (misfits.flags & misfit_lag) visit("lag");
+    if (misfits.flags & misfit_curve) visit("curve");
+    if (misfits.flags & misfit_tilt) visit("tilt");
+    if (misfits.flags & misfit_changed) visit("changed");
     if (revision == Revision::creep) visit("creep");
     if (revision == Revision::baseline) visit("baseline");
     if (gap) visit("gap");
@@ -74,7 +74,7 @@ struct Run {
 
   /// Each touch that it ends goes to `all.end`, and one that it revises to `all.revise`.
   template <class Touches>
-  Report<double> take(std::int64_t t_hard, std::int64_t t_soft, double hard, double soft, Touches& all) {
+  Report<double> take(Nanoseconds t_hard, Nanoseconds t_soft, double hard, double soft, Touches& all) {
     if (smooths) {
       t_hard = hard_stamps.smooth(t_hard);
       t_soft = soft_stamps.smooth(t_soft);
@@ -92,14 +92,14 @@ struct Run {
     if ((core.open() || report.finished) && !was_open) {  // a touch of one sample is no longer open
       const std::uint64_t oldest = core.pairs() > times.size() ? core.pairs() - times.size() : 0;
       const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
-      start_s = static_cast<double>(times[first % times.size()]) * 1e-9;
+      start_s = static_cast<double>(times[first % times.size()].count) * 1e-9;
       opened = last_whole;
       came = 0;
     }
     const bool whole = std::isfinite(hard) && std::isfinite(soft);
     if (core.open() || was_open) {
       came += whole;
-      passed_s = static_cast<double>(t_hard - opened) * 1e-9;
+      passed_s = static_cast<double>(t_hard.since(opened)) * 1e-9;
     }
     last_whole = whole ? t_hard : last_whole;
     was_open = core.open();
@@ -190,19 +190,18 @@ struct Run {
   /// From pair to pair: the mean of the last 16.
   double period_s() const {
     const std::size_t last = core.pairs() - 1, many = std::min<std::size_t>(last, 16);
-    const auto span = times[last % times.size()] - times[(last - many) % times.size()];
+    const auto span = times[last % times.size()].since(times[(last - many) % times.size()]);
     return many > 0 ? static_cast<double>(span) * 1e-9 / static_cast<double>(many) : 0.0;
   }
 
   Core core;
-  SteadyStamps<double, std::int64_t> hard_stamps, soft_stamps;
-  bool smooths;      // the times are a computer's
-  double nominal_s;  // from pair to pair of the device; 0: not known
-  std::int64_t last_whole = 0,
-               opened = 0;  // times of pairs with both values: the last one, and the one before the touch
-  std::uint32_t came = 0;   // such pairs in the touch
-  double passed_s = 0;      // since `opened`
-  std::array<std::int64_t, 256> times{};
+  SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
+  bool smooths;                    // the times are a computer's
+  double nominal_s;                // from pair to pair of the device; 0: not known
+  Nanoseconds last_whole, opened;  // times of pairs with both values: the last one, and the one before the touch
+  std::uint32_t came = 0;          // such pairs in the touch
+  double passed_s = 0;             // since `opened`
+  std::array<Nanoseconds, 256> times{};
   std::size_t begun = std::numeric_limits<std::size_t>::max();  // the last pair of which a reading came
   double start_s = 0;
   bool was_open = false;

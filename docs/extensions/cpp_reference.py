@@ -19,7 +19,7 @@ DOXYFILE = Path(__file__).with_name("Doxyfile")
 FOLDER = "cpp"  # of the pages; like api/ it is written by every build
 GUIDES = ("cpp", "embedded")  # pages on which a name in code is a link
 # which doxygen's EXCLUDE_SYMBOLS cannot leave out: it is for classes only
-PARTS = {"Event", "FitColumn", "FitSums"}
+PARTS = {"Event", "Term", "TermSums"}
 WITHOUT = "This site was built without doxygen, which reads the comments of the headers: `apt install doxygen`."
 
 

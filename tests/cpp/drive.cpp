@@ -26,7 +26,7 @@ void put(Values... values) {
 // Noises of hard and soft, the ratio, then output, regressor, number of each pair; a negative number: restart by the
 // output.
 void fit() {
-  Fit<double> stage;
+  ModelTest<double> stage;
   const auto hard = next(), soft = next();
   const auto ratio = next();
   while (more()) {
@@ -44,9 +44,9 @@ void fit() {
 
 // Times in ns, values.
 void pair() {
-  MatchedPair<double, std::int64_t> stage;
+  MatchedPair<double, Nanoseconds> stage;
   while (more()) {
-    const auto hard_time = static_cast<std::int64_t>(next()), soft_time = static_cast<std::int64_t>(next());
+    const Nanoseconds hard_time(static_cast<std::int64_t>(next())), soft_time(static_cast<std::int64_t>(next()));
     const auto hard = next(), soft = next();
     const auto found = stage.feed(hard_time, soft_time, hard, soft);
     put(found.hard, found.soft, found.valid, found.matched);
@@ -112,9 +112,9 @@ void revise() {
 }
 
 void stamps() {
-  SteadyStamps<double, std::int64_t> stage;
+  SteadyStamps<double, Nanoseconds> stage;
   while (more()) {
-    put(stage.smooth(static_cast<std::int64_t>(next())));
+    put(stage.smooth(Nanoseconds(static_cast<std::int64_t>(next()))).count);
   }
 }
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <limits>
 #include <palpate/estimator/handover.hpp>
-#include <palpate/stage/fit.hpp>
+#include <palpate/judge/model_test.hpp>
 
 #include "alike.hpp"
 
@@ -110,7 +110,7 @@ void print_fits(const char* name) {
   hash = {};
   std::uint32_t drawn = 1;
   for (int touch = 0; touch < 400; ++touch) {
-    palpate::Fit<Real> fit;
+    palpate::ModelTest<Real> fit;
     for (std::uint32_t i = 0; i < 250; ++i) {
       drawn = drawn * 1664525u + 1013904223u;
       const Real x = 1 + static_cast<Real>(static_cast<std::int32_t>(drawn >> 19) - 4096) / Real(4194304);

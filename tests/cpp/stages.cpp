@@ -31,40 +31,40 @@ constexpr auto in_double = touch<double>();
 static_assert(near(in_double.ratio(), 3.25, 3e-3) && near(static_cast<double>(touch<float>().ratio()), 3.25, 3e-3));
 
 // A cubic is interpolated exactly by four points, whatever the times; up to rounding.
-template <class Real, class Ticks>
+template <class Real, class Time>
 constexpr bool interpolates(Real tolerance) noexcept {
-  Align<Real, Ticks> align;
+  Align<Real, Time> align;
   const auto cubic = [](Real t) { return 2 + 3 * t - t * t + t * t * t / 4; };
   int valid = 0;
-  Ticks hard_time = 1000;
+  Time hard_time(1000);
   for (int i = 0; i < 20; ++i) {
-    const auto soft_time = static_cast<Ticks>(hard_time + static_cast<Ticks>(9000 + 700 * (i % 3)));
-    const Real value = cubic(static_cast<Real>(soft_time) / 100000);
-    const auto pair = align.feed(hard_time, soft_time, static_cast<Real>(hard_time) / 100000, value);
+    const Time soft_time = hard_time.later(9000 + 700 * (i % 3));
+    const Real value = cubic(static_cast<Real>(soft_time.count) / 100000);
+    const auto pair = align.feed(hard_time, soft_time, static_cast<Real>(hard_time.count) / 100000, value);
     if (pair.valid) {
       const Real expected = cubic(pair.hard);
       valid += magnitude(pair.soft - expected) <= tolerance * magnitude(expected);
     }
-    hard_time = static_cast<Ticks>(hard_time + 20000);
+    hard_time = hard_time.later(20000);
   }
   return valid == 17;
 }
-static_assert(interpolates<double, long long>(1e-14) && interpolates<float, unsigned>(3e-6f));
+static_assert(interpolates<double, Nanoseconds>(1e-14) && interpolates<float, Microseconds>(3e-6f));
 
 // Two touches with a pause: the result of each, and its bookkeeping. In the middle the ticks of 32 bits wrap.
 template <class Scene>
 constexpr int touches(Scene scene, double tolerance) noexcept {
   using Real = typename Scene::real_type;
-  using Ticks = typename Scene::ticks_type;
-  constexpr std::uint64_t period = static_cast<std::uint64_t>(ticks_per_second<Ticks>) / 1000 * 26;
+  using Time = typename Scene::time_type;
+  constexpr auto period = Time::second / 1000 * 26;
   int right = 0;
   for (unsigned i = 0; i < 900; ++i) {
     const bool pressed = (i >= 60 && i < 400) || (i >= 500 && i < 850);
     const Real soft = (pressed ? Real(0.25) : Real(0)) + static_cast<Real>(static_cast<int>(i * 7 % 5) - 2) / 100000;
     const Real hard = (pressed ? Real(0.625) : Real(0)) + static_cast<Real>(static_cast<int>(i * 3 % 7) - 3) / 100000;
-    const auto t = static_cast<std::uint64_t>(std::numeric_limits<Ticks>::max()) - 450 * period + i * period;
-    const auto report =
-        scene.feed(static_cast<Ticks>(t), static_cast<Ticks>(t + period / 2), hard + Real(0.5), soft - Real(0.25));
+    const auto passed = static_cast<typename Time::Signed>(i) * period - 450 * period;
+    const Time t = Time(std::numeric_limits<decltype(Time::count)>::max()).later(passed);
+    const auto report = scene.feed(t, t.later(period / 2), hard + Real(0.5), soft - Real(0.25));
     if (report.finished) {
       const auto touch = scene.touch();
       const bool start = (touch.start >= 57 && touch.start <= 60) || (touch.start >= 497 && touch.start <= 500);
@@ -75,7 +75,9 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
   return right;
 }
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
-static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
+static_assert(touches(HandheldTracker<float, Microseconds>(), 1e-3) == 2);
+static_assert(touches(HandheldTracker<float, Milliseconds>(), 1e-3) == 2);
+static_assert(touches(HandheldTracker<float, Ticks<std::uint32_t, 84000000>>(), 1e-3) == 2);
 static_assert(touches(embedded::HandheldTracker<float>(), 1e-3) == 2 &&
               touches(embedded::PaperTracker<float>(), 1e-3) == 2);
 
@@ -84,7 +86,7 @@ template <class Real>
 constexpr bool sees_an_offset() noexcept {
   int seen = 0;
   for (std::uint32_t touch = 0; touch < 10; ++touch) {
-    Fit<Real> fit;
+    ModelTest<Real> fit;
     std::uint32_t state = touch;
     for (std::uint32_t i = 0; i < 250; ++i) {
       state = state * 1664525u + 1013904223u;
@@ -158,7 +160,7 @@ static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(Adapt
 
 // What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
-static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 1816);
+static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 1816);
 
 }  // namespace
 

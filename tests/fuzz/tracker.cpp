@@ -42,11 +42,10 @@ class Bytes {
     return kind < 240 ? static_cast<Real>(take<std::int16_t>()) / 4096 : take<Real>();
   }
 
-  template <class Ticks>
-  Ticks time(Ticks before) {
+  template <class Time>
+  Time time(Time before) {
     const auto kind = take<std::uint8_t>();
-    const auto later = static_cast<std::make_unsigned_t<Ticks>>(before) + std::make_unsigned_t<Ticks>(kind) * 100;
-    return kind < 220 ? static_cast<Ticks>(later) : take<Ticks>();
+    return kind < 220 ? before.later(kind * 100) : Time(take<decltype(Time::count)>());
   }
 
  private:
@@ -54,14 +53,15 @@ class Bytes {
   std::size_t size_;
 };
 
-template <class Scene, class Real, class Ticks>
+template <class Scene>
 void run_scene(Bytes bytes) {
   Scene scene;
   const auto samples = bytes.take<std::uint8_t>();
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(scene.settings)>>) {
     scene.settings.samples = samples;
   }
-  Ticks t_hard = 0, t_soft = 0;
+  using Real = typename Scene::real_type;
+  typename Scene::time_type t_hard, t_soft;
   Real hard = 0, soft = 0;
   while (!bytes.empty()) {
     t_hard = bytes.time(t_hard);
@@ -87,10 +87,10 @@ void run_scene(Bytes bytes) {
   }
 }
 
-template <class Real, class Ticks>
+template <class Real, class Time>
 void run_stamps(Bytes bytes) {
-  palpate::SteadyStamps<Real, Ticks> stamps;
-  Ticks time = 0;
+  palpate::SteadyStamps<Real, Time> stamps;
+  Time time;
   while (!bytes.empty()) {
     time = bytes.time(time);
     stamps.smooth(time);
@@ -115,13 +115,13 @@ void run_estimator(Bytes bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const Bytes bytes(data, size);
-  run_scene<palpate::HandheldTracker<double>, double, std::int64_t>(bytes);
-  run_scene<palpate::HandheldTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
-  run_scene<palpate::embedded::HandheldTracker<float>, float, std::uint32_t>(bytes);
-  run_scene<palpate::PaperTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
-  run_scene<palpate::FixedTracker<double>, double, std::int64_t>(bytes);
-  run_stamps<double, std::int64_t>(bytes);
-  run_stamps<float, std::uint32_t>(bytes);
+  run_scene<palpate::HandheldTracker<double>>(bytes);
+  run_scene<palpate::HandheldTracker<float, palpate::Microseconds>>(bytes);
+  run_scene<palpate::embedded::HandheldTracker<float>>(bytes);
+  run_scene<palpate::PaperTracker<float, palpate::Microseconds>>(bytes);
+  run_scene<palpate::FixedTracker<double>>(bytes);
+  run_stamps<double, palpate::Nanoseconds>(bytes);
+  run_stamps<float, palpate::Microseconds>(bytes);
   run_estimator<palpate::AdaptiveRls<double>>(bytes);
   run_estimator<palpate::AdaptiveRls<float>>(bytes);
   run_estimator<palpate::Handover<double>>(bytes);

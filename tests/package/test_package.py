@@ -27,9 +27,10 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 HEADER_LAYERS = (
     "contraction version",
     "arithmetic",
-    "elasticity ring settings square_root",
+    "elasticity estimate ring settings square_root time",
     "policy",
     "estimator stage",
+    "judge",
     "tracker",
     "scenes",
     "embedded",

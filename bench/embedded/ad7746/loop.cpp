@@ -93,7 +93,11 @@ constexpr palpate::TrackerSettings<Estimator> settings = [] {
   mine.full_scale = saturated;
   return mine;
 }();
-palpate::embedded::HandheldTracker<float, std::uint32_t, Estimator, settings> probe;
+struct Probe : palpate::embedded::LeanHandheld<float> {
+  template <class>
+  using settings_for = palpate::Constant<settings>;
+};
+palpate::Tracker<Probe> probe;
 
 }  // namespace
 
@@ -129,7 +133,8 @@ void measure() {
       if (codes.code[0] == excitation_code || codes.code[1] == excitation_code) {
         hal::excitation_failed();
       }
-      const auto state = probe.feed(codes.time[0], codes.time[1], picofarad(codes.code[0]), picofarad(codes.code[1]));
+      const auto state = probe.feed(palpate::Microseconds(codes.time[0]), palpate::Microseconds(codes.time[1]),
+                                    picofarad(codes.code[0]), picofarad(codes.code[1]));
       if (state.finished) {
         hal::report(probe.touch(), ring.dropped());
       }

@@ -33,42 +33,44 @@ using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Constant<default
 template <class Real>
 using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real>>>>;
 
-/// Lean stage: the level without a test for a drift.
-template <class Real>
-using Baseline = palpate::Baseline<Real, false>;
-/// Lean stage: the gate without a test for a wrong baseline.
-template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
-using Contact = palpate::Contact<Real, Constant<settings>, false>;
+/// All that the scene handheld has on a computer, with the same bits: flags, level ratio, revision.
+template <class Real, class Time = Microseconds>
+using FullHandheld = Handheld<Real, Time, AsConstants>;
 
-/// Stage of the full scenes: the gate, which notices a wrong baseline.
-template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
-using FullContact = palpate::Contact<Real, Constant<settings>>;
-/// Stage of the full scenes: the ratio over the swept depth.
-template <class Real>
-using LevelRatio = palpate::LevelRatio<Real, Constant<defaults<LevelRatioSettings<Real>>>>;
+/// Lean scene "paper": no test for a drift of the baseline, or for one that was measured in contact.
+template <class Real, class Time = Microseconds>
+struct LeanPaper : Paper<Real, Time, AsConstants> {
+  using baseline = Baseline<Real, false>;                                           ///< of a channel without contact
+  using contact = Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>;  ///< begin and end of a touch
+  using estimator = embedded::AdaptiveRls<Real>;                                    ///< of the ratio
+};
 
-/// Lean scene "paper": no flags, no revision, no standard error. `settings` may be a constant of your own.
-template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
-          const auto& settings = defaults<TrackerSettings<Estimator>>>
-using PaperTracker =
-    Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
-/// Lean scene "handheld": a ratio with its standard error, without flags and revision. `settings` may be a constant of
-/// your own.
-template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
-          const auto& settings = defaults<TrackerSettings<Estimator>>, class AlignStage = Align<Real, Ticks>>
-using HandheldTracker =
-    Tracker<Real, AlignStage, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
-/// Lean scene "sliding": as embedded::HandheldTracker, a touch ends only by its release.
-template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
-using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
-                               Estimator, NoFit<Real>, Constant<unlimited<Estimator>>>;
+/// Lean scene "handheld": a ratio with its standard error, without flags and revision; 250 samples.
+template <class Real, class Time = Microseconds>
+struct LeanHandheld : LeanPaper<Real, Time> {
+  using align = Align<Real, Time>;             ///< from two readings to a pair
+  using estimator = embedded::Handover<Real>;  ///< of the ratio
+};
 
-/// All that the scene handheld has on a computer; its results have the same bits. `FitStage` NoFit<Real>: no flags, and
-/// no revision.
-template <class Real, class Ticks = std::uint32_t, class FitStage = Fit<Real>, class Estimator = Handover<Real>,
-          const auto& settings = timed<Estimator>,
-          class LevelStage = std::conditional_t<FitStage::fits, LevelRatio<Real>, NoLevelRatio<Real>>>
-using FullHandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, palpate::Baseline<Real>, FullContact<Real>,
-                                    Estimator, FitStage, Constant<settings>, LevelStage>;
+/// Lean scene "sliding": as LeanHandheld, a touch ends only by its release.
+template <class Real, class Time = Microseconds>
+struct LeanSliding : LeanHandheld<Real, Time> {
+  using contact = Contact<Real, Constant<sliding_contact<Real>>, false>;  ///< begin and end of a touch
+  template <class Estimator>
+  using settings_for = Constant<unlimited<Estimator>>;  ///< of all
+};
+
+/// The tracker of FullHandheld.
+template <class Real, class Time = Microseconds>
+using FullHandheldTracker = Tracker<FullHandheld<Real, Time>>;
+/// The tracker of LeanHandheld.
+template <class Real, class Time = Microseconds>
+using HandheldTracker = Tracker<LeanHandheld<Real, Time>>;
+/// The tracker of LeanPaper.
+template <class Real, class Time = Microseconds>
+using PaperTracker = Tracker<LeanPaper<Real, Time>>;
+/// The tracker of LeanSliding.
+template <class Real, class Time = Microseconds>
+using SlidingTracker = Tracker<LeanSliding<Real, Time>>;
 
 }  // namespace palpate::embedded

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The scenes: which stages each one has.
+// The scenes: which stages each one has. One of your own derives from one of them, and replaces a line:
+//
+//     struct Mine : palpate::Handheld<float, palpate::Microseconds> {
+//       using contact = palpate::Contact<float, palpate::Constant<late>>;
+//     };
+//     palpate::Tracker<Mine> probe;
 
 #include <palpate/tracker.hpp>
 
@@ -21,22 +26,80 @@ inline constexpr ContactSettings<Real> sliding_contact = [] {
   return settings;
 }();
 
+/// Settings are members of the objects, and may change.
+struct InObjects {
+  template <class Values, const Values& first = defaults<Values>>
+  using keep = Kept<Values, first>;  ///< the settings `first`
+};
+/// Settings are compile-time constants.
+struct AsConstants {
+  template <class Values, const Values& first = defaults<Values>>
+  using keep = Constant<first>;  ///< the settings `first`
+};
+
+/// Settings as `Settings`, one of these two, keeps them.
+template <class Settings, class Values, const Values& first = defaults<Values>>
+using KeptAs = typename Settings::template keep<Values, first>;
+
 /// Scene "fixed": for a loop that supplies changes without faults, as one endless touch. The smallest scene.
-template <class Real, class Ticks = std::int64_t>
-using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>,
-                             NoFit<Real>, Kept<TrackerSettings<FixedRls<Real>>, unlimited<FixedRls<Real>>>>;
+template <class Real, class Time = Nanoseconds, class Settings = InObjects>
+struct Fixed {
+  using real_type = Real;               ///< float or double
+  using time_type = Time;               ///< Ticks with their unit
+  using align = NoAlign<Real, Time>;    ///< from two readings to a pair
+  using baseline = NoBaseline<Real>;    ///< of a channel without contact
+  using contact = AlwaysContact<Real>;  ///< begin and end of a touch
+  using estimator = FixedRls<Real>;     ///< of the ratio
+  template <class Estimator>
+  using judge_for = NoJudge<Estimator>;  ///< flags, level ratio, revision
+  template <class Estimator>
+  using settings_for = KeptAs<Settings, TrackerSettings<Estimator>, unlimited<Estimator>>;  ///< of all
+};
+
 /// Scene "paper": the estimator of the paper, 250 samples from contact.
-template <class Real, class Ticks = std::int64_t>
-using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
+template <class Real, class Time = Nanoseconds, class Settings = InObjects>
+struct Paper : Fixed<Real, Time, Settings> {
+  using baseline = Baseline<Real>;                                         ///< of a channel without contact
+  using contact = Contact<Real, KeptAs<Settings, ContactSettings<Real>>>;  ///< begin and end of a touch
+  using estimator = AdaptiveRls<Real>;                                     ///< of the ratio
+  template <class Estimator>
+  using settings_for = KeptAs<Settings, TrackerSettings<Estimator>>;  ///< of all
+};
+
 /// Scene "handheld": a probe held in the hand.
-template <class Real, class Ticks = std::int64_t>
-using HandheldTracker =
-    Tracker<Real, MatchedPair<Real, Ticks>, Baseline<Real>, Contact<Real>, Handover<Real>, Fit<Real>,
-            Kept<TrackerSettings<Handover<Real>>, timed<Handover<Real>>>, LevelRatio<Real>>;
+template <class Real, class Time = Nanoseconds, class Settings = InObjects>
+struct Handheld : Paper<Real, Time, Settings> {
+  using align = MatchedPair<Real, Time>;                                       ///< from two readings to a pair
+  using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio
+  /// flags, level ratio, revision
+  template <class Estimator>
+  using judge_for = Judge<Estimator, Time, LevelRatio<Real, KeptAs<Settings, LevelRatioSettings<Real>>>>;
+  template <class Estimator>
+  using settings_for = KeptAs<Settings, TrackerSettings<Estimator>, timed<Estimator>>;  ///< of all
+};
+
 /// Scene "sliding": a probe that slides over tissue.
-template <class Real, class Ticks = std::int64_t>
-using SlidingTracker = Tracker<Real, MatchedPair<Real, Ticks>, Baseline<Real>,
-                               Contact<Real, Kept<ContactSettings<Real>, sliding_contact<Real>>>, Handover<Real>,
-                               Fit<Real>, Kept<TrackerSettings<Handover<Real>>, unlimited<Handover<Real>>>>;
+template <class Real, class Time = Nanoseconds, class Settings = InObjects>
+struct Sliding : Handheld<Real, Time, Settings> {
+  /// begin and end of a touch
+  using contact = Contact<Real, KeptAs<Settings, ContactSettings<Real>, sliding_contact<Real>>>;
+  template <class Estimator>
+  using judge_for = Judge<Estimator, Time, NoLevelRatio<Real>>;  ///< flags, level ratio, revision
+  template <class Estimator>
+  using settings_for = KeptAs<Settings, TrackerSettings<Estimator>, unlimited<Estimator>>;  ///< of all
+};
+
+/// The tracker of scene "fixed".
+template <class Real, class Time = Nanoseconds>
+using FixedTracker = Tracker<Fixed<Real, Time>>;
+/// The tracker of scene "paper".
+template <class Real, class Time = Nanoseconds>
+using PaperTracker = Tracker<Paper<Real, Time>>;
+/// The tracker of scene "handheld".
+template <class Real, class Time = Nanoseconds>
+using HandheldTracker = Tracker<Handheld<Real, Time>>;
+/// The tracker of scene "sliding".
+template <class Real, class Time = Nanoseconds>
+using SlidingTracker = Tracker<Sliding<Real, Time>>;
 
 }  // namespace palpate

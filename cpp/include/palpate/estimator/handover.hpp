@@ -3,7 +3,7 @@
 
 // The estimator of the scene handheld: instrumental variables, two-sided CUSUM, hand-over at an alarm.
 
-#include <palpate/estimator/innovation_noise.hpp>
+#include <palpate/estimator/noise_model.hpp>
 #include <palpate/estimator/rls.hpp>
 #include <palpate/estimator/two_sided_cusum.hpp>
 #include <palpate/square_root.hpp>
@@ -37,7 +37,7 @@ struct HandoverSettings {
 /// Instrument of a regressor x: the running mean of the regressors before it, which is independent of the noise of x
 /// (Soderstrom and Stoica 1983).
 template <class Real>
-struct Instrument {
+struct InstrumentalVariable {
   Real mean = 0;
 
   /// The weight w of a sample: the mean if it is a forecast of x; otherwise x itself (least squares).
@@ -94,7 +94,7 @@ class Handover : public Parameters {
 
   /// One sample: the changes of both channels from their baselines, pF. What is not finite is refused, and so are
   /// magnitudes from 1e16 (float) or 1e140 (double) on.
-  PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
+  PALPATE_INLINE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
       return detail::refusal(ratio_, innovation, alarm());
@@ -114,10 +114,10 @@ class Handover : public Parameters {
       return detail::refusal(ratio_, innovation, alarm());
     }
     watch(judged, sample);
-    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(row_.size > 0)) {
-      row_.add(innovation, regressor, judged.outlier);
+    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(run_.size > 0)) {
+      run_.add(innovation, regressor, judged.outlier);
     }
-    const bool change = alarm() && !row_.differ();
+    const bool change = alarm() && !run_.differ();
     if (PALPATE_UNLIKELY(change)) {
       next = handed_over(cusum_.larger(), sample, next);
     } else if (PALPATE_UNLIKELY(alarm())) {
@@ -144,21 +144,21 @@ class Handover : public Parameters {
     instrument_ = {};
     seen_ = lag_ = lead_ = 0;
     noise_ = {};
-    row_ = {};
+    run_ = {};
   }
 
   /// The ratio and the sums from which it was computed, without the noise.
-  struct Estimate {
+  struct Snapshot {
     Real ratio;       ///< the estimate r
     Sums<Real> sums;  ///< of the samples
   };
   /// The present one.
-  constexpr Estimate estimate() const noexcept { return {ratio_, sums_}; }
+  constexpr Snapshot snapshot() const noexcept { return {ratio_, sums_}; }
   /// Go back to such an estimate; the noise stays.
-  constexpr void restore(const Estimate& estimate) noexcept {
-    ratio_ = estimate.ratio;
+  constexpr void restore(const Snapshot& snapshot) noexcept {
+    ratio_ = snapshot.ratio;
     lag_ = lead_ = 0;
-    sums_ = estimate.sums;
+    sums_ = snapshot.sums;
   }
 
   /// As Rls::visit_state.
@@ -168,7 +168,7 @@ class Handover : public Parameters {
     cusum_.visit_state(visit);
     visit(instrument_.mean);
     noise_.visit_state(visit);
-    visit(seen_), visit(row_.last), visit(row_.regressor), visit(row_.size), visit(row_.steps);
+    visit(seen_), visit(run_.last), visit(run_.regressor), visit(run_.size), visit(run_.steps);
     visit(lag_), visit(lead_);
   }
 
@@ -215,7 +215,7 @@ class Handover : public Parameters {
     Real innovation, forgetting;
   };
   /// Outliers in a row: after a change of the ratio they are as large as their regressors, in a burst of noise they are not.
-  struct Row {
+  struct OutlierRun {
     Real last = 0, regressor = 0;  // the last one
     Real size = 0, steps = 0;      // sums of magnitudes, and of steps, times a regressor, half of each before
 
@@ -270,7 +270,7 @@ class Handover : public Parameters {
   }
 
   /// The detector. It starts again after an alarm. A larger ratio gives innovations of the regressor's sign.
-  PALPATE_ONCE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+  PALPATE_INLINE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
     if (PALPATE_UNLIKELY(alarm())) {
       cusum_ = {};
     }
@@ -334,7 +334,7 @@ class Handover : public Parameters {
   }
 
   /// Update the noise model.
-  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged, bool negative) noexcept {
+  PALPATE_INLINE constexpr void learn(Real innovation, const Judged& judged, bool negative) noexcept {
     seen_ += 1;
     if (PALPATE_LIKELY(seen_ > transient)) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
@@ -354,10 +354,10 @@ class Handover : public Parameters {
   Real ratio_;
   Detector cusum_{};
   Sums<Real> sums_;
-  Instrument<Real> instrument_;
+  InstrumentalVariable<Real> instrument_;
   Real seen_ = 0;
-  InnovationNoise<Real> noise_;
-  Row row_{};
+  NoiseModel<Real> noise_;
+  OutlierRun run_{};
   Real lag_ = 0, lead_ = 0;  // while the ratio drifts: the mean innovation, and what it adds to the ratio
 };
 

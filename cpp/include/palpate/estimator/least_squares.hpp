@@ -10,7 +10,7 @@ namespace palpate {
 /// A sample of weight 1; or what the rotations leave of it: each regressor without those before it, the output without
 /// all of them, and the weight of this residual.
 template <class Real, int Size>
-struct Row {
+struct Observation {
   Real regressors[Size] = {}, output = 0, weight = 1;
 };
 
@@ -19,7 +19,7 @@ struct Row {
 /// never formed, so the error of theta grows with the condition of the regressors, not with its square; D stays positive.
 template <class Real, int Size>
 struct LeastSquares {
-  using Sample = Row<Real, Size>;
+  using Sample = Observation<Real, Size>;
   static constexpr Real normal = std::numeric_limits<Real>::min() * 1024;
   static constexpr int above = Size * (Size - 1) / 2;
   Real coefficients[Size] = {};            // theta
@@ -44,7 +44,8 @@ struct LeastSquares {
   /// D, U, z and theta of `next`, which may be this one, become those after a sample, and `row` what is left of it. A
   /// regressor that is a combination of those before it, as far as 1 / resolution of its mean square can tell, says
   /// nothing; one that overflows has made a coefficient infinite or NaN.
-  PALPATE_ONCE constexpr void rotate(Real forgetting, Real resolution, Sample& row, LeastSquares& next) const noexcept {
+  PALPATE_INLINE constexpr void rotate(Real forgetting, Real resolution, Sample& row,
+                                       LeastSquares& next) const noexcept {
     for (int i = 0, j = 0; i < Size; ++i) {
       Real x = row.regressors[i];
       if (PALPATE_UNLIKELY(!(product(product(x, x), product(resolution, count_squares)) >= squares[i * (i + 3) / 2]))) {
@@ -66,8 +67,8 @@ struct LeastSquares {
   }
 
   /// The sums of `next` become those after the sample of which `row` is left. Sums in one SIMD register take more steps.
-  PALPATE_ONCE constexpr void sum_up(Real forgetting, const Sample& sample, const Sample& row,
-                                     LeastSquares& next) const noexcept {
+  PALPATE_INLINE constexpr void sum_up(Real forgetting, const Sample& sample, const Sample& row,
+                                       LeastSquares& next) const noexcept {
     const Real square = product(forgetting, forgetting);
     for (int i = 0, j = 0; i < Size; ++i) {
       for (int k = 0; k <= i; ++k, ++j) {

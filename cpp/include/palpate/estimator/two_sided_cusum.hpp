@@ -55,7 +55,7 @@ class TwoSidedCusum {
  public:
   using real_type = Real;  ///< float or double
 
-  PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
+  PALPATE_INLINE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
     const CusumSide<Real> one = alone(sample);
 #if PALPATE_HAS_LANES
     if (!__builtin_is_constant_evaluated()) {
@@ -83,7 +83,7 @@ class TwoSidedCusum {
 
  private:
   // The compilers make branches of the selects of one Real.
-  PALPATE_ONCE constexpr void add_to(int i, Real step, Real guard, const CusumSide<Real>& one) noexcept {
+  PALPATE_INLINE constexpr void add_to(int i, Real step, Real guard, const CusumSide<Real>& one) noexcept {
     const Real sum = statistic_[i] + step;
     statistic_[i] = positive_part(sum);
     age_[i] = sum > 0 ? age_[i] + 1 : Real(0);

@@ -54,7 +54,7 @@ class VectorRls : public Parameters {
   static constexpr int Size = Regressors + Intercept;
   static_assert(Regressors >= 1 && Size <= 8, "palpate::VectorRls: 1 to 8 regressors, 7 with an intercept");
   using Fit = LeastSquares<Real, Size>;
-  using Sample = Row<Real, Size>;
+  using Sample = Observation<Real, Size>;
 
  public:
   using real_type = Real;  ///< float or double
@@ -202,7 +202,7 @@ class VectorRls : public Parameters {
   }
 
   // A sample in a direction that was unknown says nothing about the noise.
-  PALPATE_ONCE constexpr void learn(Real clipped, Real weight) noexcept {
+  PALPATE_INLINE constexpr void learn(Real clipped, Real weight) noexcept {
     if (PALPATE_LIKELY(weight > Real(0.1))) {
       seen_ += 1;
       mean_magnitude_ += product(mean_share(seen_, Real(0.02)), clipped + Fit::normal - mean_magnitude_);
@@ -210,7 +210,7 @@ class VectorRls : public Parameters {
   }
 
   // Number by number: as sample_of has stored it.
-  PALPATE_ONCE constexpr void remember(const Sample& sample) noexcept {
+  PALPATE_INLINE constexpr void remember(const Sample& sample) noexcept {
     for (int i = 0; i < Size; ++i) {
       samples_[next_].regressors[i] = sample.regressors[i];
     }
@@ -232,7 +232,7 @@ class VectorRls : public Parameters {
 
   /// Branches on z or on the sign of a regressor would be predicted wrong half the time. Of a select with the constant 0
   /// g++ makes one, of a select of two computed numbers it does not.
-  PALPATE_ONCE constexpr void watch(Real z, const Sample& row) noexcept {
+  PALPATE_INLINE constexpr void watch(Real z, const Sample& row) noexcept {
     const bool switches = settings.alarmed > 0;
     if (PALPATE_UNLIKELY(alarm_) && !switches) {
       start_sides();
@@ -248,7 +248,7 @@ class VectorRls : public Parameters {
     alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? settings.threshold / 4 : settings.threshold);
   }
 
-  PALPATE_ONCE constexpr void guard(Real forgetting) noexcept {
+  PALPATE_INLINE constexpr void guard(Real forgetting) noexcept {
     guarded_ = product(forgetting, guarded_);
     if (PALPATE_UNLIKELY(guarded_ < settings.min_information)) {
       fit().strengthen(2 * settings.min_information - guarded_);

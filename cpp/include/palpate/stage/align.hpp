@@ -2,10 +2,9 @@
 #pragma once
 
 // One converter reads the two channels one after the other: the soft channel is interpolated to the times of the hard
-// channel. And what the alignment stages have in common: the last readings of both channels with their times, which are
-// integer ticks of any unit; only their differences become Real.
+// channel. And the part that the alignment stages share: the last readings of both channels with their times.
 
-#include <palpate/arithmetic.hpp>
+#include <palpate/time.hpp>
 
 namespace palpate {
 
@@ -17,36 +16,13 @@ struct Pair {
   bool valid;  ///< there is a pair
 };
 
-/// Ticks of 64 bits are nanoseconds, others are microseconds.
-template <class Ticks>
-inline constexpr Ticks ticks_per_second = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
-
-/// later - earlier, computed with unsigned ticks, which may wrap.
-template <class Ticks>
-constexpr auto ticks_between(Ticks later, Ticks earlier) noexcept {
-  using Unsigned = std::make_unsigned_t<Ticks>;
-  const auto wrapped = static_cast<Unsigned>(static_cast<Unsigned>(later) - static_cast<Unsigned>(earlier));
-  return static_cast<std::make_signed_t<Ticks>>(wrapped);
-}
-/// The time so many ticks later, which may wrap.
-template <class Ticks>
-constexpr Ticks later(Ticks time, std::make_signed_t<Ticks> ticks) noexcept {
-  using Unsigned = std::make_unsigned_t<Ticks>;
-  return static_cast<Ticks>(static_cast<Unsigned>(static_cast<Unsigned>(time) + static_cast<Unsigned>(ticks)));
-}
-/// ticks_between in seconds.
-template <class Real, class Ticks>
-constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
-  return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);
-}
-
 /// The last four readings of a channel with their times; index 0 is the newest. A ring: each value is stored once.
-template <class Real, class Ticks>
+template <class Real, class Time>
 class Channel {
  public:
   static constexpr int size = 4;
 
-  constexpr void push(Ticks time, Real value) noexcept {
+  constexpr void push(Time time, Real value) noexcept {
     newest_ = static_cast<std::uint8_t>((newest_ + 1) % size);
     time_[newest_] = time;
     value_[newest_] = value;
@@ -55,31 +31,27 @@ class Channel {
     }
   }
   constexpr int filled() const noexcept { return filled_; }
-  constexpr Ticks time(int i) const noexcept { return time_[place(i)]; }
+  PALPATE_INLINE constexpr Time time(int i) const noexcept { return time_[place(i)]; }
   constexpr Real operator[](int i) const noexcept { return value_[place(i)]; }
 
  private:
   constexpr unsigned place(int i) const noexcept { return (newest_ - static_cast<unsigned>(i)) % size; }
 
-  Ticks time_[size] = {};
+  Time time_[size] = {};
   Real value_[size] = {};
   std::uint8_t newest_ = 0, filled_ = 0;
 };
 
 /// The last readings of both channels.
-template <class Real, class Ticks>
+template <class Real, class Time>
 class LastReadings {
-  // A time in float32 is too inexact after a minute.
-  static_assert(std::is_integral_v<Ticks> && sizeof(Ticks) >= 4,
-                "palpate::Align: Ticks must be an integer of 32 or 64 bits");
-
  public:
-  Channel<Real, Ticks> hard, soft;
+  Channel<Real, Time> hard, soft;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all four.
-  constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard_value, Real soft_value) noexcept {
+  constexpr bool add(Time hard_time, Time soft_time, Real hard_value, Real soft_value) noexcept {
     const bool any = is_finite(soft_value);
-    if (any && soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
+    if (any && soft.filled() > 0 && !(soft_time.since(soft.time(0)) > 0)) {
       reset();  // the time decreased, or did not change: start again
     }
     if (is_finite(hard_value)) {
@@ -96,10 +68,10 @@ class LastReadings {
   /// The newest hard reading after the older one of the two soft ones in the middle, and not after the newer one; -1:
   /// there is none.
   constexpr int middle() const noexcept {
-    using Unsigned = std::make_unsigned_t<Ticks>;
-    const auto from = static_cast<Unsigned>(soft.time(2)), span = static_cast<Unsigned>(soft.time(1)) - from;
+    const Time from = soft.time(2);
+    const auto span = soft.time(1).unsigned_since(from);
     for (int i = 0; i < hard.filled() && i <= 2; ++i) {
-      if (static_cast<Unsigned>(hard.time(i)) - from - 1 < span) {  // an unsigned difference below 0 is large
+      if (hard.time(i).unsigned_since(from) - 1 < span) {  // a difference below 0 is large
         return i;
       }
     }
@@ -107,24 +79,22 @@ class LastReadings {
   }
 
   /// Whether the two soft readings in the middle are near enough for an interpolation: at most a second apart.
-  constexpr bool near() const noexcept {
-    return ticks_between(soft.time(1), soft.time(2)) <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
-  }
+  constexpr bool near() const noexcept { return soft.time(1).since(soft.time(2)) <= Time::second; }
 
   /// The soft channel at a time: Lagrange interpolation through all four values.
-  constexpr Real soft_at(Ticks time) const noexcept { return interpolated(time, std::make_integer_sequence<int, 4>()); }
+  constexpr Real soft_at(Time time) const noexcept { return interpolated(time, std::make_integer_sequence<int, 4>()); }
 
  private:
   // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of three
   // stay in the range of float.
-  static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
-    return product(static_cast<Real>(ticks_between(later, earlier)), Real(1) / Real(16777216));
+  static constexpr Real difference(Time later, Time earlier) noexcept {
+    return product(static_cast<Real>(later.since(earlier)), Real(1) / Real(16777216));
   }
 
   // Folds over the sequence I are unrolled by every compiler; loops would take three times as long. The oldest first.
   // (Divided differences need fewer operations, but they lose digits where two readings are close together.)
   template <int... I>
-  constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
+  constexpr Real interpolated(Time time, std::integer_sequence<int, I...> all) const noexcept {
     const Real node[] = {difference(soft.time(3 - I), time)...};
     Real sum = 0;
     ((sum = I % 2 == 0 ? sum + term<I>(node, all) : sum - term<I>(node, all)), ...);
@@ -144,11 +114,11 @@ class LastReadings {
 
 /// The null stage: both values unchanged. In every stage, feed's `wanted` says whether the pair is used: the readings are
 /// kept anyway.
-template <class Real, class Ticks>
+template <class Real, class Time>
 struct NoAlign {
-  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
+  using time_type = Time;  ///< Ticks with their unit
   /// The pair of these two readings; the times are not used.
-  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft, bool = true) noexcept {
+  constexpr Pair<Real> feed(Time, Time, Real hard, Real soft, bool = true) noexcept {
     return {hard, soft, is_finite(hard) && is_finite(soft)};
   }
   /// Nothing to forget.
@@ -158,29 +128,28 @@ struct NoAlign {
 /// Lagrange interpolation through four soft values around a hard one, with their real times. The delay is one pair (two
 /// if the soft channel is read first). The relative error of a sine whose phase changes by a between two soft values is
 /// 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
-template <class Real, class Ticks>
+template <class Real, class Time>
 class Align {
  public:
-  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
+  using time_type = Time;  ///< Ticks with their unit
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
-  PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
-                                         bool wanted = true) noexcept {
-    Pair<Real> pair{hard, soft, false};
+  PALPATE_INLINE constexpr Pair<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft,
+                                           bool wanted = true) noexcept {
     if (readings_.add(hard_time, soft_time, hard, soft) && wanted) {
       const int i = readings_.middle();
       if (i >= 0 && readings_.near()) {
-        pair = {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
+        return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
       }
     }
-    return pair;
+    return {hard, soft, false};
   }
 
   /// Forget the readings.
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:
-  LastReadings<Real, Ticks> readings_;
+  LastReadings<Real, Time> readings_;
 };
 
 }  // namespace palpate

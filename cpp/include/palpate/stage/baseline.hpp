@@ -3,7 +3,7 @@
 
 // The capacitance of a channel without contact, its drift, and its noise.
 
-#include <palpate/stage/halves.hpp>
+#include <palpate/stage/robust_line.hpp>
 
 namespace palpate {
 
@@ -31,7 +31,7 @@ struct NoBaseline {
 
 /// The state of a baseline between two values.
 template <class Real, bool Drifts>
-struct Level {
+struct BaselineState {
   Real mean = 0, noise = 0, count = 0, squares = 0;
 
   template <class Visit>
@@ -40,7 +40,7 @@ struct Level {
   }
 };
 template <class Real>
-struct Level<Real, true> : Level<Real, false> {
+struct BaselineState<Real, true> : BaselineState<Real, false> {
   Real age = 0, fast = 0, slow = 0, last = 0;
 
   template <class Visit>
@@ -70,7 +70,7 @@ class Baseline {
  public:
   /// Add one of the first 32 values.
   constexpr void collect(Real value) noexcept {
-    halves_.add(filled_++, value);
+    first_.add(filled_++, value);
     if (filled_ == Size) {
       establish();
     }
@@ -92,9 +92,9 @@ class Baseline {
     now_.mean += product(taken - now_.mean, part);
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
     const Real seen = now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part);
-    now_.noise = seen > halves_.value(noise_floor) ? seen : halves_.value(noise_floor);
+    now_.noise = seen > first_.value(noise_floor) ? seen : first_.value(noise_floor);
     if constexpr (Drifts) {
-      const bool quiet = 100 * magnitude(value - now_.last) < now_.noise && now_.noise > 4 * halves_.value(noise_floor);
+      const bool quiet = 100 * magnitude(value - now_.last) < now_.noise && now_.noise > 4 * first_.value(noise_floor);
       quiet_ = static_cast<std::uint8_t>(quiet ? quiet_ + (quiet_ < Size) : 0);
       now_.last = value;
     }
@@ -104,12 +104,12 @@ class Baseline {
   /// Save the present state; only if ready().
   constexpr void mark() noexcept {
     int i = noise_floor;
-    now_.visit([&](auto&... numbers) { ((halves_.value(++i) = numbers), ...); });
+    now_.visit([&](auto&... numbers) { ((first_.value(++i) = numbers), ...); });
   }
   /// Go back to the marked state: a touch has begun after it.
   constexpr void rewind() noexcept {
     int i = noise_floor;
-    now_.visit([&](auto&... numbers) { ((numbers = halves_.value(++i)), ...); });
+    now_.visit([&](auto&... numbers) { ((numbers = first_.value(++i)), ...); });
     judge_drift();
   }
 
@@ -118,7 +118,7 @@ class Baseline {
   /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
     filled_ = Size;
-    halves_.value(noise_floor) = halves_.least(now_.mean);
+    first_.value(noise_floor) = first_.least(now_.mean);
     mark();
   }
   /// Whether all 32 values are collected.
@@ -151,7 +151,7 @@ class Baseline {
   constexpr bool drifts() const noexcept { return Drifts && drifts_; }
 
   constexpr void establish() noexcept {
-    const auto found = halves_.summary(clip);
+    const auto found = first_.summary(clip);
     now_.noise = found.noise;
     now_.count = found.count;
     now_.mean = found.mean;
@@ -162,7 +162,7 @@ class Baseline {
       now_.slow = now_.fast - product(found.slope, lag);
       drifts_ = false;
     }
-    halves_.value(noise_floor) = found.floor;
+    first_.value(noise_floor) = found.floor;
     mark();
   }
 
@@ -176,8 +176,8 @@ class Baseline {
   // The values are needed only while collecting; after that the same memory has the noise floor, and the numbers of the
   // marked state.
   static constexpr int noise_floor = 0;
-  Halves<Real, Size, Drifts> halves_;
-  Level<Real, Drifts> now_;
+  RobustLine<Real, Size, Drifts> first_;
+  BaselineState<Real, Drifts> now_;
   std::uint8_t filled_ = 0, quiet_ = 0;
   bool drifts_ = false;
 };

@@ -7,7 +7,11 @@
 
 namespace palpate {
 
-/// A pair of a stage that filters both channels, which Fit needs.
+/// The variance of a filtered channel for a reading's variance of 1, at 26 ms: both filters of MatchedPair have it.
+template <class Real>
+inline constexpr Real noise_gain = Real(0.42);
+
+/// A pair of a stage that filters both channels, which a Judge needs.
 template <class Real>
 struct FilteredPair {
   Real hard;             ///< pF
@@ -29,14 +33,13 @@ struct FilteredPair {
 ///
 /// a1 and b2 are the least-squares solution for |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below), to a
 /// hundredth, as polynomials of the squared period; at 0 the powers of `a` up to the fifth agree.
-template <class Real, class Ticks>
+template <class Real, class Time>
 class MatchedPair {
  public:
-  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
+  using time_type = Time;  ///< Ticks with their unit
 
   /// As Align::feed. On an uneven grid pairs are left out, and after 8 of them interpolated.
-  constexpr FilteredPair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
-                                    bool wanted = true) noexcept {
+  constexpr FilteredPair<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft, bool wanted = true) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
     }
@@ -61,9 +64,9 @@ class MatchedPair {
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:
-  using Signed = std::make_signed_t<Ticks>;
+  using Signed = typename Time::Signed;
   static constexpr int patience = 8;
-  static constexpr Signed longest = static_cast<Signed>(ticks_per_second<Ticks> / 25);  // period: 40 ms
+  static constexpr Signed longest = Time::second / 25;  // period: 40 ms
 
   struct Grid {
     Signed hard_before, hard_after, soft[4];  // deviations, ticks
@@ -75,9 +78,9 @@ class MatchedPair {
   constexpr Grid fitted(int i) const noexcept {
     const auto& hard = readings_.hard;
     const auto& soft = readings_.soft;
-    const Ticks centre = hard.time(i);
-    const Signed period = ticks_between(soft.time(0), soft.time(3)) / 3, half = period / 2, limit = period / 4;
-    const auto deviation = [centre](Ticks time, Signed step) { return ticks_between(time, later(centre, step)); };
+    const Time centre = hard.time(i);
+    const Signed period = soft.time(0).since(soft.time(3)) / 3, half = period / 2, limit = period / 4;
+    const auto deviation = [centre](Time time, Signed step) { return time.since(centre.later(step)); };
     Grid grid{deviation(hard.time(i + 1), -period),
               deviation(hard.time(i - 1), period),
               {deviation(soft.time(3), -period - half), deviation(soft.time(2), -half), deviation(soft.time(1), half),
@@ -86,7 +89,7 @@ class MatchedPair {
               false};
     // -limit < ticks < limit, as an unsigned difference below 0 is large: times that go backwards may be any number of
     // ticks away.
-    using Unsigned = std::make_unsigned_t<Ticks>;
+    using Unsigned = typename Time::Unsigned;
     const auto least = static_cast<Unsigned>(limit) - 1, span = least + static_cast<Unsigned>(limit);
     const auto near = [least, span](Signed ticks) { return static_cast<Unsigned>(ticks) + least < span; };
     grid.even = limit > 0 && period <= longest && near(grid.hard_before) && near(grid.hard_after) &&
@@ -96,8 +99,7 @@ class MatchedPair {
 
   constexpr FilteredPair<Real> filtered(int i, const Grid& grid) const noexcept {
     const auto period = static_cast<Real>(grid.period);
-    const Real share = 1 / period,
-               size = product(period, 1 / (Real(0.026) * static_cast<Real>(ticks_per_second<Ticks>)));
+    const Real share = 1 / period, size = product(period, 1 / (Real(0.026) * static_cast<Real>(Time::second)));
     const Real u = product(size, size);
     const Real a1 = Real(0.1875) + product(u, Real(0.0227) + product(u, Real(0.0003)));
     const Real b2 = Real(0.03125) + product(u, Real(0.0109) + product(u, Real(0.0027)));
@@ -119,7 +121,7 @@ class MatchedPair {
     return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 
-  LastReadings<Real, Ticks> readings_;
+  LastReadings<Real, Time> readings_;
   std::uint8_t uneven_ = 0;
 };
 

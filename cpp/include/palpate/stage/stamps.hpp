@@ -14,14 +14,14 @@ namespace palpate {
 ///     t' = forecast + a e,  P' = P + b e
 ///
 /// A gap of whole periods is lost readings; after anything else the line begins again.
-template <class Real, class Ticks>
+template <class Real, class Time>
 class SteadyStamps {
  public:
   static constexpr int memory = 64;  ///< readings
 
   /// The time of a reading, from the time of its arrival.
-  constexpr Ticks smooth(Ticks time) noexcept {
-    const auto since = static_cast<Real>(ticks_between(time, base_));
+  constexpr Time smooth(Time time) noexcept {
+    const auto since = static_cast<Real>(time.since(base_));
     if (count_ < 2) {
       return begin(time, since);
     }
@@ -36,17 +36,17 @@ class SteadyStamps {
     const Real n = static_cast<Real>(count_), scale = 2 / product(n, n + 1);
     line_ = since - error + product(product(scale, 2 * n - 1), error);
     period_ += product(3 * scale, error);
-    const auto whole_ticks = static_cast<std::make_signed_t<Ticks>>(line_);
-    base_ = later(base_, whole_ticks);
+    const auto whole_ticks = static_cast<typename Time::Signed>(line_);
+    base_ = base_.later(whole_ticks);
     line_ -= static_cast<Real>(whole_ticks);
     return base_;
   }
 
  private:
-  // So that the line stays in the range of Ticks.
-  static constexpr Real furthest = static_cast<Real>(std::numeric_limits<std::make_signed_t<Ticks>>::max()) / 4;
+  // So that the line stays in the range of the ticks.
+  static constexpr Real furthest = static_cast<Real>(std::numeric_limits<typename Time::Signed>::max()) / 4;
 
-  constexpr Ticks begin(Ticks time, Real since) noexcept {
+  constexpr Time begin(Time time, Real since) noexcept {
     period_ = since;
     line_ = 0;
     base_ = time;
@@ -54,7 +54,7 @@ class SteadyStamps {
     return time;
   }
 
-  Ticks base_ = 0;
+  Time base_;
   Real line_ = 0, period_ = 0;  // ticks after base
   int count_ = 0;
 };

@@ -7,22 +7,11 @@
 
 namespace palpate {
 
-/// Of the filters before: the variance of a pair for a reading's of 1.
-template <class Real>
-inline constexpr Real noise_gain = Real(0.42);
-
-/// A ratio of a touch beside the one of the estimator; NaN: there is none.
-template <class Real>
-struct Levelled {
-  Real ratio = not_a_number<Real>;           ///< as the level ratio, of hard = r (soft^(1/p) + c)^p
-  Real standard_error = not_a_number<Real>;  ///< of it
-};
-
 /// A symmetric matrix of the sums of products of `Columns` variables. After sweep() of some of them, with y another one:
 /// at(i, y) is the coefficient of i, error(i) its variance for noise of variance 1, at(i, j) of two swept ones minus
 /// their covariance, at(y, y) the residual sum of squares (Goodnight, The American Statistician 33, 1979).
 template <class Real, int Columns>
-class Sweep {
+class NormalEquations {
  public:
   constexpr void add(const Real (&values)[Columns]) noexcept {
     int k = 0;
@@ -34,7 +23,7 @@ class Sweep {
   }
 
   /// The sums of both; before either was swept.
-  constexpr void join(const Sweep& other) noexcept {
+  constexpr void join(const NormalEquations& other) noexcept {
     for (int k = 0; k < Columns * (Columns + 1) / 2; ++k) {
       sums_[k] += other.sums_[k];
     }
@@ -50,8 +39,8 @@ class Sweep {
   }
 
   /// The sums with a share of each deviation from the mean, by products; column `one` is 1.
-  constexpr Sweep gathered(int one, Real share) const noexcept {
-    Sweep made;
+  constexpr NormalEquations gathered(int one, Real share) const noexcept {
+    NormalEquations made;
     for (int i = 0; i < Columns; ++i) {
       for (int j = 0; j <= i; ++j) {
         const Real of_mean = product(at(i, one), at(j, one)) / at(one, one);

@@ -3,8 +3,10 @@
 
 // Does a touch follow the model output = ratio * regressor? Least squares with the terms that the model leaves out.
 
+#include <palpate/estimate.hpp>
+#include <palpate/judge/normal_equations.hpp>
 #include <palpate/square_root.hpp>
-#include <palpate/stage/sweep.hpp>
+#include <palpate/stage/matched_pair.hpp>
 
 namespace palpate {
 
@@ -20,7 +22,7 @@ enum Misfit : std::uint8_t {
 
 /// The sizes of what the model leaves out.
 template <class Real>
-struct Fitted {
+struct Misfits {
   Real offset = 0;      ///< the soft bump is reached first, by this share of the mean depth
   Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
   Real lag = 0;         ///< of the soft channel behind the hard one, pairs
@@ -34,32 +36,32 @@ struct Fitted {
 };
 
 /// The columns of the sums; x is the regressor minus `origin`, and y the output minus `first` times the regressor.
-enum FitColumn : int { fit_x, fit_one, fit_time, fit_slope, fit_square, fit_y, fit_columns };
+enum Term : int { term_x, term_one, term_time, term_slope, term_square, term_y, term_count };
 /// The sums of their products.
 template <class Real>
-using FitSums = Sweep<Real, fit_columns>;
+using TermSums = NormalEquations<Real, term_count>;
 
 /// Tests the terms of y = r x + c + d t + l x' + k (x / m - 1)^2, m the mean of x.
 template <class Real>
-struct FitTest {
+struct TermTests {
   static constexpr Real significant = Real(8);     // standard errors, for a flag
   static constexpr Real least = Real(0.002);       // smaller effects have no flag
   static constexpr Real least_bent = Real(0.005);  // the same for an offset or a curve: gauges are bent, by .5 %/pF
   static constexpr Real least_lag = Real(0.08);    // and for a lag, pairs
 
-  const FitSums<Real>& sums;
+  const TermSums<Real>& sums;
   Real first, origin, length;  // as above; of the touch, in units of t
   Real hard, soft;             // variances of a reading
-  Real n = sums.at(fit_one, fit_one), centre = sums.at(fit_x, fit_one) / n, m = origin + centre;
+  Real n = sums.at(term_one, term_one), centre = sums.at(term_x, term_one) / n, m = origin + centre;
   Real ratio_ = 0, variance_ = 0;
-  Fitted<Real> found_{};
+  Misfits<Real> found_{};
 
-  constexpr Fitted<Real> result() noexcept {
-    FitSums<Real> solved = sums;
+  constexpr Misfits<Real> result() noexcept {
+    TermSums<Real> solved = sums;
     const Model model = solve(solved);
-    const Real bend = model == Model::whole ? solved.at(fit_square, fit_y) : Real(0);
-    ratio_ = first + solved.at(fit_x, fit_y) + 2 * product(centre, bend);
-    variance_ = residual(solved.at(fit_y, fit_y) / (n - static_cast<Real>(model)), ratio_);
+    const Real bend = model == Model::whole ? solved.at(term_square, term_y) : Real(0);
+    ratio_ = first + solved.at(term_x, term_y) + 2 * product(centre, bend);
+    variance_ = residual(solved.at(term_y, term_y) / (n - static_cast<Real>(model)), ratio_);
     test_drift(solved);
     if (model == Model::whole) {  // first: where a channel lags, the transients of a press look like the others
       test_lag(solved);
@@ -81,43 +83,43 @@ struct FitTest {
   enum class Model : std::uint8_t { drift = 2, line = 3, whole = 5 };
 
   // The largest model whose terms vary by more than noise could make them.
-  constexpr Model solve(FitSums<Real>& all) const noexcept {
+  constexpr Model solve(TermSums<Real>& all) const noexcept {
     const Real noise = product(noise_gain<Real>, soft);
     const Real floor = 30 * product(n, noise);
-    all.sweep(fit_one);
-    all.sweep(fit_time);
-    const Real spread = all.at(fit_x, fit_x);
-    if (!(spread > floor && several(spread) && all.sweep(fit_x))) {
+    all.sweep(term_one);
+    all.sweep(term_time);
+    const Real spread = all.at(term_x, term_x);
+    if (!(spread > floor && several(spread) && all.sweep(term_x))) {
       all = sums;
-      all.shift(fit_x, fit_one, origin);
-      all.sweep(fit_x);
-      all.sweep(fit_time);
+      all.shift(term_x, term_one, origin);
+      all.sweep(term_x);
+      all.sweep(term_time);
       return Model::drift;
     }
-    const FitSums<Real> line = all;
+    const TermSums<Real> line = all;
     // Noise of x^2, given x, and of x'.
     const Real of_square = product(4 * spread / n + 2 * noise, floor), of_slope = product(Real(0.45), floor);
-    const bool whole = all.at(fit_square, fit_square) > of_square && all.sweep(fit_square) &&
-                       all.at(fit_slope, fit_slope) > of_slope && all.sweep(fit_slope) &&
-                       product(at_zero(all), floor) < 1 && product(all.error(fit_square), of_square) < 1 &&
-                       product(all.error(fit_slope), of_slope) < 1;
+    const bool whole = all.at(term_square, term_square) > of_square && all.sweep(term_square) &&
+                       all.at(term_slope, term_slope) > of_slope && all.sweep(term_slope) &&
+                       product(at_zero(all), floor) < 1 && product(all.error(term_square), of_square) < 1 &&
+                       product(all.error(term_slope), of_slope) < 1;
     if (!whole) {
       all = line;
     }
     return whole ? Model::whole : Model::line;
   }
   // The variance of the slope where the regressor is 0, not of that at the origin: the depth has to vary by some per cent.
-  constexpr Real at_zero(const FitSums<Real>& all) const noexcept {
-    const Real twice = 2 * origin, more = product(twice, all.error(fit_square)) + 2 * all.at(fit_x, fit_square);
-    return all.error(fit_x) + product(twice, more);
+  constexpr Real at_zero(const TermSums<Real>& all) const noexcept {
+    const Real twice = 2 * origin, more = product(twice, all.error(term_square)) + 2 * all.at(term_x, term_square);
+    return all.error(term_x) + product(twice, more);
   }
 
   // The variation of x is that of at least two pairs: spread^2 / sum (x - m)^4. One alone is a transient, which the
   // filters do not match.
   constexpr bool several(Real spread) const noexcept {
     const Real c2 = product(centre, centre);
-    const Real fourth = sums.at(fit_square, fit_square) - 4 * product(centre, sums.at(fit_x, fit_square)) +
-                        product(6 * c2, sums.at(fit_x, fit_x)) - product(3 * c2, product(c2, n));
+    const Real fourth = sums.at(term_square, term_square) - 4 * product(centre, sums.at(term_x, term_square)) +
+                        product(6 * c2, sums.at(term_x, term_x)) - product(3 * c2, product(c2, n));
     return product(spread, spread) > 2 * fourth;
   }
 
@@ -155,54 +157,48 @@ struct FitTest {
     return left_open(value, error);
   }
 
-  constexpr void test_drift(const FitSums<Real>& solved) noexcept {
-    const Real error = product(solved.error(fit_time), product(length, length));
+  constexpr void test_drift(const TermSums<Real>& solved) noexcept {
+    const Real error = product(solved.error(term_time), product(length, length));
     found_.open_drift =
-        tested(misfit_drift, product(solved.at(fit_time, fit_y), length), error, found_.drift, least) / 4;
+        tested(misfit_drift, product(solved.at(term_time, term_y), length), error, found_.drift, least) / 4;
   }
 
-  constexpr void test_lag(const FitSums<Real>& solved) noexcept {
-    const Real value = solved.at(fit_slope, fit_y);
+  constexpr void test_lag(const TermSums<Real>& solved) noexcept {
+    const Real value = solved.at(term_slope, term_y);
     found_.lag = value / ratio_;
-    set_flag(misfit_lag, value, solved.error(fit_slope), found_.lag, least_lag);
+    set_flag(misfit_lag, value, solved.error(term_slope), found_.lag, least_lag);
   }
 
-  constexpr void test_offset(const FitSums<Real>& solved, bool whole) noexcept {
+  constexpr void test_offset(const TermSums<Real>& solved, bool whole) noexcept {
     // c = (1, -origin, -(m^2 - origin^2)) (coefficients of 1, x, x^2)
-    const Real terms[] = {Real(1), -origin, whole ? -product(m + origin, centre) : Real(0)};
-    constexpr FitColumn columns[] = {fit_one, fit_x, fit_square};
+    const Real shares[] = {Real(1), -origin, whole ? -product(m + origin, centre) : Real(0)};
+    constexpr Term columns[] = {term_one, term_x, term_square};
     Real value = 0, error = 0;
     for (int i = 0; i < (whole ? 3 : 2); ++i) {
-      value += product(terms[i], solved.at(columns[i], fit_y));
+      value += product(shares[i], solved.at(columns[i], term_y));
       for (int j = 0; j < (whole ? 3 : 2); ++j) {
-        error -= product(product(terms[i], terms[j]), solved.at(columns[i], columns[j]));
+        error -= product(product(shares[i], shares[j]), solved.at(columns[i], columns[j]));
       }
     }
     found_.open += tested(misfit_offset, -value, error, found_.offset, least_bent);
   }
 
-  constexpr void test_curve(const FitSums<Real>& solved) noexcept {
-    const Real m2 = product(m, m), error = product(product(m2, m2), solved.error(fit_square));
-    found_.open += tested(misfit_curve, product(m2, solved.at(fit_square, fit_y)), error, found_.curve, least_bent);
+  constexpr void test_curve(const TermSums<Real>& solved) noexcept {
+    const Real m2 = product(m, m), error = product(product(m2, m2), solved.error(term_square));
+    found_.open += tested(misfit_curve, product(m2, solved.at(term_square, term_y)), error, found_.curve, least_bent);
   }
 
   // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
   constexpr void take_offset() noexcept {
-    FitSums<Real> line = sums;
-    line.sweep(fit_one);
-    line.sweep(fit_x);
-    const Real ratio = first + line.at(fit_x, fit_y), alone = residual(line.at(fit_y, fit_y) / (n - 2), ratio);
+    TermSums<Real> line = sums;
+    line.sweep(term_one);
+    line.sweep(term_x);
+    const Real ratio = first + line.at(term_x, term_y), alone = residual(line.at(term_y, term_y) / (n - 2), ratio);
     if (alone < 2 * variance_ && alone < 16 * sensors(ratio)) {
       found_.offset_ratio = ratio;
-      found_.offset_error = square_root(product(line.error(fit_x), alone));
+      found_.offset_error = square_root(product(line.error(term_x), alone));
     }
   }
-};
-
-/// The null stage: without it a touch is not revised, either.
-template <class Real>
-struct NoFit {
-  static constexpr bool fits = false;  ///< there is no test
 };
 
 /// Least squares for
@@ -213,11 +209,10 @@ struct NoFit {
 /// and its size is at least `least`; the standard errors are from the residuals or from the noise of the readings,
 /// whichever is larger. Terms that noise alone could have made vary are left out (errors in variables).
 template <class Real>
-class Fit {
+class ModelTest {
  public:
-  static constexpr bool fits = true;                   ///< there is a test
-  static constexpr int fewest = 16;                    ///< pairs, for a result
-  static constexpr Real least = FitTest<Real>::least;  ///< smaller effects have no flag, share
+  static constexpr int fewest = 16;                      ///< pairs, for a result
+  static constexpr Real least = TermTests<Real>::least;  ///< smaller effects have no flag, share
 
   /// A new touch.
   constexpr void reset() noexcept {
@@ -228,7 +223,7 @@ class Fit {
   /// After a hand-over to a ratio that is changed by this share: the samples before it are forgotten. If the depth
   /// changed, too, the cause may be a curve.
   constexpr void restart(Real change) noexcept {
-    const Real n = sums_.at(fit_one, fit_one), mean = n > 0 ? origin_ + sums_.at(fit_x, fit_one) / n : Real(0);
+    const Real n = sums_.at(term_one, term_one), mean = n > 0 ? origin_ + sums_.at(term_x, term_one) / n : Real(0);
     const bool deeper = n > 0 && !(magnitude(last_[0].x - mean) < magnitude(mean) / 4);
     curved_ = deeper && magnitude(change) > magnitude(curved_) ? change : curved_;
     sums_ = {};
@@ -251,12 +246,12 @@ class Fit {
   }
 
   /// The noise of a reading of the hard and of the soft channel, standard deviations; the ratio of the estimator.
-  constexpr Fitted<Real> result(Real hard_noise, Real soft_noise, Real ratio) const noexcept {
-    Fitted<Real> found;
-    const Real n = sums_.at(fit_one, fit_one);
-    if (n >= fewest && origin_ + sums_.at(fit_x, fit_one) / n > 0) {
+  constexpr Misfits<Real> result(Real hard_noise, Real soft_noise, Real ratio) const noexcept {
+    Misfits<Real> found;
+    const Real n = sums_.at(term_one, term_one);
+    if (n >= fewest && origin_ + sums_.at(term_x, term_one) / n > 0) {
       const Real hard = product(hard_noise, hard_noise), soft = product(soft_noise, soft_noise);
-      found = FitTest<Real>{sums_, first_, origin_, latest_, hard, soft}.result();
+      found = TermTests<Real>{sums_, first_, origin_, latest_, hard, soft}.result();
     }
     if (magnitude(curved_) > Real(0.01)) {
       found.curve = curved_;
@@ -269,15 +264,15 @@ class Fit {
   }
 
   /// The ratio of all samples alike; its standard error, if they scattered independently.
-  constexpr Levelled<Real> mean() const noexcept {
-    FitSums<Real> all = sums_;
-    all.shift(fit_x, fit_one, origin_);
-    const Real n = all.at(fit_one, fit_one), xx = all.at(fit_x, fit_x);
+  constexpr Estimate<Real> mean() const noexcept {
+    TermSums<Real> all = sums_;
+    all.shift(term_x, term_one, origin_);
+    const Real n = all.at(term_one, term_one), xx = all.at(term_x, term_x);
     if (!(n >= fewest && xx > 0)) {
       return {};
     }
-    const Real slope = all.at(fit_x, fit_y) / xx;
-    const Real rest = positive_part(all.at(fit_y, fit_y) - product(product(slope, slope), xx));
+    const Real slope = all.at(term_x, term_y) / xx;
+    const Real rest = positive_part(all.at(term_y, term_y) - product(product(slope, slope), xx));
     return {first_ + slope, square_root(rest / product(n, xx))};
   }
 
@@ -299,13 +294,12 @@ class Fit {
     pairs_ += 1;
     const Real time = static_cast<Real>(number_ - begin_) / 256;
     const Real x = s.x - origin_;
-    const Real values[fit_columns] = {
-        x, Real(1), time, (after - before) / 2, product(x, x), s.y - product(first_, s.x)};
+    const Real values[term_count] = {x, Real(1), time, (after - before) / 2, product(x, x), s.y - product(first_, s.x)};
     sums_.add(values);
     latest_ = time;
   }
 
-  FitSums<Real> sums_{};
+  TermSums<Real> sums_{};
   Sample last_[2] = {};
   Real first_ = 0, origin_ = 0, latest_ = 0, curved_ = 0;
   std::uint32_t number_ = 0, begin_ = 0, pairs_ = 0;

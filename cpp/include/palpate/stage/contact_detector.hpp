@@ -3,9 +3,9 @@
 
 // The baselines of both channels and the gate: from readings to the begin and the end of a touch.
 
-#include <palpate/stage/align.hpp>
 #include <palpate/stage/baseline.hpp>
 #include <palpate/stage/contact.hpp>
+#include <palpate/time.hpp>
 
 namespace palpate {
 
@@ -18,14 +18,11 @@ enum class Event : std::uint8_t {
   measured,  ///< the baselines
 };
 
-/// The baselines and the gate of a Tracker. They take the readings before alignment: so the noise of a baseline is that of the channel, and the gate does not wait for the
-/// alignment.
-template <class Real, class Ticks, class BaselineStage, class ContactStage>
-class Idle {
-  static_assert(std::is_integral_v<Ticks> && sizeof(Ticks) >= 4,
-                "palpate::Tracker: Ticks must be an integer of 32 or 64 bits");
-  using Signed = std::make_signed_t<Ticks>;
-  static constexpr auto second = static_cast<Signed>(ticks_per_second<Ticks>);
+/// The baselines and the gate of a Tracker. They take the readings before the alignment: so the noise of a baseline is
+/// that of the channel, and the gate does not wait for the alignment.
+template <class Real, class Time, class BaselineStage, class ContactStage>
+class ContactDetector {
+  using Signed = typename Time::Signed;
 
  public:
   BaselineStage hard_baseline;  ///< of the hard channel
@@ -41,7 +38,7 @@ class Idle {
  protected:
   /// Takes one reading; `running`: a touch takes samples; the noise is at least `least`, a Real, or 0.
   template <class Least>
-  constexpr Event take(Ticks time, Real hard, Real soft, bool running, Least least) noexcept {
+  constexpr Event take(Time time, Real hard, Real soft, bool running, Least least) noexcept {
     const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), seen = noise();
     const Real spread = std::is_same_v<Least, Real> && seen < Real(least) ? Real(least) : seen;
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
@@ -61,7 +58,7 @@ class Idle {
     }
     if (gate.idle() && !was_idle && !gate.fell()) {
       measure_again();
-      since_ = later(time, rest_of_release(ticks_between(time, since_)));
+      since_ = time.later(rest_of_release(time.since(since_)));
       settles_ = true;
       return Event::idle;
     }
@@ -103,12 +100,12 @@ class Idle {
   }
 
   /// Seconds since a touch took samples, or the probe was released.
-  constexpr Real waited(Ticks time, bool running) noexcept {
+  constexpr Real waited(Time time, bool running) noexcept {
     if (!ContactStage::recovers || running || gate.idle()) {
       since_ = time;
       return Real(0);
     }
-    return seconds_between<Real>(time, since_);
+    return time.template seconds_since<Real>(since_);
   }
 
   constexpr void measure_again() noexcept {
@@ -118,13 +115,13 @@ class Idle {
 
   // The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
   static constexpr Signed rest_of_release(Signed fall) noexcept {
-    const Signed rest = fall > second ? second : fall < 0 ? 0 : fall + fall / 2;
-    return rest > second / 10 ? rest : second / 10;
+    const Signed rest = fall > Time::second ? Time::second : fall < 0 ? 0 : fall + fall / 2;
+    return rest > Time::second / 10 ? rest : Time::second / 10;
   }
 
-  constexpr Event collect(Ticks time, Real hard, Real soft) noexcept {
-    const auto rest = ticks_between(since_, time);
-    settles_ = settles_ && rest > 0 && rest <= 2 * second;
+  constexpr Event collect(Time time, Real hard, Real soft) noexcept {
+    const auto rest = since_.since(time);
+    settles_ = settles_ && rest > 0 && rest <= 2 * Time::second;
     if (settles_) {
       return Event::none;
     }
@@ -154,7 +151,7 @@ class Idle {
     }
   }
 
-  Ticks since_ = 0;  // when a touch last took samples, or the release; while the baselines are measured: its end
+  Time since_;  // when a touch last took samples, or the release; while the baselines are measured: its end
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };

@@ -11,14 +11,14 @@ namespace palpate {
 /// rho e(k-1), the scale of the whitened innovations e(k) - rho e(k-1), and whether their mean shows that the ratio
 /// drifts. All sums have exponential weights, and the count has the same weights.
 template <class Real>
-class InnovationNoise {
+class NoiseModel {
  public:
   /// Fewest innovations for a standard error. So few cannot show a correlation over more samples than that, nor how far
   /// an oscillation cancels: so the long-run variance is limited to within this factor of the variance.
   static constexpr int fewest = 32;
 
   // Written out: without it compilers for microcontrollers make a new state on the stack first, and copy it.
-  constexpr InnovationNoise() noexcept {}
+  constexpr NoiseModel() noexcept {}
 
   /// The innovation minus its forecast.
   constexpr Real whitened(Real innovation) const noexcept { return innovation - product(rho_, before_); }
@@ -133,7 +133,7 @@ class InnovationNoise {
 
   // Data without noise: what decays would come below the smallest normal number, where arithmetic takes ten times as long.
   // Until the next forecast it decays by less than a factor of 2. Larger numbers stay as they are.
-  PALPATE_ONCE constexpr void keep_normal() noexcept {
+  PALPATE_INLINE constexpr void keep_normal() noexcept {
     constexpr Real least = std::numeric_limits<Real>::min() * 1024;
     mean_magnitude_ += least;
     lag0_ += least;
@@ -144,7 +144,7 @@ class InnovationNoise {
   }
 
   // A larger ratio gives innovations of the regressor's sign.
-  PALPATE_ONCE constexpr void follow_offset(Real innovation, bool negative) noexcept {
+  PALPATE_INLINE constexpr void follow_offset(Real innovation, bool negative) noexcept {
     if (PALPATE_UNLIKELY(allowed_ < allowed_offset)) {
       allowed_ += Real(1) / 64;
     }

@@ -10,7 +10,7 @@ namespace palpate {
 /// Size values in two halves, the earlier and the later one, each kept sorted. Without Line there is no slope, and all
 /// are in the first half.
 template <class Real, int Size, bool Line = true>
-class Halves {
+class RobustLine {
   static constexpr int half = Line ? Size / 2 : Size;
 
  public:

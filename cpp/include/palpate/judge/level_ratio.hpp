@@ -3,9 +3,10 @@
 
 // The ratio over the swept depth: a line with an intercept, which a tilt of the probe does not change.
 
+#include <palpate/estimate.hpp>
+#include <palpate/judge/normal_equations.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
-#include <palpate/stage/sweep.hpp>
 
 namespace palpate {
 
@@ -82,8 +83,8 @@ class LevelRatio : public Settings {
 
   /// The level ratio beside the ratio of the hold, at the end of a touch, for a variance of the noise of `soft`; `revised`: the
   /// fall is known, and counts.
-  constexpr Levelled<Real> result(Real ratio, Real noise, bool revised) const noexcept {
-    Levelled<Real> found;
+  constexpr Estimate<Real> result(Real ratio, Real noise, bool revised) const noexcept {
+    Estimate<Real> found;
     const bool falls = revised && !(settings.age > 0) && number(fall) >= fewest;
     if (!settled_ || number(hold) < fewest || (number(rise) < fewest && !falls)) {
       return found;
@@ -109,7 +110,7 @@ class LevelRatio : public Settings {
   // While the press rises the places are octaves of the soft channel, the highest one first.
   static constexpr int rise = 0, hold = 1, fall = 2, places = 3;
   static constexpr int fewest = 3;
-  using Pairs = Sweep<Real, columns>;
+  using Pairs = NormalEquations<Real, columns>;
   struct Line {
     Real slope, variance, noise;  // the last: share of the sum of squares
   };

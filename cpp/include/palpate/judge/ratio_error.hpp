@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The standard error of a ratio: from the noise of the samples, of the baselines, and of coarse codes.
+
+#include <palpate/estimate.hpp>
+#include <palpate/judge/code_steps.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/square_root.hpp>
+
+namespace palpate {
+
+namespace detail {
+template <class Estimator, class Real = typename Estimator::real_type>
+using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Estimator>().leverage()),
+                          Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
+                          Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
+}  // namespace detail
+
+/// Whether an estimator has a standard error: the members of Handover of which one is made.
+template <class Estimator>
+inline constexpr bool knows_its_error = detail::has<detail::Scatters, const Estimator>;
+
+/// The error of the ratio of an estimator, from the noise of the readings and of the estimator, and from the errors of
+/// the baselines, which are common to all samples of a touch.
+template <class Estimator, class Baseline, class Codes>
+struct RatioError {
+  using Real = typename Estimator::real_type;
+  const Baseline& hard;   ///< of the hard channel
+  const Baseline& soft;   ///< of the soft channel
+  const Codes& codes;     ///< of both
+  std::size_t decimated;  ///< readings in a pair
+  std::uint32_t samples;  ///< of the touch
+
+  /// Variance of hard - ratio * soft.
+  static constexpr Real of_ratio(const Estimator& estimator, Real hard_variance, Real soft_variance) noexcept {
+    const Real ratio = estimator.ratio();
+    return hard_variance + product(product(ratio, ratio), soft_variance);
+  }
+
+  /// By codes that are coarser than the noise: step^2 / 12 of the readings, and the same of the baseline.
+  constexpr Real rounding(const Estimator& estimator) const noexcept {
+    if constexpr (std::is_same_v<Codes, NoCodeSteps>) {
+      return Real(0);
+    } else {
+      const Real size = decimated > 1 ? square_root(static_cast<Real>(decimated)) : Real(1);
+      const Real of_hard = codes.hard.coarse(product(size, hard.noise()));
+      const Real of_soft = codes.soft.coarse(product(size, soft.noise()));
+      return of_ratio(estimator, product(of_hard, of_hard), product(of_soft, of_soft)) / 6;
+    }
+  }
+
+  /// The variance that all samples of a touch share: of the baselines.
+  constexpr Real shared(const Estimator& estimator) const noexcept {
+    return of_ratio(estimator, hard.variance(), soft.variance()) + rounding(estimator);
+  }
+
+  /// With a variance `shared` of the baselines, and one of the ratio that misfits leave open. NaN: there is no sample.
+  ///
+  /// The long-run variance of a sample is at least that of the noise of the readings, since the alignment does not
+  /// change a mean. While the innovations are too few to show how they are correlated, that plus 4 times what their
+  /// variance has above half of it. An error of a baseline changes the ratio by this error divided by the mean
+  /// regressor, sqrt(R / W), W being the count.
+  constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
+    if (samples == 0) {
+      return not_a_number<Real>;
+    }
+    const Real readings =
+        of_ratio(estimator, product(hard.noise(), hard.noise()), product(soft.noise(), soft.noise())) +
+        rounding(estimator);
+    const Real seen = estimator.settled()
+                          ? estimator.long_run_variance()
+                          : readings + 4 * positive_part(estimator.innovation_variance() - readings / 2);
+    const Real own = product(seen > readings ? seen : readings, estimator.leverage());
+    const Real square = own + product(shared_variance, estimator.count()) / estimator.information() + open;
+    return square > 0 && is_finite(square) ? square_root(square) : not_a_number<Real>;
+  }
+
+  /// Of a running touch; NaN: too few samples, or the estimator has no standard error.
+  constexpr Real of(const Estimator& estimator) const noexcept {
+    if constexpr (knows_its_error<Estimator>) {
+      return with(estimator, shared(estimator), Real(0));
+    } else {
+      return not_a_number<Real>;
+    }
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// From readings to pairs: alignment, and means of a fast converter.
+
+#include <palpate/settings.hpp>
+#include <palpate/stage/decimator.hpp>
+
+namespace palpate {
+
+namespace detail {
+template <class Stage, class Time = typename Stage::time_type>
+using Aligns = decltype(of<Stage>().reset(), float(of<Stage>().feed(Time(), Time(), 0, 0, true).hard),
+                        float(of<Stage>().feed(Time(), Time(), 0, 0, true).soft),
+                        bool(of<Stage>().feed(Time(), Time(), 0, 0, true).valid));
+template <class Stage, class Time = typename Stage::time_type>
+using Matches = decltype(bool(of<Stage>().feed(Time(), Time(), 0, 0, true).matched));
+}  // namespace detail
+
+/// A reading of each channel, screened. Saturated values are none for the alignment; they still show a contact.
+template <class Real>
+struct ScreenedReading {
+  Real hard, soft;  ///< pF; NaN: no value
+  bool whole;       ///< both channels have a value in the range
+  bool saturated;   ///< one of them has a value that is not in the range
+
+  /// A value for the alignment.
+  PALPATE_INLINE constexpr Real usable(Real value) const noexcept {
+    return PALPATE_UNLIKELY(saturated) ? not_a_number<Real> : value;
+  }
+};
+
+/// An alignment alone: its pair is computed where it is used.
+template <class Real, class AlignStage, bool matches = detail::has<detail::Matches, AlignStage>>
+struct Front {
+  using Time = typename AlignStage::time_type;
+  using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
+  static constexpr bool decimates = false;  ///< pairs are averaged
+  AlignStage align;                         ///< brings both channels to the same times
+  NoDecimator decimator;                    ///< each reading counts
+
+  /// The reading itself.
+  PALPATE_INLINE static constexpr Frame<Time, Real, Pair> take(Time hard_time, Time, const ScreenedReading<Real>& read,
+                                                               bool, Real) noexcept {
+    return {hard_time, read.hard, read.soft, {}, 1};
+  }
+  /// The pair that is complete with a reading; `wanted`: it is used.
+  PALPATE_INLINE constexpr Pair pair(const Frame<Time, Real, Pair>&, Time hard_time, Time soft_time,
+                                     const ScreenedReading<Real>& read, bool wanted) noexcept {
+    return align.feed(hard_time, soft_time, read.usable(read.hard), read.usable(read.soft), wanted);
+  }
+};
+
+/// An alignment of filters, whose pairs may be averaged.
+template <class Real, class AlignStage>
+struct Front<Real, AlignStage, true> {
+  using Time = typename AlignStage::time_type;
+  using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
+  static constexpr bool decimates = true;  ///< pairs are averaged
+  AlignStage align;                        ///< brings both channels to the same times
+  Decimator<Real, Time, Pair> decimator;   ///< of a fast converter
+
+  /// The reading with its pair, or the mean that is complete with it. `near`: a touch is near, so that the pair is used;
+  /// `longest`: of a mean, s.
+  PALPATE_INLINE constexpr Frame<Time, Real, Pair> take(Time hard_time, Time soft_time,
+                                                        const ScreenedReading<Real>& read, bool near,
+                                                        Real longest) noexcept {
+    const auto ticks = static_cast<typename Time::Unsigned>(
+        static_cast<typename Time::Signed>(product(longest, static_cast<Real>(Time::second))));
+    const bool quick = read.whole && decimator.follow(hard_time, ticks);
+    const Pair pair = align.feed(hard_time, soft_time, read.usable(read.hard), read.usable(read.soft), near);
+    if (PALPATE_UNLIKELY(quick)) {
+      return decimator.add(hard_time, read.hard, read.soft, pair, ticks);
+    }
+    return {hard_time, read.hard, read.soft, pair, 1};
+  }
+  /// The pair of a frame.
+  PALPATE_INLINE static constexpr Pair pair(const Frame<Time, Real, Pair>& frame, Time, Time,
+                                            const ScreenedReading<Real>&, bool) noexcept {
+    return frame.pair;
+  }
+};
+
+}  // namespace palpate
