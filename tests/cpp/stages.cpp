@@ -158,6 +158,76 @@ static_assert(sizeof(embedded::AdaptiveRls<float>) == 3 * sizeof(float));
 
 static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(AdaptiveRls<double>().reset()));
 
+// Without settings, as a variable, an array, or a member of a struct.
+struct Estimators {
+  AdaptiveRls<float> paper;
+  Handover<double> handover;
+  VectorRls<float, 2, true> plane;
+};
+constexpr AdaptiveRls<float> alone = {};
+constexpr AdaptiveRls<float> several[2] = {};
+constexpr Estimators every = {};
+constexpr Estimators in_array[2] = {{}, {}};
+constexpr Handover<float> with_settings({HandoverSettings<float>()}, 2.5f);
+static_assert(alone.ratio() == 1 && several[1].ratio() == 1 && every.handover.ratio() == 1 &&
+              in_array[1].plane.coefficients()[2] == 0 && with_settings.ratio() == 2.5f);
+
+// A fast converter, in ticks of 0.5 ms: the readings of a mean that is not complete are forgotten by tare().
+bool forgets_a_mean() noexcept {
+  HandheldTracker<float> probe;
+  Nanoseconds time(0);
+  const auto read = [&probe, &time](int readings, float value) {
+    for (int i = 0; i < readings; ++i, time = time.later(500000)) {
+      probe.feed(time, time.later(100000), value + static_cast<float>(i % 5) * 1e-6f, value);
+    }
+  };
+  read(2030, 0.5f);
+  probe.tare();
+  read(2500, 0.75f);
+  return probe.ready() && near(static_cast<double>(probe.hard_baseline.level()), 0.75, 1e-4) &&
+         probe.soft_baseline.noise() < 2e-6f;
+}
+
+// Two readings of a mean whose difference is beyond the range of float.
+bool survives_huge_readings() noexcept {
+  constexpr float huge = std::numeric_limits<float>::max();
+  HandheldTracker<float> probe;
+  for (int i = 0; i < 4000; ++i) {
+    const Nanoseconds time(std::int64_t{i} * 500000);
+    const float noise = static_cast<float>(i * i % 1009) * 1e-7f;
+    const float value = i == 207 ? huge : i == 208 ? -huge : 0.5f + noise;
+    probe.feed(time, time.later(100000), value, value);
+  }
+  return probe.ready() && near(static_cast<double>(probe.hard_baseline.level()), 0.5, 1e-3);
+}
+
+// Regressors of extreme scales: what would leave infinity in the state is refused, and the state stays as it was.
+bool refuses_extreme_scales() noexcept {
+  VectorRls<float, 2> estimator;
+  std::uint32_t state = 1, refused = 0;
+  const auto scaled = [&state] {
+    state = state * 1664525u + 1013904223u;
+    float value = static_cast<float>(state >> 8) / 16777216 - 0.5f;
+    for (std::uint32_t power = state % 16; power > 0; --power) {
+      value *= state & 4096 ? 10.0f : 0.1f;
+    }
+    return value;
+  };
+  for (int i = 0; i < 200000; ++i) {
+    if (i % 50 == 0) {
+      estimator.reset();
+    }
+    const float regressors[] = {scaled(), scaled()};
+    refused += !estimator.update(scaled(), regressors).accepted;
+    bool finite = true;
+    estimator.visit_state([&finite](float& value) { finite = finite && is_finite(value); });
+    if (!finite) {
+      return false;
+    }
+  }
+  return refused > 0 && refused < 20000;
+}
+
 // What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
 static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 1816);
@@ -167,5 +237,6 @@ static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(Handhel
 int main() {
   const auto again = touch<double>();
   const bool same = again.ratio() == in_double.ratio() && again.statistic() == in_double.statistic();
-  return same && touches(HandheldTracker<double>(), 1e-3) == 2 && keeps_its_state() ? 0 : 1;
+  const bool robust = refuses_extreme_scales() && forgets_a_mean() && survives_huge_readings();
+  return same && touches(HandheldTracker<double>(), 1e-3) == 2 && keeps_its_state() && robust ? 0 : 1;
 }

@@ -1,5 +1,6 @@
 """A foreign C++ project, built in each way that is offered."""
 
+import json
 import subprocess
 import tarfile
 from pathlib import Path
@@ -52,8 +53,35 @@ def test_cmake_install(cmake: str, tmp_path: Path) -> None:
         cmake, ROOT, tmp_path / "palpate", "-DBUILD_TESTING=OFF", f"-DCMAKE_INSTALL_PREFIX={prefix}"
     )
     run(cmake, "--install", tmp_path / "palpate")
+    licence = prefix / "share" / "licenses" / "palpate" / "LICENSE"
+    assert licence.read_bytes() == (ROOT / "LICENSE").read_bytes()
     configure(cmake, CONSUMER, tmp_path / "consumer", f"-DCMAKE_PREFIX_PATH={prefix}")
     assert run(tmp_path / "consumer" / "consumer") == EXPECTED
+
+
+MIXED = """
+cmake_minimum_required(VERSION 3.21)
+project(mixed LANGUAGES C CXX)
+add_subdirectory(${PALPATE_SOURCE} palpate)
+add_library(mixed OBJECT part.c part.cpp)
+target_link_libraries(mixed palpate::palpate)
+"""
+
+
+def test_the_flags_are_for_cpp_only(cmake: str, tmp_path: Path) -> None:
+    """A program in C and C++ keeps its own floating-point flags in C."""
+    (tmp_path / "CMakeLists.txt").write_text(MIXED)
+    (tmp_path / "part.c").write_text(
+        "#ifdef PALPATE_CONTRACTION_OFF\n#error of another language\n#endif\nint part;\n"
+    )
+    (tmp_path / "part.cpp").write_text("#include <palpate/palpate.hpp>\n")
+    build = tmp_path / "build"
+    configure(
+        cmake, tmp_path, build, f"-DPALPATE_SOURCE={ROOT}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"
+    )
+    commands = json.loads((build / "compile_commands.json").read_text())
+    flags = {Path(c["file"]).name: "-ffp-contract=off" in c["command"] for c in commands}
+    assert flags == {"part.c": False, "part.cpp": True}
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)

@@ -15,6 +15,8 @@
 #endif
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(_M_FP_FAST)
+// clang defines only the first two: with -fassociative-math, -freciprocal-math, -funsafe-math-optimizations or -fapprox-func
+// the headers compile, and the bits change.
 #error "palpate needs IEEE arithmetic: compile without -ffast-math and its parts (/fp:fast)"
 #endif
 // (16: numbers of 2 bytes in theirs, too.)

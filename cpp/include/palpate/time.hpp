@@ -55,6 +55,13 @@ struct Ticks {
   friend constexpr bool operator==(Ticks left, Ticks right) noexcept { return left.count == right.count; }
 };
 
+namespace detail {
+template <class Time>
+inline constexpr bool is_ticks = false;
+template <class Integer, std::intmax_t PerSecond>
+inline constexpr bool is_ticks<Ticks<Integer, PerSecond>> = true;
+}  // namespace detail
+
 /// Of a computer: 64 bits, which do not wrap.
 using Nanoseconds = Ticks<std::int64_t, 1000000000>;
 /// Of a microcontroller, as micros() of Arduino gives them: they wrap after 71 minutes.

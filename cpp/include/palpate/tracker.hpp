@@ -41,8 +41,8 @@ using MeasuresLevel =
              of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()),
              of<Stage>().level(), of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
 template <class Stage>
-using Touches = decltype(Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0), of<Stage>().reset(),
-                         bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
+using Touches = decltype(of<typename Stage::real_type>(), Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0),
+                         of<Stage>().reset(), bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
                          bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()));
 template <class Estimator, class Real = typename Estimator::real_type>
 using Estimates =
@@ -53,52 +53,88 @@ template <class Estimator>
 using GoesBack = decltype(of<Estimator>().restore(typename Estimator::Snapshot(of<const Estimator>().snapshot())),
                           of<const Estimator>().mean_regressor());
 
-/// What a Tracker needs of its scene: each sentence names what is missing. A base, so that it is checked before anything
-/// that uses the stages.
 template <class Scene>
-struct SceneChecks {
-  using Estimator = typename Scene::estimator;
-  static constexpr bool judges = Scene::template judge_for<Estimator>::judges;
-  static_assert(has<Aligns, typename Scene::align>,
-                "palpate::Tracker: an align stage needs the members of NoAlign, with `time_type`");
-  static_assert(has<MeasuresLevel, typename Scene::baseline>,
-                "palpate::Tracker: a baseline needs the functions of NoBaseline");
-  static_assert(has<Touches, typename Scene::contact>,
-                "palpate::Tracker: a contact needs the members of AlwaysContact");
-  static_assert(has<Estimates, Estimator>,
+using IsScene = std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::align,
+                            typename Scene::baseline, typename Scene::contact, typename Scene::estimator>;
+template <class Stage, class Time = typename Stage::time_type>
+using RealOfPair = std::decay_t<decltype(of<Stage>().feed(Time(), Time(), 0, 0, true).hard)>;
+template <class Stage>
+using RealOfLevel = std::decay_t<decltype(of<Stage>().level())>;
+template <class Stage>
+using RealOf = typename Stage::real_type;
+template <class Stage>
+using TimeOf = typename Stage::time_type;
+
+// Whether a type of a stage is the wanted one. A stage without it has another sentence.
+template <template <class...> class Of, class Stage, class Wanted>
+constexpr bool agrees() noexcept {
+  if constexpr (has<Of, Stage>) {
+    return std::is_same_v<Of<Stage>, Wanted>;
+  } else {
+    return true;
+  }
+}
+
+/// First of all: what a scene is, and what each part of it needs to be named at all.
+template <class Scene>
+struct SceneIs {
+  static_assert(has<IsScene, Scene>,
+                "palpate::Tracker: a scene is a struct with the members of palpate::Fixed: derive from a scene, and "
+                "replace what differs");
+  static_assert(is_ticks<typename Scene::time_type>,
+                "palpate::Tracker: the times of a scene are palpate::Ticks, as palpate::Microseconds");
+  static_assert(has<Estimates, typename Scene::estimator>,
                 "palpate::Tracker: an estimator needs real_type, default_covariance, update(output, regressor), which "
                 "returns a Step, reset(ratio, covariance), ratio() and covariance()");
-  static_assert(!judges || has<Matches, typename Scene::align>,
+};
+
+/// What a Tracker needs of its scene: each sentence names what is missing.
+template <class Scene>
+struct SceneChecks : SceneIs<Scene> {
+  using Real = typename Scene::real_type;
+  using Time = typename Scene::time_type;
+  using Align = typename Scene::align;
+  using Baseline = typename Scene::baseline;
+  using Contact = typename Scene::contact;
+  using Estimator = typename Scene::estimator;
+  using Judge = typename Scene::template judge_for<Estimator>;
+  static_assert(agrees<TimeOf, Align, Time>(),
+                "palpate::Tracker: the align stage has another time_type than the scene");
+  static_assert(has<Aligns, Align>, "palpate::Tracker: an align stage needs the members of NoAlign, with `time_type`");
+  static_assert(has<MeasuresLevel, Baseline>, "palpate::Tracker: a baseline needs the functions of NoBaseline");
+  static_assert(has<Touches, Contact>, "palpate::Tracker: a contact needs the members of AlwaysContact");
+  static_assert(agrees<RealOfPair, Align, Real>() && agrees<RealOfLevel, Baseline, Real>() &&
+                    agrees<RealOf, Contact, Real>() && agrees<RealOf, Estimator, Real>(),
+                "palpate::Tracker: a stage or the estimator has another Real than the scene");
+  static_assert(!Judge::judges || has<Matches, Align>,
                 "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
                 "NoJudge");
-  static_assert(!judges || (knows_its_error<Estimator> && has<GoesBack, Estimator>),
+  static_assert(!Judge::judges || (knows_its_error<Estimator> && has<GoesBack, Estimator>),
                 "palpate::Tracker: a Judge needs an estimator with the standard error of Handover, mean_regressor(), "
                 "Snapshot, snapshot() and restore(snapshot); else use NoJudge");
 };
 
+/// The parts of a Tracker, after their checks.
 template <class Scene>
-using JudgeOf = typename Scene::template judge_for<typename Scene::estimator>;
-template <class Scene>
-using SettingsOf = typename Scene::template settings_for<typename Scene::estimator>;
-template <class Scene>
-using DetectorOf = ContactDetector<typename Scene::real_type, typename Scene::time_type, typename Scene::baseline,
+struct Parts : SceneChecks<Scene> {
+  using Settings = typename Scene::template settings_for<typename Scene::estimator>;
+  using Detector = ContactDetector<typename Scene::real_type, typename Scene::time_type, typename Scene::baseline,
                                    typename Scene::contact>;
-template <class Scene>
-using FrontOf = Front<typename Scene::real_type, typename Scene::align>;
+  using Front = palpate::Front<typename Scene::real_type, typename Scene::align>;
+};
 }  // namespace detail
 
 /// All stages of a scene, in order: give it readings with feed(), read touch() when a report says that it is new.
 /// The stages and the estimator are public members; `settings` are TrackerSettings. A scene is a struct as Handheld.
 template <class Scene>
-class Tracker : detail::SceneChecks<Scene>,
-                public detail::SettingsOf<Scene>,
-                public detail::DetectorOf<Scene>,
-                public detail::FrontOf<Scene>,
-                detail::JudgeOf<Scene> {
-  using Settings = detail::SettingsOf<Scene>;
-  using Judge = detail::JudgeOf<Scene>;
-  using Detector = detail::DetectorOf<Scene>;
-  using Front = detail::FrontOf<Scene>;
+class Tracker : public detail::Parts<Scene>::Settings,
+                public detail::Parts<Scene>::Detector,
+                public detail::Parts<Scene>::Front,
+                detail::Parts<Scene>::Judge {
+  using Settings = typename detail::Parts<Scene>::Settings;
+  using Judge = typename detail::Parts<Scene>::Judge;
+  using Detector = typename detail::Parts<Scene>::Detector;
+  using Front = typename detail::Parts<Scene>::Front;
   using Pair = typename Front::Pair;
 
  public:
@@ -164,6 +200,7 @@ class Tracker : detail::SceneChecks<Scene>,
   constexpr void tare() noexcept {
     finish();
     align.reset();
+    Front::decimator.reset();
     Detector::tare();
     Judge::tared();
   }

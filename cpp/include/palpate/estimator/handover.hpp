@@ -87,8 +87,10 @@ class Handover : public Parameters {
   static constexpr int transient = 3;     ///< first innovations, dominated by the error of the initial ratio
   static constexpr int trustworthy = 16;  ///< fewest samples since the last change for a standard error
 
+  /// With the default settings.
+  constexpr Handover() noexcept : Handover(Parameters()) {}
   /// With these settings, an initial ratio and its covariance, 1/pF^2.
-  constexpr explicit Handover(const Parameters& parameters = Parameters(), Real ratio = Real(1),
+  constexpr explicit Handover(const Parameters& parameters, Real ratio = Real(1),
                               Real covariance = default_covariance) noexcept
       : Parameters(parameters), ratio_(ratio), sums_{Real(1) / covariance} {}
 

@@ -38,8 +38,15 @@ struct LeastSquares {
     }
   }
 
-  /// After a rotation. Substitution subtracts a multiple of each coefficient from the first one; infinity * 0 is NaN.
-  constexpr bool finite() const noexcept { return is_finite(coefficients[0]); }
+  /// After a sample. Substitution subtracts a multiple of each coefficient from the first one; infinity * 0 is NaN. What
+  /// is left of a regressor, or of the output, may be too large for its square.
+  constexpr bool finite() const noexcept {
+    Real sum = coefficients[0] + residuals;
+    for (int i = 1; i < Size; ++i) {
+      sum += diagonal[i];
+    }
+    return is_finite(sum);
+  }
 
   /// D, U, z and theta of `next`, which may be this one, become those after a sample, and `row` what is left of it. A
   /// regressor that is a combination of those before it, as far as 1 / resolution of its mean square can tell, says

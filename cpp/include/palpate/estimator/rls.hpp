@@ -60,8 +60,10 @@ class Rls : detail::RatioOf<Real>, detail::Policies<Real, Forgetting, Detector, 
   using real_type = Real;                                 ///< float or double
   static constexpr Real default_covariance = Real(1e12);  ///< of the initial ratio: as good as unknown, 1/pF^2
 
+  /// With the policies' default settings.
+  constexpr Rls() noexcept : Rls(Forgetting()) {}
   /// With these policies, an initial ratio and its covariance, 1/pF^2.
-  constexpr explicit Rls(const Forgetting& first_forgetting = Forgetting(), const Detector& first_detector = Detector(),
+  constexpr explicit Rls(const Forgetting& first_forgetting, const Detector& first_detector = Detector(),
                          const Bound& first_bound = Bound(), Real ratio = Real(1),
                          Real covariance = default_covariance) noexcept
       : detail::RatioOf<Real>(ratio),

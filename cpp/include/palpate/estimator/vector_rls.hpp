@@ -65,9 +65,10 @@ class VectorRls : public Parameters {
   static constexpr Real default_covariance =
       1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 
+  /// With the default settings.
+  constexpr VectorRls() noexcept : VectorRls(Parameters()) {}
   /// With these settings, and coefficients 0 of this covariance, 1 / regressor^2.
-  constexpr explicit VectorRls(const Parameters& parameters = Parameters(),
-                               Real covariance = default_covariance) noexcept
+  constexpr explicit VectorRls(const Parameters& parameters, Real covariance = default_covariance) noexcept
       : Parameters(parameters),
         guarded_(larger(1 / covariance, settings.min_information)),
         fits_{Fit(guarded_), Fit(guarded_)} {}
@@ -81,10 +82,10 @@ class VectorRls : public Parameters {
     Fit& next = second_ ? fits_[0] : fits_[1];
     before.rotate(settings.steady, resolution, row, next);
     const Real innovation = innovation_of(sample, before), z = product(innovation, square_root(row.weight));
+    before.sum_up(settings.steady, sample, row, next);
     if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
       return {innovation, alarm_, false, false};
     }
-    before.sum_up(settings.steady, sample, row, next);
     remember(sample);
     const Real scale = scale_of(output), limit = product(settings.clip, scale), inverse = 1 / scale;
     const bool watched = seen_ >= warm_up, outlier = watched && magnitude(z) > limit;

@@ -10,6 +10,7 @@ namespace palpate {
 /// The null stage: always in contact. The next touch begins at the end of the last one.
 template <class Real>
 struct AlwaysContact {
+  using real_type = Real;                  ///< float or double
   static constexpr bool releases = false;  ///< a touch does not end by a release
   static constexpr bool recovers = false;  ///< a wrong baseline is not noticed
   /// @{
@@ -79,6 +80,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
 
  public:
   using Settings::settings;
+  using real_type = Real;                     ///< float or double
   static constexpr bool releases = true;      ///< a touch ends by a release
   static constexpr bool recovers = Recovers;  ///< a wrong baseline is noticed
 

@@ -21,6 +21,7 @@ struct Frame {
 struct NoDecimator {
   /// @{
   /// As the function of Decimator of this name.
+  static constexpr void reset() noexcept {}
   static constexpr void next() noexcept {}
   static constexpr void begin(std::size_t) noexcept {}
   static constexpr std::size_t size() noexcept { return 1; }
@@ -48,6 +49,8 @@ class Decimator {
   /// Whether the converter is fast.
   constexpr bool fast() const noexcept { return fast_ > 0; }
 
+  /// Forget the readings of a mean that is not complete; how fast the converter is stays.
+  constexpr void reset() noexcept { count_ = 0; }
   /// A pair is complete, with or without values.
   constexpr void next() noexcept { pairs_ += 1; }
   /// A touch began so many pairs ago.
@@ -79,12 +82,15 @@ class Decimator {
     if (count_ == 0) {
       start(time);
     }
+    if (!is_finite(hard - hard_) || !is_finite(soft - soft_)) {
+      return mean;  // two readings near the limits of Real have no mean: the later one is left out
+    }
     count_ += 1;
     const Real part = 1 / static_cast<Real>(count_);
     time_ += product(part, static_cast<Real>(time.unsigned_since(begin_)) - time_);
     hard_ += product(part, hard - hard_);
     soft_ += product(part, soft - soft_);
-    if (pair.valid) {
+    if (pair.valid && is_finite(pair.hard - pair_.hard) && is_finite(pair.soft - pair_.soft)) {
       add(pair);
     }
     return mean;
