@@ -25,7 +25,8 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 # Rooms of headers, a folder or a lone file, low to high; each may use only what stands in lower rows, and a folder itself.
 # Those of python/ stand in pyproject.toml.
 HEADER_LAYERS = (
-    "contraction version",
+    "version",
+    "contraction",
     "arithmetic",
     "elasticity estimate ring settings square_root time",
     "policy",
@@ -128,6 +129,8 @@ def test_the_version_is_written_once() -> None:
     )
     assert version
     assert palpate.__version__ == version[1] == importlib.metadata.version("palpate")
+    space = f"#define PALPATE_NAMESPACE v{version[1].replace('.', '_')}\n"
+    assert space in (HEADERS / "version.hpp").read_text(encoding="utf-8")
     for name in (
         "pyproject.toml",
         "CMakeLists.txt",

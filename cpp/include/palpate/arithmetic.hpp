@@ -50,6 +50,7 @@
 #endif
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Whether a type is one of those that the headers compute with.
 template <class Real>
@@ -121,4 +122,5 @@ constexpr Real mean_share(Real n, Real smoothing) noexcept {
   return smoothing;
 }
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

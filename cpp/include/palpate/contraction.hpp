@@ -9,6 +9,8 @@
 // Where a product is hidden: PALPATE_HIDING_PLACE of a number of up to PALPATE_FUSED_BYTES, which larger ones, in
 // software, do not need. A compiler that is unknown for a processor hides it in memory: slower, and right on all of them.
 
+#include <palpate/version.hpp>
+
 #if !defined(__GNUC__) && !defined(__clang__)
 #if defined(_MSC_VER)
 #pragma fp_contract(off)  // for the rest of the file that includes this one
@@ -43,6 +45,7 @@
 #endif
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 #if defined(PALPATE_HIDING_PLACE)
 namespace detail {
@@ -67,4 +70,5 @@ constexpr Real product(Real left, Real right) noexcept {
   return left * right;
 }
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Whether eq. (2) has a modulus for a ratio.
 enum class Reach : unsigned char {
@@ -61,4 +62,5 @@ struct Elasticity {
   }
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -5,9 +5,11 @@
 
 #include <palpate/scenes.hpp>
 
+namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 /// The estimators and scenes for small processors: every setting is a compile-time constant. The results have the same
 /// bits as with settings in objects.
-namespace palpate::embedded {
+namespace embedded {
 
 /// The forgetting factors of the paper.
 template <class Real>
@@ -73,4 +75,6 @@ using PaperTracker = Tracker<LeanPaper<Real, Time>>;
 template <class Real, class Time = Microseconds>
 using SlidingTracker = Tracker<LeanSliding<Real, Time>>;
 
-}  // namespace palpate::embedded
+}  // namespace embedded
+}  // namespace PALPATE_NAMESPACE
+}  // namespace palpate

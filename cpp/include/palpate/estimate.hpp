@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A ratio and its standard error; NaN: there is none.
 template <class Real>
@@ -14,4 +15,5 @@ struct Estimate {
   Real standard_error = not_a_number<Real>;  ///< of it
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Storage of a Ring inside the object. Other storages have the same two functions; their capacity is a power of two.
 template <class Item, std::size_t Capacity>
@@ -130,4 +131,5 @@ class BasicRing : Storage {
 template <class Item, std::size_t Capacity>
 using Ring = BasicRing<FixedStorage<Item, Capacity>>;
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

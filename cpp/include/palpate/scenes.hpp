@@ -11,6 +11,7 @@
 #include <palpate/tracker.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Settings with which a touch is as long as 250 pairs of the converter.
 template <class Estimator, class Real = typename Estimator::real_type>
@@ -102,4 +103,5 @@ using HandheldTracker = Tracker<Handheld<Real, Time>>;
 template <class Real, class Time = Nanoseconds>
 using SlidingTracker = Tracker<Sliding<Real, Time>>;
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
 // Whether a type has the members in the expression Needs.
@@ -74,4 +75,5 @@ template <class Policy>
 using policy_type = std::remove_reference_t<decltype(policy_in(std::declval<Policy&>()))>;
 }  // namespace detail
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -36,6 +36,7 @@
 #endif
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 namespace detail {
 
 /// Multiplies or divides a value above 0 by `power`, until it is from `least` to `power`; returns the product of as many
@@ -129,4 +130,5 @@ constexpr Real cube_root(Real value) noexcept {
   return product(large * small, root);
 }
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A time of a clock with PerSecond ticks a second, as an integer that may wrap. State a timer of any frequency once:
 /// `using Timer = palpate::Ticks<std::uint32_t, 84000000>;`
@@ -69,4 +70,5 @@ using Microseconds = Ticks<std::uint32_t, 1000000>;
 /// As millis() of Arduino gives them: coarse for the alignment of channels that are read in turn.
 using Milliseconds = Ticks<std::uint32_t, 1000>;
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

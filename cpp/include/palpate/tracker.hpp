@@ -9,6 +9,7 @@
 #include <palpate/stage/front.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Settings of a Tracker.
 template <class Estimator>
@@ -372,4 +373,5 @@ class Tracker : public detail::Parts<Scene>::Settings,
   Real standard_error_ = not_a_number<Real>;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include <palpate/square_root.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Settings of Handover. drift, threshold and clip are in standard deviations of the whitened innovations: see
 /// palpate.design.cusum.
@@ -363,4 +364,5 @@ class Handover : public Parameters {
   Real lag_ = 0, lead_ = 0;  // while the ratio drifts: the mean innovation, and what it adds to the ratio
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A sample of weight 1; or what the rotations leave of it: each regressor without those before it, the output without
 /// all of them, and the weight of this residual.
@@ -199,4 +200,5 @@ struct LeastSquares {
   }
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Autoregressive model of the innovations e(k): their mean square, their autocorrelation at lags 1 and 2, the forecast
 /// rho e(k-1), the scale of the whitened innovations e(k) - rho e(k-1), and whether their mean shows that the ratio
@@ -178,4 +179,5 @@ class NoiseModel {
   Real until_forecast_ = 5;  // innovations; at first as many as Handover has before its detector starts
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/policy/policies.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Result of one sample. accepted is false if the sample was refused: then the state did not change.
 template <class Real>
@@ -130,4 +131,5 @@ using AdaptiveRls = Rls<Real, SwitchedForgetting<Real>, Cusum<Real>, BoundedCova
 template <class Real>
 using FixedRls = Rls<Real, FixedForgetting<Real>, NoDetector<Real>, BoundedCovariance<Real>>;
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

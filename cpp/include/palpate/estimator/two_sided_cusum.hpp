@@ -17,6 +17,7 @@
 #endif
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A sample: its weight w, output y and regressor x.
 template <class Real>
@@ -137,4 +138,5 @@ using FindsChanges = decltype(Detector(), of<Detector>().add(Real(), Real(), Rea
                               Real(of<const Detector>().statistic()), CusumSide<Real>(of<const Detector>().larger()));
 }  // namespace detail
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <palpate/square_root.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Settings of VectorRls. drift, threshold and clip are in standard deviations of the innovations.
 template <class Real>
@@ -298,4 +299,5 @@ class VectorRls : public Parameters {
   Sample samples_[window] = {};
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

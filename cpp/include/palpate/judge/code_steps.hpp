@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The step of a channel's codes: the largest number of which all differences between its readings are multiples
 /// (Euclid's algorithm). It is proven by three of them, of several codes or within a touch; neither a press from one
@@ -83,4 +84,5 @@ struct NoCodeSteps {
   /// @}
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include <palpate/judge/touch.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
 // An estimator that has no snapshot gets the sentence of Tracker, not an error of its own.
@@ -311,4 +312,5 @@ class Judge {
   bool at_once_ = false;  // both channels are read at once
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include <palpate/square_root.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The null stage: there is no level ratio, and no age.
 template <class Real>
@@ -202,4 +203,5 @@ class LevelRatio : public Settings {
   bool settled_ = false;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

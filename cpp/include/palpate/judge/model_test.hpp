@@ -9,6 +9,7 @@
 #include <palpate/stage/matched_pair.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// What contradicts the model; several may be set.
 enum Misfit : std::uint8_t {
@@ -306,4 +307,5 @@ class ModelTest {
   std::uint8_t known_ = 0;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A symmetric matrix of the sums of products of `Columns` variables. After sweep() of some of them, with y another one:
 /// at(i, y) is the coefficient of i, error(i) its variance for noise of variance 1, at(i, j) of two swept ones minus
@@ -78,4 +79,5 @@ class NormalEquations {
   Real sums_[Columns * (Columns + 1) / 2] = {};
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

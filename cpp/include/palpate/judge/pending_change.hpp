@@ -6,6 +6,7 @@
 #include <palpate/time.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The state before a hand-over, or before the ratio begins to drift, until the change is confirmed: when `confirmed`
 /// seconds have passed, and the mean depth since then is not less than before, by 1.5 %. A change that is not confirmed
@@ -63,4 +64,5 @@ class PendingChange {
   bool waits_ = false, alarmed_ = false, down_ = false;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include <palpate/square_root.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
 template <class Estimator, class Real = typename Estimator::real_type>
@@ -86,4 +87,5 @@ struct RatioError {
   }
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

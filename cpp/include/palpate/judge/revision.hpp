@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// What the baseline after a touch says about it.
 enum class Revision : std::uint8_t {
@@ -113,4 +114,5 @@ class Reviser {
   bool changed_ = false;  // the ratio, in the touch
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

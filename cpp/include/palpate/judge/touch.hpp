@@ -7,6 +7,7 @@
 #include <palpate/judge/revision.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Numbers of readings and samples of a touch.
 struct Counts {
@@ -46,4 +47,5 @@ struct Report {
   bool revised = false;  ///< touch() is revised
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

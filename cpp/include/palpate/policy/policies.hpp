@@ -7,6 +7,7 @@
 #include <palpate/settings.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 // Forgetting: the fraction lambda of the information R = 1/P that remains at the next sample.
 // A memory of about 2 / (1 - lambda) samples: 400 at 0.995, 20 at 0.9 (the paper's rule).
@@ -243,4 +244,5 @@ struct Policies : Forgetting, Detector, Bound {
 
 }  // namespace detail
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

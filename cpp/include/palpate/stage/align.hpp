@@ -7,6 +7,7 @@
 #include <palpate/time.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Both channels at one time; valid is false if there is no pair.
 template <class Real>
@@ -152,4 +153,5 @@ class Align {
   LastReadings<Real, Time> readings_;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

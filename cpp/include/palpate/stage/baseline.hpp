@@ -6,6 +6,7 @@
 #include <palpate/stage/robust_line.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The null stage: the values are already changes.
 template <class Real>
@@ -182,4 +183,5 @@ class Baseline {
   bool drifts_ = false;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/settings.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The null stage: always in contact. The next touch begins at the end of the last one.
 template <class Real>
@@ -204,4 +205,5 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   State state_ = State::idle;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

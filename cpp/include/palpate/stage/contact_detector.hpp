@@ -8,6 +8,7 @@
 #include <palpate/time.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// What a reading began or ended.
 enum class Event : std::uint8_t {
@@ -156,4 +157,5 @@ class ContactDetector {
   bool settles_ = false;  // a release is not yet over
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/stage/align.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// A reading of each channel, or the mean of several, and the aligned pair that is complete with it.
 template <class Time, class Real, class Pair>
@@ -134,4 +135,5 @@ class Decimator {
   std::int8_t fast_ = unknown;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

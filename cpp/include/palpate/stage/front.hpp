@@ -7,6 +7,7 @@
 #include <palpate/stage/decimator.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
 template <class Stage, class Time = typename Stage::time_type>
@@ -81,4 +82,5 @@ struct Front<Real, AlignStage, true> {
   }
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

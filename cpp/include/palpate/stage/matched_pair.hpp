@@ -6,6 +6,7 @@
 #include <palpate/stage/align.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The variance of a filtered channel for a reading's variance of 1, at 26 ms: both filters of MatchedPair have it.
 template <class Real>
@@ -125,4 +126,5 @@ class MatchedPair {
   std::uint8_t uneven_ = 0;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// Size values in two halves, the earlier and the later one, each kept sorted. Without Line there is no slope, and all
 /// are in the first half.
@@ -107,4 +108,5 @@ class RobustLine {
   Real values_[Size] = {};
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

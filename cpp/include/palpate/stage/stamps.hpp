@@ -6,6 +6,7 @@
 #include <palpate/stage/align.hpp>
 
 namespace palpate {
+inline namespace PALPATE_NAMESPACE {
 
 /// The times of a converter whose readings are evenly spaced, from the times of their arrival: a line through the last
 /// `memory` of them by least squares, as a recursion (Kalata 1984):
@@ -59,4 +60,5 @@ class SteadyStamps {
   int count_ = 0;
 };
 
+}  // namespace PALPATE_NAMESPACE
 }  // namespace palpate
