@@ -111,7 +111,7 @@ class Walk {
     }
     double sum = 0;
     for (std::size_t i = at_; i < at_ + part_; ++i) {
-      sum += static_cast<double>(in_.t_hard[i] + in_.t_soft[i]) + in_.hard[i] + in_.soft[i];
+      sum += static_cast<double>(in_.t_hard[i].count + in_.t_soft[i].count) + in_.hard[i] + in_.soft[i];
     }
     sink_ = sum;
   }
