@@ -5,6 +5,7 @@
 
 #include <palpate/settings.hpp>
 #include <palpate/stage/decimator.hpp>
+#include <palpate/stage/matched_pair.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -56,7 +57,7 @@ struct Front {
 template <class Real, class AlignStage>
 struct Front<Real, AlignStage, true> {
   using Time = typename AlignStage::time_type;
-  using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
+  using Pair = FilteredPair<Real>;
   static constexpr bool decimates = true;  ///< pairs are averaged
   AlignStage align;                        ///< brings both channels to the same times
   Decimator<Real, Time, Pair> decimator;   ///< of a fast converter
@@ -69,16 +70,24 @@ struct Front<Real, AlignStage, true> {
     const auto ticks = static_cast<typename Time::Unsigned>(
         static_cast<typename Time::Signed>(product(longest, static_cast<Real>(Time::second))));
     const bool quick = read.whole && decimator.follow(hard_time, ticks);
-    const Pair pair = align.feed(hard_time, soft_time, read.usable(read.hard), read.usable(read.soft), near);
+    const auto pair = align.feed(hard_time, soft_time, read.usable(read.hard), read.usable(read.soft), near);
     if (PALPATE_UNLIKELY(quick)) {
-      return decimator.add(hard_time, read.hard, read.soft, pair, ticks);
+      const auto mean = decimator.add(hard_time, read.hard, read.soft, same(pair), ticks);
+      return {mean.time, mean.hard, mean.soft, same(mean.pair), mean.size};
     }
-    return {hard_time, read.hard, read.soft, pair, 1};
+    return {hard_time, read.hard, read.soft, same(pair), 1};
   }
   /// The pair of a frame.
   PALPATE_INLINE static constexpr Pair pair(const Frame<Time, Real, Pair>& frame, Time, Time,
                                             const ScreenedReading<Real>&, bool) noexcept {
-    return frame.pair;
+    return same(frame.pair);
+  }
+
+ private:
+  /// Number by number: a copy of the whole waits in memory for the stores of its parts.
+  template <class Given>
+  PALPATE_INLINE static constexpr Pair same(const Given& pair) noexcept {
+    return {pair.hard, pair.soft, pair.valid, pair.matched};
   }
 };
 
