@@ -27,7 +27,8 @@ class CodeStep {
       change_ = change;
     }
   }
-  /// The step, if noise does not move the readings from code to code; else 0: the noise contains the rounding.
+  /// The step, if noise does not move the readings from code to code; else 0: the noise contains the rounding. Half a step
+  /// is the noise floor that Baseline takes for codes; 0.51 is above it whatever is rounded.
   constexpr Real coarse(Real noise) const noexcept {
     return times_ == proven && !(noise > product(Real(0.51), step_)) ? step_ : Real(0);
   }

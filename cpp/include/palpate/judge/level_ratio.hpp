@@ -96,11 +96,14 @@ class LevelRatio : public Settings {
     }
     const Real p = settings.contact_exponent, level = to_power(all.slope);
     const Real apart = falls && number(rise) >= fewest ? up.slope - line(false, true, noise).slope : Real(0);
+    // Choices: 2 % of what the intercept changes is in doubt with both sides of a press, 5 % with one; the variance of the
+    // line counts 3 or 9 times, as the pairs of a press do not scatter independently. Smaller ones give more flags of a
+    // tilt, larger ones a wider error.
     const Real shift = product(falls ? Real(0.02) : Real(0.05), (level - ratio) / level);
     const Real own = product(falls ? Real(3) : Real(9), all.variance) + product(apart, apart) / 4;
     const Real own_share = own / product(all.slope, all.slope) + product(all.noise, all.noise) / 16;
     const Real square = product(product(p, p), own_share) + product(shift, shift);
-    if (square < Real(0.01)) {
+    if (square < Real(0.01)) {  // a choice: an error below a tenth; a larger limit shows level ratios that say less
       found = {level, product(level, square_root(square))};
     }
     return found;

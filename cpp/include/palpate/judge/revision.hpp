@@ -71,6 +71,8 @@ class Reviser {
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
     const Real moved = product(found.shift, found.shift);
     const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
+    // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
+    // and corrected.
     found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
     found.variance = before;
     found.open = moved;
@@ -103,6 +105,7 @@ class Reviser {
   template <class Baseline>
   constexpr bool recovers(const Baseline& after, Real rise, const Before& before) const noexcept {
     const Real fall = 16 * after.slope();  // from the median of the earlier 16 values to that of the later ones
+    // The standard error of the difference of two medians of 16 is sqrt(2) sqrt(pi / 2) / sqrt(16) = 0.443 of the noise.
     return product(fall, rise) < 0 && magnitude(fall) > product(Real(1.77), before.noise) &&
            product(rise, rise) > 16 * (after.variance() + before.variance);
   }
