@@ -1,9 +1,9 @@
 """Cost of the headers on a microcontroller: bytes, instructions and stack of each scene, estimator and stage.
 
-    python -m bench.embedded.size [--target m4f ...] [--json FILE]
+    python -m bench.embedded.size [--target m4f ...] [--json FILE] [--worst]
 
 Compiles each subject of subjects.hpp separately, in float, with -Os and -O2, links and runs the -Os image in QEMU,
-and compares its results with those of this machine. Needs arm-none-eabi-g++ with libstdc++ and newlib,
+and compares its results with those of this machine. --worst: only the table of docs/embedded.md, with -Os. Needs arm-none-eabi-g++ with libstdc++ and newlib,
 qemu-system-arm, a C++ compiler; for rv32imafc, which is compiled only, riscv64-unknown-elf-g++.
 """
 
@@ -120,13 +120,65 @@ def show(name: str, table: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+# The rows of the table of worst cases: the class that the documentation shows first comes first.
+WORST_CASES = {
+    "HandheldFull": "`FullHandheldTracker`",
+    "Handheld": "`HandheldTracker`",
+    "Sliding": "`SlidingTracker`",
+    "PaperScene": "`PaperTracker`",
+    "HandoverEstimator": "`Handover`",
+    "PaperSafe": "`AdaptiveRls`",
+    "Paper": "`PaperRls`",
+    "Fixed": "`FixedRls`",
+    "SlopeAndIntercept": "`VectorRls<float, 1, true>`",
+}
+WORST_TARGETS = {"m0": "M0+", "m3": "M3", "m4f": "M4F"}
+WORST_HEAD = (
+    "| class | processor | flash, text + data | RAM | stack | instructions, mean | worst | worst at 48 MHz, ms | at 168 MHz, ms |",
+    "|---|---|---|---|---|---|---|---|---|",
+)
+
+
+def worst_case(target: Target) -> dict[str, tuple[int, Cost]]:
+    """Return the bytes of code of each row of the table, and its costs."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        compiled = firmware.compile_subjects(target, "-Os", folder)
+        image = firmware.link_firmware(target, "-Os", list(compiled.values()), folder)
+        costs = firmware.costs(target, firmware.run_firmware(target, image))
+        return {
+            subject: (firmware.text_bytes(target, compiled[subject]), costs[subject])
+            for subject in WORST_CASES
+        }
+
+
+def worst_table() -> list[str]:
+    """Return the lines of the table of worst cases. An instruction counts as one cycle: multiply by the wait states of a flash."""
+    costs = {name: worst_case(TARGETS[name]) for name in WORST_TARGETS}
+    lines = list(WORST_HEAD)
+    for subject, shown in WORST_CASES.items():
+        for name, processor in WORST_TARGETS.items():
+            text, cost = costs[name][subject]
+            worst = max(cost.worst, cost.idle)
+            times = " | ".join(f"{worst / (mhz * 1000):.2g}" for mhz in (48, 168))
+            lines.append(
+                f"| {shown} | {processor} | {text} + {cost.state} | {cost.state} | {cost.stack} "
+                f"| {cost.mean:.0f} | {worst:.0f} | {times} |"
+            )
+            shown = ""  # once for a class
+    return lines
+
+
 def main() -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description="What the headers cost on a microcontroller.")
     parser.add_argument("--target", nargs="*", choices=TARGETS, default=list(TARGETS))
     parser.add_argument("--json", type=Path)
     parser.add_argument("--host", default="c++", help="compiler for this machine")
+    parser.add_argument("--worst", action="store_true", help="only the table of worst cases")
     arguments = parser.parse_args()
+    if arguments.worst:
+        arguments.target = list(WORST_TARGETS)
     if missing := firmware.missing([TARGETS[name] for name in arguments.target], arguments.host):
         parser.exit(
             2,
@@ -134,6 +186,9 @@ def main() -> int:
                 ["not installed:", *missing, "or leave out the targets that need it: --target\n"]
             ),
         )
+    if arguments.worst:
+        print("\n".join(worst_table()))
+        return 0
     with tempfile.TemporaryDirectory() as folder:
         host = firmware.host_results(arguments.host, Path(folder))
     print(
