@@ -132,7 +132,7 @@ WORST_CASES = {
     "Fixed": "`FixedRls`",
     "SlopeAndIntercept": "`VectorRls<float, 1, true>`",
 }
-WORST_TARGETS = {"m0": "M0+", "m3": "M3", "m4f": "M4F"}
+WORST_TARGETS = {"m0": "M0, M0+", "m3": "M3", "m4f": "M4F"}
 WORST_HEAD = (
     "| class | processor | flash, text + data | RAM | stack | instructions, mean | worst | worst at 48 MHz, ms | at 168 MHz, ms |",
     "|---|---|---|---|---|---|---|---|---|",
