@@ -40,7 +40,8 @@ class MatchedPair {
   using time_type = Time;  ///< Ticks with their unit
 
   /// As Align::feed. On an uneven grid pairs are left out, and after 8 of them interpolated.
-  PALPATE_INLINE constexpr FilteredPair<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft, bool wanted = true) noexcept {
+  PALPATE_INLINE constexpr FilteredPair<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft,
+                                                   bool wanted = true) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
     }
