@@ -222,7 +222,7 @@ class Handover : public Parameters {
     Real last = 0, regressor = 0;  // the last one
     Real size = 0, steps = 0;      // sums of magnitudes, and of steps, times a regressor, half of each before
 
-    PALPATE_COLD constexpr void add(Real innovation, Real now, bool outlier) noexcept {
+    constexpr void add(Real innovation, Real now, bool outlier) noexcept {
       const Real step = product(innovation, regressor) - product(last, now);
       steps = outlier && size > 0 ? steps / 2 + magnitude(step) : Real(0);
       size = outlier ? size / 2 + magnitude(product(innovation, now)) : Real(0);
@@ -284,7 +284,7 @@ class Handover : public Parameters {
   }
 
   /// An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
-  PALPATE_COLD constexpr Counted unusual(const Counted& usual, const Judged& judged, bool drifts) const noexcept {
+  constexpr Counted unusual(const Counted& usual, const Judged& judged, bool drifts) const noexcept {
     return {judged.outlier ? noise_.limited_innovation(judged.clipped) : usual.innovation,
             drifts ? drifting() : usual.forgetting};
   }
@@ -315,7 +315,7 @@ class Handover : public Parameters {
 
   /// While the ratio drifts, r is behind it: the innovations have a mean, of which the next share K = (w / R') x is not yet
   /// corrected. It is taken over as many of them as K is of one.
-  PALPATE_COLD constexpr void follow_lag(Real innovation, Real gain, bool drifts) noexcept {
+  constexpr void follow_lag(Real innovation, Real gain, bool drifts) noexcept {
     if (drifts) {
       noise_.expect_drift();
     }
@@ -329,8 +329,8 @@ class Handover : public Parameters {
 
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
   /// range of Real: as without a change.
-  PALPATE_COLD constexpr Next handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
-                                          const Next& usual) const noexcept {
+  constexpr Next handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
+                             const Next& usual) const noexcept {
     const CusumSide<Real> since = side.sums.count > 0 ? side : alone(s);
     const Real ratio = since.weighted_output / since.sums.information;
     return is_finite(ratio) ? Next{ratio, since.sums, Real(0)} : usual;

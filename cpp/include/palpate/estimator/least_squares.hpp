@@ -101,7 +101,7 @@ struct LeastSquares {
 
   /// Add `information` in each direction; the coefficients stay. What has decayed stays above subnormal numbers, where
   /// arithmetic takes ten times as long.
-  PALPATE_COLD constexpr void strengthen(Real information) noexcept {
+  constexpr void strengthen(Real information) noexcept {
     residuals += normal;
     for (Real& square : squares) {
       square += normal;

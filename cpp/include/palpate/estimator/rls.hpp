@@ -30,9 +30,8 @@ struct RatioOf {
   Real ratio_;
 };
 
-// Not inlined: the state stays in registers without it.
 template <class Real>
-PALPATE_COLD constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
+constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
   return {ratio, innovation, Real(0), alarm, false};
 }
 }  // namespace detail

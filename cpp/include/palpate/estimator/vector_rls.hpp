@@ -225,7 +225,7 @@ class VectorRls : public Parameters {
   constexpr const Sample& remembered(std::uint32_t m) const noexcept { return samples_[(next_ + window - m) % window]; }
 
   // Not in watch: for it g++ would load all sides before the branch.
-  PALPATE_COLD constexpr void start_sides() noexcept {
+  constexpr void start_sides() noexcept {
     either_ = 0;
     for (int i = 0; i < Size; ++i) {
       rise_[i] = fall_[i] = 0;
@@ -262,7 +262,7 @@ class VectorRls : public Parameters {
   ///   sum of e^2 - residuals of the new fit - s^2 sum of log(1 / w):
   /// by how much more likely it is that a change was before these samples, their coefficients being unknown; w is the
   /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
-  PALPATE_COLD constexpr void adapt(Real scale) noexcept {
+  constexpr void adapt(Real scale) noexcept {
     if (settings.alarmed > 0) {
       fit().add(settings.alarmed, resolution, remembered(1));
       guard(settings.alarmed);

@@ -34,7 +34,7 @@ class CodeStep {
   }
 
  private:
-  PALPATE_COLD constexpr void refine(Real difference, Real least, bool differs, bool held) noexcept {
+  constexpr void refine(Real difference, Real least, bool differs, bool held) noexcept {
     const Real before = step_;
     step_ = difference;
     for (Real rest = before < 1000 * difference ? before : Real(0); rest > least;) {

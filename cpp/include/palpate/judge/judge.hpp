@@ -234,8 +234,7 @@ class Judge {
   }
 
   /// At a hand-over, and where a drift begins: the estimate before it.
-  PALPATE_COLD constexpr void keep(const Snapshot& before, Time time, const Estimator& now, Real confirmed,
-                                   bool alarm) noexcept {
+  constexpr void keep(const Snapshot& before, Time time, const Estimator& now, Real confirmed, bool alarm) noexcept {
     if (confirmed > 0) {
       pending_.keep(time, now, before, evidence_, alarm);
     }
@@ -244,7 +243,7 @@ class Judge {
   /// A change is confirmed: the ratio before it. Of several, the one that is farthest from the ratio now counts; that of
   /// a few samples is none.
   template <class Errors>
-  PALPATE_COLD constexpr void note_change(const Estimator& now, const Errors& errors) noexcept {
+  constexpr void note_change(const Estimator& now, const Errors& errors) noexcept {
     if (!pending_.estimator.settled()) {
       return;
     }

@@ -72,7 +72,7 @@ class Decimator {
 
   /// Add a reading of each channel, and the pair that is complete with it. Returns the mean of those before, where it is
   /// complete.
-  PALPATE_COLD constexpr Mean add(Time time, Real hard, Real soft, const Pair& pair, Unsigned longest) noexcept {
+  constexpr Mean add(Time time, Real hard, Real soft, const Pair& pair, Unsigned longest) noexcept {
     Mean mean{{}, 0, 0, {}, 0};
     // After a gap, and where the time goes back, too.
     if (count_ > 0 && time.unsigned_since(begin_) >= longest - pace_ / 2) {
@@ -115,7 +115,7 @@ class Decimator {
     pair_.valid = true;
   }
 
-  PALPATE_COLD constexpr bool judge(Unsigned longest) noexcept {
+  constexpr bool judge(Unsigned longest) noexcept {
     pace_ = fast_ == unknown ? longest / 5 * 2 : pace_;
     // Twice the limit for one that is fast: at the limit it does not change to and fro.
     fast_ = pace_ < (longest / few) << fast();
