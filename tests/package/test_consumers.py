@@ -70,6 +70,7 @@ target_link_libraries(mixed palpate::palpate)
 
 def test_the_flags_are_for_cpp_only(cmake: str, tmp_path: Path) -> None:
     """A program in C and C++ keeps its own floating-point flags in C."""
+    need("gcc")
     (tmp_path / "CMakeLists.txt").write_text(MIXED)
     (tmp_path / "part.c").write_text(
         "#ifdef PALPATE_CONTRACTION_OFF\n#error of another language\n#endif\nint part;\n"

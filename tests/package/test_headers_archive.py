@@ -118,7 +118,9 @@ def test_the_sketch_compiles_with_the_flags_of_an_arduino_core(library: Path) ->
 
 SCENE = """#include "palpate_one.hpp"
 palpate::embedded::HandheldTracker<float> probe;
-bool feed(std::uint32_t a, std::uint32_t b, float hard, float soft) { return probe.feed(a, b, hard, soft).finished; }
+bool feed(std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft) {
+  return probe.feed(palpate::Microseconds(t_hard), palpate::Microseconds(t_soft), hard, soft).finished;
+}
 """
 FREESTANDING = (
     "-std=c++17",

@@ -49,7 +49,8 @@ def devices_command(lsl: bool) -> None:
         lsl_streams, stream_notes = search_by(streams)
         connected = [*connected, *lsl_streams]
         notes = [*notes, *stream_notes]
-    document = {"devices": [device._asdict() for device in connected], "notes": notes}
+    listed = [{"uri": device.uri, "what": device.description} for device in connected]
+    document = {"devices": listed, "notes": notes}
     print_result(document, format_table(connected, "<"))
     print_notes("not searched", notes)
     if not connected:
