@@ -228,6 +228,26 @@ bool refuses_extreme_scales() noexcept {
   return refused > 0 && refused < 20000;
 }
 
+// A scene without a gate: a touch that reaches its length in seconds is followed by the next one, of the same length.
+struct Endless : Handheld<float, Microseconds> {
+  using contact = AlwaysContact<float>;
+};
+bool follows_at_once() noexcept {
+  Tracker<Endless> probe;
+  std::size_t ended = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const Microseconds time(i * 26000);
+    const float soft = 0.5f + static_cast<float>(i * i % 1009) * 1e-6f;
+    if (probe.feed(time, time.later(13000), 2.5f * soft, soft).finished) {
+      ended += 1;
+      if (probe.touch().samples < 245) {
+        return false;
+      }
+    }
+  }
+  return ended >= 3;
+}
+
 // What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
 static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 1816);
@@ -237,6 +257,6 @@ static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(Handhel
 int main() {
   const auto again = touch<double>();
   const bool same = again.ratio() == in_double.ratio() && again.statistic() == in_double.statistic();
-  const bool robust = refuses_extreme_scales() && forgets_a_mean() && survives_huge_readings();
+  const bool robust = refuses_extreme_scales() && forgets_a_mean() && survives_huge_readings() && follows_at_once();
   return same && touches(HandheldTracker<double>(), 1e-3) == 2 && keeps_its_state() && robust ? 0 : 1;
 }

@@ -40,6 +40,12 @@ def test_other_names_are_asked_for(tmp_path: Path, header: str) -> None:
         read(table(tmp_path, header, rows))
 
 
+def test_columns_as_a_text_are_refused_with_an_example(tmp_path: Path) -> None:
+    columns: Any = "hard=2,soft=3"
+    with pytest.raises(OptionError, match=r"got 'hard=2,soft=3', allowed: a mapping, as .*: 2"):
+        read(table(tmp_path, "t_s,A,B", ROWS), columns=columns)
+
+
 def test_names_of_several_header_rows(tmp_path: Path) -> None:
     path = table(
         tmp_path, ",Ch1,,Ch2,\nTime (s),C (pF),D (%),C (pF),D (%)", "0.1,1,5,2,6\n0.2,3,5,4,6\n"

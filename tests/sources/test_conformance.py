@@ -15,7 +15,7 @@ from kit_bench import pins as ramps
 from palpate import Sample, Source, Status, open
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.simulator.chip import SimulatedChip
-from palpate.sources import Codes, Gap, GapCause, SampleSource
+from palpate.sources import Codes, Gap, GapCause, SampleSource, TroubleEnded
 from palpate.sources.conformance import check_source
 from project import FOUR
 
@@ -130,6 +130,22 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a gap without a text": (
         wrong(samples=lambda _: iter([Gap(GapCause.OTHER, "")])),
         "a gap: got no text, allowed: what happened",
+    ),
+    "a gap with another cause": (
+        wrong(samples=lambda _: iter([Gap("moved", "moved")])),  # type: ignore[arg-type]
+        "cause of a gap: got 'moved', allowed: one of palpate.sources.GapCause",
+    ),
+    "a trouble of another kind": (
+        wrong(samples=lambda _: iter([TroubleEnded("hint")])),  # type: ignore[arg-type]
+        "kind of a trouble: got 'hint', allowed: one of palpate.sources.TroubleKind",
+    ),
+    "counters is a method": (
+        wrong(counters=lambda _: {"errors": 0}),
+        "counters: got an object of type method, allowed: a property with a mapping",
+    ),
+    "a counter is no number": (
+        wrong(counters={"errors": "none"}),
+        "counters: got 'none' for errors, allowed: a whole number",
     ),
 }
 

@@ -45,6 +45,8 @@ using KeptAs = typename Settings::template keep<Values, first>;
 /// Scene "fixed": for a loop that supplies changes without faults, as one endless touch. The smallest scene.
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Fixed {
+  static_assert(is_real<Real>,
+                "palpate: a scene is of float or double; of a scene of your own, palpate::Tracker<Mine>");
   using real_type = Real;               ///< float or double
   using time_type = Time;               ///< Ticks with their unit
   using align = NoAlign<Real, Time>;    ///< from two readings to a pair

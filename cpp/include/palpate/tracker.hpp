@@ -361,6 +361,9 @@ class Tracker : public detail::Parts<Scene>::Settings,
         full_ = Judge::aged(time);
       }
     }
+    if constexpr (!Scene::contact::releases) {
+      before_ = length ? time : before_;  // the next touch begins at once
+    }
     return length || full_;
   }
 

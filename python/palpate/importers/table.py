@@ -316,6 +316,9 @@ class ReadOptions:
             raise ValueError(f"decimal: {unlike(self.decimal, DECIMAL_MARKS)}")
         if self.unit is not None:
             checked_unit("unit", self.unit)
+        if isinstance(self.columns, str):
+            allowed = 'a mapping, as {"hard": 2, "soft": 3}'
+            raise OptionError(Option.COLUMNS, quoted(self.columns), allowed)
         if self.columns is not None:
             self._check_columns(set(self.columns))
         if self.rate is not None:

@@ -1,7 +1,8 @@
 """A test for sources: `check_source` lists how a source differs from `palpate.Source`."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,14 @@ from palpate.errors import PalpateError
 from palpate.files import Json
 from palpate.recording.rows import codes_of
 from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
-from palpate.source_events import Gap, SourceEvent
+from palpate.source_events import (
+    Gap,
+    GapCause,
+    SourceEvent,
+    TroubleBegan,
+    TroubleEnded,
+    TroubleKind,
+)
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described, first_wrong
@@ -83,6 +91,7 @@ def check_source(
     if wrong:
         findings.append(wrong.text)
     findings += _wrong_samples(block)[:20]
+    findings += _wrong_counters(opened.counters)
     findings += _wrong_period(block, device.get("period_s"), patience)
     findings += _errors_of("__exit__", lambda: opened.__exit__(None, None, None))
     findings += _errors_of("close", opened.close)
@@ -91,7 +100,8 @@ def check_source(
             "no sample came, or the iteration ended; if the device needs longer, give more seconds"
         )
     if findings:
-        title = f"{source!s:.100} is not a palpate.Source:"
+        name = source if isinstance(source, str) else type(source).__name__
+        title = f"{name:.100} does not keep the promises of a palpate.Source:"
         raise AssertionError("\n- ".join([title, *dict.fromkeys(findings)]))
     return read
 
@@ -118,8 +128,8 @@ def _read(
             elif not isinstance(item, SourceEvent):
                 findings.append(_wrong_item(item))
                 return
-            elif isinstance(item, Gap) and not item.text:
-                findings.append("a gap: got no text, allowed: what happened")
+            else:
+                findings += _wrong_event(item)
             if len(read) >= count:
                 enough.set()
     except PalpateError as error:
@@ -157,6 +167,36 @@ def _wrong_item(item: object) -> str:
             "and rename __iter__ to samples"
         )
     return finding
+
+
+def _wrong_event(event: SourceEvent) -> list[str]:
+    """Check the cause of a gap and its text, and the kind of a trouble."""
+    if isinstance(event, Gap):
+        findings = _not_one_of("cause of a gap", event.cause, GapCause)
+        if not event.text:
+            findings.append("a gap: got no text, allowed: what happened")
+        return findings
+    if isinstance(event, TroubleBegan | TroubleEnded):
+        return _not_one_of("kind of a trouble", event.kind, TroubleKind)
+    return []
+
+
+def _not_one_of(name: str, value: object, kinds: type[Enum]) -> list[str]:
+    if isinstance(value, kinds):
+        return []
+    return [f"{name}: got {value!r:.40}, allowed: one of palpate.sources.{kinds.__name__}"]
+
+
+def _wrong_counters(counters: object) -> list[str]:
+    """Check that `counters` is a mapping, not a method, with whole numbers."""
+    if not isinstance(counters, Mapping):
+        got = type(counters).__name__
+        return [f"counters: got an object of type {got}, allowed: a property with a mapping"]
+    return [
+        f"counters: got {value!r:.40} for {name}, allowed: a whole number"
+        for name, value in counters.items()
+        if not isinstance(value, int)
+    ]
 
 
 def _wrong_period(block: Block, period_s: float | None, patience: float) -> list[str]:
