@@ -113,7 +113,8 @@ struct Block {
     const bool shut = is_forbidden(row, run.core.settings.full_scale);
     const double t_s = static_cast<double>(row.t_hard_ns) * 1e-9;
     touches.now_s = t_s;
-    const auto report = run.take(palpate::Nanoseconds(row.t_hard_ns), palpate::Nanoseconds(row.t_soft_ns), shut ? nan : row.hard, shut ? nan : row.soft, touches);
+    const auto report = run.take(palpate::Nanoseconds(row.t_hard_ns), palpate::Nanoseconds(row.t_soft_ns),
+                                 shut ? nan : row.hard, shut ? nan : row.soft, touches);
     const auto state = run.row(report, static_cast<std::size_t>(touches.ended));
     alarm = report.alarm;
     last_s = t_s > last_s ? t_s : last_s;  // times of a file may go back
