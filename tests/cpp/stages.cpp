@@ -58,8 +58,8 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
   using Time = typename Scene::time_type;
   constexpr auto period = Time::second / 1000 * 26;
   int right = 0;
-  for (unsigned i = 0; i < 900; ++i) {
-    const bool pressed = (i >= 60 && i < 400) || (i >= 500 && i < 850);
+  for (unsigned i = 0; i < 840; ++i) {  // clang evaluates 2^20 steps at most
+    const bool pressed = (i >= 60 && i < 400) || i >= 500;
     const Real soft = (pressed ? Real(0.25) : Real(0)) + static_cast<Real>(static_cast<int>(i * 7 % 5) - 2) / 100000;
     const Real hard = (pressed ? Real(0.625) : Real(0)) + static_cast<Real>(static_cast<int>(i * 3 % 7) - 3) / 100000;
     const auto passed = static_cast<typename Time::Signed>(i) * period - 450 * period;

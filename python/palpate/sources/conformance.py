@@ -192,11 +192,11 @@ def _wrong_counters(counters: object) -> list[str]:
     if not isinstance(counters, Mapping):
         got = type(counters).__name__
         return [f"counters: got an object of type {got}, allowed: a property with a mapping"]
-    return [
-        f"counters: got {value!r:.40} for {name}, allowed: a whole number"
-        for name, value in counters.items()
-        if not isinstance(value, int)
-    ]
+    findings = []
+    for name, value in counters.items():
+        if not isinstance(value, int):
+            findings.append(f"counters: got {value!r:.40} for {name}, allowed: a whole number")
+    return findings
 
 
 def _wrong_period(block: Block, period_s: float | None, patience: float) -> list[str]:
