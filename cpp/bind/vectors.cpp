@@ -153,12 +153,12 @@ void bind_vectors(py::module_& module) {
     if (!places.empty()) {
       given["size"] = places[0];
     }
-    const Vector made("VectorRls", given);
+    const Vector result("VectorRls", given);
     if (sizes != 1) {
       const std::string got = std::to_string(places.size()) + " values without a name";
       refuse<type_error>("VectorRls", got, "size; the others by name");
     }
-    return made;
+    return result;
   };
   std::string parameters = VectorKind::defaults().text();
   parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", steady")) + ")";
