@@ -46,7 +46,7 @@ struct Ticks {
   PALPATE_INLINE constexpr Real seconds_since(Ticks earlier) const noexcept {
     return static_cast<Real>(since(earlier)) / static_cast<Real>(second);
   }
-  /// The time so many ticks later.
+  /// This time plus a number of ticks.
   PALPATE_INLINE constexpr Ticks later(Signed ticks) const noexcept {
     return Ticks(
         static_cast<Integer>(static_cast<Unsigned>(static_cast<Unsigned>(count) + static_cast<Unsigned>(ticks))));

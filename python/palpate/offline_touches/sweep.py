@@ -58,7 +58,7 @@ class Sweep:
     fall: Mask
 
     def result(self, ratio: float, exponent: float) -> tuple[float, float]:
-        """Return the level ratio and its standard error, next to that of the hold; nan: none."""
+        """Return the level ratio and its standard error, given the ratio of the hold; nan: none."""
         none = (math.nan, math.nan)
         falls = self.fall.sum() >= _FEWEST
         rises = self.rise.sum() >= _FEWEST

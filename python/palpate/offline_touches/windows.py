@@ -88,7 +88,7 @@ def _designed(times: Array) -> tuple[Array, Array]:
     number = len(times)
     lags = times[:, :, None] - times[:, None, :]
     square = _SIGN[:, None] * _SIGN * _mean_cosine(lags)
-    # Lagrange multipliers: the sum of the hard weights and that of the soft ones is 1.
+    # Lagrange multipliers: the hard weights sum to 1, and so do the soft ones.
     size = _SIZE + 2
     system = np.zeros((number, size, size))
     system[:, :_SIZE, :_SIZE] = square + _NOISE * np.eye(_SIZE)

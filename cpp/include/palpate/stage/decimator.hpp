@@ -54,7 +54,7 @@ class Decimator {
   constexpr void reset() noexcept { count_ = 0; }
   /// A pair is complete, with or without values.
   constexpr void next() noexcept { pairs_ += 1; }
-  /// A touch began so many pairs ago.
+  /// A touch began `age` pairs ago.
   constexpr void begin(std::size_t age) noexcept { first_ = pairs_ + 1 > age ? pairs_ + 1 - age : 0; }
   /// Number of the pairs before this one.
   constexpr std::size_t pairs(std::size_t) const noexcept { return pairs_; }
