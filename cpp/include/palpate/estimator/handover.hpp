@@ -105,10 +105,7 @@ class Handover : public Parameters {
     const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
     const Judged judged = judge(innovation, output);
     const bool drifts = noise_.drifts();
-    Counted counted{innovation, settings.steady};
-    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(drifts)) {
-      counted = unusual(counted, judged, drifts);
-    }
+    const Counted counted = counts_as(innovation, judged, drifts);
     Next next = followed(sample, counted);
     if (PALPATE_UNLIKELY(judged.outlier && !drifts)) {
       next = {ratio_, sums_, Real(0)};
@@ -116,26 +113,15 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
       return detail::refusal(ratio_, innovation, alarm());
     }
-    watch(judged, sample);
-    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(run_.size > 0)) {
-      run_.add(innovation, regressor, judged.outlier);
-    }
+    watch(judged, innovation, sample);
     const bool change = alarm() && !run_.differ();
-    if (PALPATE_UNLIKELY(change)) {
-      next = handed_over(cusum_.larger(), sample, next);
-    } else if (PALPATE_UNLIKELY(alarm())) {
-      cusum_ = {};
+    if (PALPATE_UNLIKELY(alarm())) {
+      next = after_alarm(change, sample, next);
     }
-    ratio_ = next.ratio;
-    sums_ = next.sums;
-    learn(innovation, judged, regressor < 0);
+    keep(next);
+    learn(innovation, judged, regressor < 0, change);
     instrument_.add(regressor, seen_, settings.smoothing);
-    if (PALPATE_UNLIKELY(change)) {
-      noise_.restart();
-    }
-    if (PALPATE_UNLIKELY(drifts || lag_ != 0)) {
-      follow_lag(counted.innovation, next.gain, drifts && !change);
-    }
+    catch_up(counted.innovation, next.gain, drifts, change);
     return {ratio(), innovation, next.gain, change, true, judged.outlier, drifts};
   }
 
@@ -272,8 +258,10 @@ class Handover : public Parameters {
     return {whitened, scale, watched, false};
   }
 
-  /// The detector. It starts again after an alarm. A larger ratio gives innovations of the regressor's sign.
-  PALPATE_INLINE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+  /// The detector, and outliers in a row. The detector starts again after an alarm. A larger ratio gives innovations of the
+  /// regressor's sign.
+  PALPATE_INLINE constexpr void watch(const Judged& judged, Real innovation,
+                                      const WeightedSample<Real>& sample) noexcept {
     if (PALPATE_UNLIKELY(alarm())) {
       cusum_ = {};
     }
@@ -281,6 +269,18 @@ class Handover : public Parameters {
       const Real z = judged.clipped / judged.scale;
       cusum_.add(PALPATE_UNLIKELY(sample.regressor < 0) ? -z : z, settings.drift, settings.guard, sample);
     }
+    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(run_.size > 0)) {
+      run_.add(innovation, sample.regressor, judged.outlier);
+    }
+  }
+
+  /// How the innovation counts: as itself, unless it is an outlier or the ratio drifts.
+  PALPATE_INLINE constexpr Counted counts_as(Real innovation, const Judged& judged, bool drifts) const noexcept {
+    Counted counted{innovation, settings.steady};
+    if (PALPATE_UNLIKELY(judged.outlier) || PALPATE_UNLIKELY(drifts)) {
+      counted = unusual(counted, judged, drifts);
+    }
+    return counted;
   }
 
   /// An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
@@ -313,6 +313,13 @@ class Handover : public Parameters {
     return one_sign > any ? one_sign : any;
   }
 
+  /// The lag, while there is one.
+  PALPATE_INLINE constexpr void catch_up(Real innovation, Real gain, bool drifts, bool change) noexcept {
+    if (PALPATE_UNLIKELY(drifts || lag_ != 0)) {
+      follow_lag(innovation, gain, drifts && !change);
+    }
+  }
+
   /// While the ratio drifts, r is behind it: the innovations have a mean, of which the next share K = (w / R') x is not yet
   /// corrected. It is taken over as many of them as K is of one.
   constexpr void follow_lag(Real innovation, Real gain, bool drifts) noexcept {
@@ -327,6 +334,15 @@ class Handover : public Parameters {
     lead_ = known ? lead : Real(0);
   }
 
+  /// A change hands over. An alarm by outliers that differ is a burst of noise: the detector starts again.
+  constexpr Next after_alarm(bool change, const WeightedSample<Real>& sample, const Next& usual) noexcept {
+    if (!change) {
+      cusum_ = {};
+      return usual;
+    }
+    return handed_over(cusum_.larger(), sample, usual);
+  }
+
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one. Beyond the
   /// range of Real: as without a change.
   constexpr Next handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s,
@@ -336,8 +352,13 @@ class Handover : public Parameters {
     return is_finite(ratio) ? Next{ratio, since.sums, Real(0)} : usual;
   }
 
-  /// Update the noise model.
-  PALPATE_INLINE constexpr void learn(Real innovation, const Judged& judged, bool negative) noexcept {
+  PALPATE_INLINE constexpr void keep(const Next& next) noexcept {
+    ratio_ = next.ratio;
+    sums_ = next.sums;
+  }
+
+  /// Update the noise model, which starts again at a change.
+  PALPATE_INLINE constexpr void learn(Real innovation, const Judged& judged, bool negative, bool change) noexcept {
     seen_ += 1;
     if (PALPATE_LIKELY(seen_ > transient)) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
@@ -346,6 +367,9 @@ class Handover : public Parameters {
       } else {
         noise_.add(innovation, negative, seen_ < 32);
       }
+    }
+    if (PALPATE_UNLIKELY(change)) {
+      noise_.restart();
     }
   }
 

@@ -95,12 +95,7 @@ class VectorRls : public Parameters {
     if (PALPATE_LIKELY(watched)) {
       watch(product(clipped, inverse), row);
     }
-    if (PALPATE_UNLIKELY(alarm_)) {
-      adapt(scale);
-    } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
-      second_ = !second_;
-      guard(settings.steady);
-    }
+    conclude(scale, outlier);
     return {innovation, alarm_, true, outlier};
   }
 
@@ -248,6 +243,16 @@ class VectorRls : public Parameters {
     }
     either_ = kept(either_ + (magnitude(z) - (settings.drift + Real(0.8))));  // the mean of |z| is 0.8
     alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? settings.threshold / 4 : settings.threshold);
+  }
+
+  /// After the detector: the next fit is the present one, but for an outlier; an alarm comes first.
+  PALPATE_INLINE constexpr void conclude(Real scale, bool outlier) noexcept {
+    if (PALPATE_UNLIKELY(alarm_)) {
+      adapt(scale);
+    } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
+      second_ = !second_;
+      guard(settings.steady);
+    }
   }
 
   PALPATE_INLINE constexpr void guard(Real forgetting) noexcept {

@@ -69,22 +69,17 @@ class Reviser {
     found.shift = product(part, rise) / mean;
     found.significant = rise2 > 64 * (before + after);
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
-    const Real moved = product(found.shift, found.shift);
+    found.open = product(found.shift, found.shift);
     const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
     // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
     // and corrected.
     found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
     found.variance = before;
-    found.open = moved;
     if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
-      // What both errors do not explain is drift or noise that is slow. Of a drift half of the correction is open for a jump,
-      // which was a change of the ratio, and for a walk; a quarter for an exponential, where it is large enough for a flag.
+      // What both errors do not explain is drift or noise that is slow.
       const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
-      const bool uneven = changed_ || !found.significant;
-      found.open = !drifted ? product(product(part, rest), excess) / product(mean, mean)
-                   : uneven ? moved / 4
-                            : moved / 16;
+      found.open = drifted ? open_after_drift(found) : product(product(part, rest), excess) / product(mean, mean);
     }
     return found;
   }
@@ -93,6 +88,12 @@ class Reviser {
   struct Before {
     Real level, variance, age, noise;
   };
+
+  // Half of the correction is open for a jump, which was a change of the ratio, and for a walk; a quarter for an exponential,
+  // where it is large enough for a flag. Both are squared.
+  PALPATE_INLINE constexpr Real open_after_drift(const Result& found) const noexcept {
+    return changed_ || !found.significant ? found.open / 4 : found.open / 16;
+  }
 
   // The part of the line at the mean time of the samples.
   constexpr Real when(std::size_t reading, Real age) const noexcept {

@@ -43,12 +43,7 @@ class ContactDetector {
     const Real moved = (hard - hard_baseline.expected()) + (soft - soft_baseline.expected()), seen = noise();
     const Real spread = std::is_same_v<Least, Real> && seen < Real(least) ? Real(least) : seen;
     if (!(hard_baseline.ready() && soft_baseline.ready())) {
-      if (!gate.update_between(moved, spread)) {
-        return collect(time, hard, soft);
-      }
-      hard_baseline.keep();  // a touch that begins before a new baseline is measured uses the old one
-      soft_baseline.keep();
-      return Event::begun;
+      return gate.update_between(moved, spread) ? begin_early() : collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
     gate.update(moved, spread, waited(time, running));
@@ -63,12 +58,7 @@ class ContactDetector {
       settles_ = true;
       return Event::idle;
     }
-    if (gate.fell() || (gate.idle() && (hard_baseline.disturbed() || soft_baseline.disturbed()))) {
-      retaken_ += 1;
-      tare();
-    } else if (gate.idle()) {
-      follow(hard, soft);
-    }
+    maintain(hard, soft);
     if (was_in_contact && !gate.contact()) {
       since_ = time;
       return Event::released;
@@ -130,6 +120,12 @@ class ContactDetector {
     collect_in(soft_baseline, soft);
     return ready() ? Event::measured : Event::none;
   }
+  // A touch that begins before a new baseline is measured uses the old one.
+  PALPATE_INLINE constexpr Event begin_early() noexcept {
+    hard_baseline.keep();
+    soft_baseline.keep();
+    return Event::begun;
+  }
   static constexpr void collect_in(BaselineStage& baseline, Real value) noexcept {
     if (!baseline.ready()) {
       baseline.collect(value);
@@ -140,6 +136,16 @@ class ContactDetector {
   static constexpr void alone(BaselineStage& baseline, Real value) noexcept {
     if (is_finite(value)) {
       baseline.ready() ? baseline.follow(value) : baseline.collect(value);
+    }
+  }
+
+  // The baselines without contact; they are measured again if a channel fell below them, or they were disturbed.
+  PALPATE_INLINE constexpr void maintain(Real hard, Real soft) noexcept {
+    if (gate.fell() || (gate.idle() && (hard_baseline.disturbed() || soft_baseline.disturbed()))) {
+      retaken_ += 1;
+      tare();
+    } else if (gate.idle()) {
+      follow(hard, soft);
     }
   }
 
