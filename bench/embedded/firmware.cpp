@@ -109,5 +109,7 @@ void run() {
   reload = 0xFFFFFF;
   current = 0;
   control = 5;  // on, from the processor's clock, without interrupt
-  subjects::for_each([](const char* name, auto subject) { measure<decltype(subject)>(name); });
+  const auto cost = [](const char* name, auto subject) { measure<decltype(subject)>(name); };
+  subjects::for_each(cost);
+  subjects::for_each_window(cost);
 }

@@ -131,6 +131,9 @@ WORST_CASES = {
     "Paper": "`PaperRls`",
     "Fixed": "`FixedRls`",
     "SlopeAndIntercept": "`VectorRls<float, 1, true>`",
+    "SlopeWindow16": "the same, `Window` 16",
+    "SlopeWindow8": "the same, `Window` 8",
+    "SlopeAlarmed": "the same, `Window` 32, `alarmed` 0.9",
 }
 WORST_TARGETS = {"m0": "M0, M0+", "m3": "M3", "m4f": "M4F"}
 WORST_HEAD = (

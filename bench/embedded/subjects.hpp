@@ -28,12 +28,17 @@ struct Paper : Changes<embedded::PaperRls<float>> {};
 struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
 struct HandoverEstimator : Changes<embedded::Handover<float>> {};
-struct Line : VectorRls<float, 1, true, Constant<defaults<VectorSettings<float>>>> {
-  void update(float output, float regressor) { VectorRls::update(output, {regressor}); }
-  float ratio() const { return coefficients()[0]; }
-  float information() const { return coefficients()[1]; }
+template <const auto& settings, int Window>
+struct Line : VectorRls<float, 1, true, Constant<settings>, Window> {
+  void update(float output, float regressor) { Line::VectorRls::update(output, {regressor}); }
+  float ratio() const { return this->coefficients()[0]; }
+  float information() const { return this->coefficients()[1]; }
 };
-struct SlopeAndIntercept : Changes<Line> {};
+inline constexpr VectorSettings<float> vector_settings, short_memory = {0.995f, 0.75f, 12, 3, 0.9f};
+struct SlopeAndIntercept : Changes<Line<vector_settings, 32>> {};
+struct SlopeWindow16 : Changes<Line<vector_settings, 16>> {};
+struct SlopeWindow8 : Changes<Line<vector_settings, 8>> {};
+struct SlopeAlarmed : Changes<Line<short_memory, 32>> {};
 
 /// A whole scene: takes both readings.
 template <class Scene>
@@ -175,6 +180,14 @@ void for_each(Visit visit) {
   visit("HandheldFull", HandheldFull());
   visit("Sliding", Sliding());
   visit("HandheldRuntime", HandheldRuntime());
+}
+
+/// The same for other bounds of the hand-over of VectorRls: their costs alone are of interest.
+template <class Visit>
+void for_each_window(Visit visit) {
+  visit("SlopeWindow16", SlopeWindow16());
+  visit("SlopeWindow8", SlopeWindow8());
+  visit("SlopeAlarmed", SlopeAlarmed());
 }
 
 }  // namespace subjects

@@ -51,7 +51,9 @@ def test_the_same_bits_as_on_this_machine(target: str) -> None:
     found = table(target)
     assert found["same_bits"], found["results"]
     hashes = dict(line.split() for line in found["results"] if " touch " not in line)
-    assert list(hashes) == list(found["subjects"])
+    # the other windows of VectorRls are measured, and have no row in the results
+    unprinted = ["SlopeWindow16", "SlopeWindow8", "SlopeAlarmed"]
+    assert [*hashes, *unprinted] == list(found["subjects"])
     assert hashes.pop("HandheldRuntime") == hashes["HandheldFull"]
     assert hashes.pop("HandheldTilted") == hashes["HandheldFull"]
     assert hashes.pop("FullContactStage") == hashes["ContactStage"]

@@ -248,6 +248,74 @@ bool follows_at_once() noexcept {
   return ended >= 3;
 }
 
+// A VectorRls of two coefficients that remembers those before the last sample.
+template <int Window>
+struct Plane {
+  using Estimator = VectorRls<double, 2, false, Kept<VectorSettings<double>>, Window>;
+  Estimator estimator;
+  double before[2] = {};  // the coefficients before the last sample
+
+  bool update(double output, const double (&regressors)[2]) noexcept {
+    before[0] = estimator.coefficients()[0];
+    before[1] = estimator.coefficients()[1];
+    return estimator.update(output, regressors).alarm;
+  }
+  bool equals(const double* coefficients) const noexcept {
+    return estimator.coefficients()[0] == coefficients[0] && estimator.coefficients()[1] == coefficients[1];
+  }
+};
+
+// A hand-over is least squares over the last count() samples. A shorter window chooses as the
+// longest does where that one needs no more samples, and never takes more than it has.
+template <int Window>
+bool hands_over_in(int& within, int& beyond) noexcept {
+  constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
+  std::uint32_t state = 1;
+  const auto noise = [&state] {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<double>(state >> 8) / 16777216 - 0.5;
+  };
+  for (int run = 0; run < 400; ++run) {
+    Plane<Window> shorter;
+    Plane<32> longest;
+    double outputs[200] = {}, regressors[200][2] = {};
+    const double jump = 0.3 + run % 20 * 0.1;
+    for (int k = 0; k < 200; ++k) {
+      regressors[k][0] = noise();
+      regressors[k][1] = noise();
+      outputs[k] = (k < 60 ? 0.0 : jump) * regressors[k][0] + regressors[k][1] + 0.1 * noise();
+      const bool alarm = shorter.update(outputs[k], regressors[k]);
+      if (alarm != longest.update(outputs[k], regressors[k])) {
+        return false;
+      }
+      if (!alarm) {
+        continue;
+      }
+      const int count = static_cast<int>(shorter.estimator.count());
+      LeastSquares<double, 2> right(2 * defaults<VectorSettings<double>>.min_information, shorter.before);
+      for (int m = 0; m < count; ++m) {
+        right.add(1.0, 1 / (16 * eps * eps), {{regressors[k - m][0], regressors[k - m][1]}, outputs[k - m], 1.0});
+      }
+      const bool same = longest.estimator.count() <= Window;
+      ++(same ? within : beyond);
+      if (count > Window || !shorter.equals(right.coefficients) ||
+          (same && !shorter.equals(longest.estimator.coefficients()))) {
+        return false;
+      }
+      break;  // from here on they have other samples
+    }
+  }
+  return true;
+}
+
+bool windows_hand_over() noexcept {
+  int within = 0, beyond = 0;
+  return hands_over_in<3>(within, beyond) && hands_over_in<8>(within, beyond) && hands_over_in<16>(within, beyond) &&
+         hands_over_in<32>(within, beyond) && within > 400 && beyond > 400;
+}
+static_assert(sizeof(VectorRls<float, 2>) - sizeof(VectorRls<float, 2, false, Kept<VectorSettings<float>>, 8>) ==
+              24 * sizeof(Observation<float, 2>));
+
 // What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
 static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 1816);
@@ -257,6 +325,7 @@ static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(Handhel
 int main() {
   const auto again = touch<double>();
   const bool same = again.ratio() == in_double.ratio() && again.statistic() == in_double.statistic();
-  const bool robust = refuses_extreme_scales() && forgets_a_mean() && survives_huge_readings() && follows_at_once();
+  const bool robust = refuses_extreme_scales() && forgets_a_mean() && survives_huge_readings() && follows_at_once() &&
+                      windows_hand_over();
   return same && touches(HandheldTracker<double>(), 1e-3) == 2 && keeps_its_state() && robust ? 0 : 1;
 }

@@ -90,4 +90,4 @@ def test_a_compiler_error_has_its_sentence(
 
 
 def test_every_error_of_the_page_is_compiled() -> None:
-    assert len(ERRORS) == PAGE.count("\n## ") == 21
+    assert len(ERRORS) == PAGE.count("\n## ") == 22

@@ -49,20 +49,26 @@ struct VectorStep {
 /// scale, z goes to a two-sided CUSUM for each coefficient, negated where the regressor without those before it is
 /// negative, and |z| to one more: a change of any combination of coefficients gives an alarm. At an alarm there is a
 /// hand-over: the coefficients are computed again from the last samples, as many as make the change most likely.
-template <class Real, int Regressors, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>>
+///
+/// A hand-over adds each of the last Window samples to a new fit: with 32 it takes as long as 13 to 18 other samples, with 8
+/// as long as 5. A smaller Window needs less memory, too; `alarmed` has no hand-over. Figures: docs/embedded.md.
+template <class Real, int Regressors, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>,
+          int Window = 32>
 class VectorRls : public Parameters {
   static_assert(is_real<Real>, "palpate::VectorRls: Real must be float or double");
   static constexpr int Size = Regressors + Intercept;
   static_assert(Regressors >= 1 && Size <= 8, "palpate::VectorRls: 1 to 8 regressors, 7 with an intercept");
+  static_assert(Window > Size && Window <= 32,
+                "palpate::VectorRls: Window must be above the number of coefficients, 32 at most");
   using Fit = LeastSquares<Real, Size>;
   using Sample = Observation<Real, Size>;
 
  public:
   using real_type = Real;  ///< float or double
   using Parameters::settings;
-  static constexpr int size = Size;  ///< number of coefficients
-  static constexpr int window = 32;  ///< most samples of a hand-over
-  static constexpr int warm_up = 8;  ///< innovations before the detector starts
+  static constexpr int size = Size;      ///< number of coefficients
+  static constexpr int window = Window;  ///< most samples of a hand-over
+  static constexpr int warm_up = 8;      ///< innovations before the detector starts
   static constexpr Real default_covariance =
       1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 
