@@ -84,6 +84,11 @@ struct TermTests {
   /// The number of terms: r x and d t; c, too; all.
   enum class Model : std::uint8_t { drift = 2, line = 3, whole = 5 };
 
+  // The variance of the noise of x', half the difference of two values at a distance of 2 pairs, is
+  // (1 - rho) / 2 of that of x. rho = 0.098 is the correlation of the filtered noise at lag 2:
+  // 2 b2 (1/2 - b2) / 0.42, with b2 = 0.045 of MatchedPair at 26 ms.
+  static constexpr Real slope_noise = Real(0.45);
+
   // The largest model whose terms vary by more than noise could make them.
   constexpr Model solve(TermSums<Real>& all) const noexcept {
     // Noise in x makes a slope too small by noise / spread (errors in variables): at most a thirtieth.
@@ -100,9 +105,8 @@ struct TermTests {
       return Model::drift;
     }
     const TermSums<Real> line = all;
-    // Noise of x^2, given x: 4 x^2 s^2 + 2 s^4. Of x': (1 - rho) / 2 of that of x, with rho = 0.098, the correlation of the
-    // filtered noise at lag 2: 2 b2 (1/2 - b2) / 0.42, b2 = 0.045 of MatchedPair at 26 ms.
-    const Real of_square = product(4 * spread / n + 2 * noise, floor), of_slope = product(Real(0.45), floor);
+    // The variance of the noise of x is s^2. Then that of the noise of x^2 is 4 x^2 s^2 + 2 s^4.
+    const Real of_square = product(4 * spread / n + 2 * noise, floor), of_slope = product(slope_noise, floor);
     const bool whole = all.at(term_square, term_square) > of_square && all.sweep(term_square) &&
                        all.at(term_slope, term_slope) > of_slope && all.sweep(term_slope) &&
                        product(at_zero(all), floor) < 1 && product(all.error(term_square), of_square) < 1 &&

@@ -56,12 +56,14 @@ struct RatioError {
     return of_ratio(estimator, hard.variance(), soft.variance()) + rounding(estimator);
   }
 
-  /// With a variance `shared` of the baselines, and one of the ratio that misfits leave open. NaN: there is no sample.
+  /// The standard error of the ratio, from the variance that all samples share and the variance of
+  /// the ratio that misfits leave open. NaN without a sample.
   ///
-  /// The long-run variance of a sample is at least that of the noise of the readings, since the alignment does not
-  /// change a mean. While the innovations are too few to show how they are correlated, that plus 4 times what their
-  /// variance has above half of it. An error of a baseline changes the ratio by this error divided by the mean
-  /// regressor, sqrt(R / W), W being the count.
+  /// The long-run variance of a sample is at least the variance of the readings' noise, because the
+  /// alignment does not change a mean. Too few innovations do not show their correlation: then the
+  /// long-run variance is that of the noise, plus 4 times the excess of the innovations'
+  /// variance over half of it. An error of a baseline changes the ratio by this error divided by the
+  /// mean regressor, sqrt(R / W). W is the count.
   constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
     if (samples == 0) {
       return not_a_number<Real>;

@@ -19,8 +19,9 @@ enum class Event : std::uint8_t {
   measured,  ///< the baselines
 };
 
-/// The baselines and the gate of a Tracker. They take the readings before the alignment: so the noise of a baseline is
-/// that of the channel, and the gate does not wait for the alignment.
+/// The baselines and the gate of a Tracker. They take the readings before the alignment, for two
+/// reasons: a baseline then measures the noise of its channel, and the gate does not wait for the
+/// alignment.
 template <class Real, class Time, class BaselineStage, class ContactStage>
 class ContactDetector {
   using Signed = typename Time::Signed;
