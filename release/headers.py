@@ -128,7 +128,9 @@ def files(source: str) -> dict[str, str]:
         "README.md": ARDUINO / "README.md",
         "keywords.txt": ARDUINO / "keywords.txt",
         "src/palpate.h": ARDUINO / "palpate.h",
-        **{f"src/{path.relative_to(HEADERS).as_posix()}": path for path in HEADERS.rglob("*.hpp")},
+        **{
+            f"src/{name}": HEADERS / name for name in in_order()
+        },  # palpate/design.hpp is for computers
         **{f"examples/{path.parent.name}/{path.name}": path for path in SKETCHES.glob("*/*.ino")},
         **{
             f"examples/palpate_instrument/{name}": INSTRUMENT / name

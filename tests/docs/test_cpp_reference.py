@@ -36,7 +36,8 @@ def public_names() -> set[str]:
             body = re.sub(
                 r"namespace detail \{.*?\}  // namespace detail", "", body, flags=re.DOTALL
             )
-            below = "palpate::embedded::" if header.stem == "embedded" else "palpate::"
+            own = header.stem in ("design", "embedded")
+            below = f"palpate::{header.stem}::" if own else "palpate::"
             found |= {below + (a or b) for a, b in _NAME.findall(body) if (a or b) not in parts}
     return found
 

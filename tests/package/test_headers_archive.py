@@ -144,7 +144,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_has_every_header_once_and_each_standard_header_once() -> None:
     text, headers, include = one_header(), in_order(), ROOT / "cpp" / "include"
-    assert set(headers) == {path.relative_to(include).as_posix() for path in include.rglob("*.hpp")}
+    others = {path.relative_to(include).as_posix() for path in include.rglob("*.hpp")} - set(
+        headers
+    )
+    assert others == {"palpate/design.hpp"}  # only for computers
     assert re.findall(r"^// (palpate/\S+\.hpp)$", text, re.MULTILINE) == headers
     includes = re.findall(r"^\s*#\s*include (.*)", text, re.MULTILINE)
     assert len(includes) == len(set(includes)) > 4

@@ -50,7 +50,7 @@ WRITTEN |= {
 WRITTEN |= {"?": ("((", f") != {ON} ? ", " : ", ")"), "": ("::mutants::nudged(%d, ", ")")}
 OPERATORS = {"BINARY_OPERATOR", "COMPOUND_ASSIGNMENT_OPERATOR", "CONDITIONAL_OPERATOR"}
 LITERALS = {"INTEGER_LITERAL", "FLOATING_LITERAL"}
-NATIVE = ("stages", "square_root", "ring")
+NATIVE = ("stages", "square_root", "design", "ring")
 
 
 @dataclass
