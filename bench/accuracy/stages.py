@@ -7,6 +7,7 @@ Prints both tables. Needs a C++ compiler.
 
 import argparse
 import itertools
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -17,8 +18,8 @@ from bench.accuracy import error_vs_time as comparison
 from bench.accuracy.error_vs_time import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
-# a threshold without alarms; more samples than a CUSUM side has at an alarm
-NEVER, LEFT_OUT = (1e9, 100.0)
+NEVER = math.inf  # samples from alarm to alarm
+LEFT_OUT = 100.0  # more samples than a CUSUM side has at an alarm
 
 
 def cost_table() -> str:
@@ -43,8 +44,8 @@ STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
     "paper": lambda run: comparison.pairs_as_read(run).trace(comparison.OWN["paper"]),
     "+ alignment": partial(_aligned, comparison.OWN["paper"]),
     "one memory": partial(_aligned, comparison.OWN["fixed 0.995"]),
-    "+ noise": partial(_aligned, traced(HandoverRls, smoothing=1.0, threshold=NEVER)),
-    "+ instrument": partial(_aligned, traced(HandoverRls, threshold=NEVER)),
+    "+ noise": partial(_aligned, traced(HandoverRls, smoothing=1.0, false_alarm_interval=NEVER)),
+    "+ instrument": partial(_aligned, traced(HandoverRls, false_alarm_interval=NEVER)),
     "+ detector": partial(_aligned, traced(HandoverRls, guard=LEFT_OUT)),
     "+ hand-over": partial(_aligned, traced(HandoverRls)),
     "the scene": partial(comparison.scene_trace, "handheld"),

@@ -10,6 +10,7 @@ and the second table, computed from simulated touches, are the same on every mac
 
 import argparse
 import json
+import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -188,7 +189,9 @@ def alignment_pairs() -> float:
     t_soft = t_hard + period / 2
     truth = 2 + slope * np.arange(400)
     pressed = np.where(np.arange(400) < touch, 0.0, 1.0)
-    tracker = palpate.Tracker("handheld", steady=0.01, threshold=1e9, clip=100.0, samples=None)
+    tracker = palpate.Tracker(
+        "handheld", steady=0.01, false_alarm_interval=math.inf, clip=100.0, samples=None
+    )
     rows = tracker.process(t_hard, t_soft, truth * pressed, pressed)
     return float(np.round(np.median((truth - rows["ratio"])[-200:]) / slope, 1))
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "detector.hpp"
 #include "settings.hpp"
 
 using palpate::knows_its_error;
@@ -224,5 +225,8 @@ auto define_estimator(Class<E>& type, const char* process_doc, const char* trace
     type.property(name, [get](const E& estimator) { return get(estimator.numbers()); }, doc);
   };
   visit_counts(add);
+  add(
+      "threshold", [](const auto& s) { return threshold_of(s.core); },
+      "The alarm is set when `statistic` is larger than this; inf without a detector.");
   return add;
 }

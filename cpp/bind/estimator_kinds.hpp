@@ -7,6 +7,7 @@
 #include <palpate/estimator/handover.hpp>
 
 #include "arrays.hpp"
+#include "detector.hpp"
 #include "settings.hpp"
 
 /// An estimator of a ratio, as the blocks take all estimators.
@@ -81,9 +82,22 @@ struct AdaptiveKind : KindOf<Real, palpate::AdaptiveRls, palpate::SwitchedForget
 template <class Real>
 using DefaultHandover = palpate::Handover<Real>;
 template <class Real>
-struct HandoverKind : KindOf<Real, DefaultHandover, palpate::HandoverSettings> {
+using HandoverWithoutCusum = WithoutCusum<palpate::HandoverSettings<Real>>;
+template <class Real>
+struct HandoverKind : KindOf<Real, DefaultHandover, HandoverWithoutCusum> {
+  using Others = KindOf<Real, DefaultHandover, HandoverWithoutCusum>;
+
+  static Settings defaults() {
+    Settings settings = goal_settings();
+    settings.add_all(Others::defaults());
+    return settings;
+  }
+  static void check(const Settings& s) {
+    check_goal(s);
+    Others::check(s);
+  }
   static auto core(const Settings& s) {
-    return HandoverKind::made(
-        s, palpate::Kept<palpate::HandoverSettings<Real>>{s.values<palpate::HandoverSettings<Real>>()});
+    const auto settings = with_cusum<palpate::HandoverSettings<Real>>(s, design::handover_share);
+    return HandoverKind::made(s, palpate::Kept<palpate::HandoverSettings<Real>>{settings});
   }
 };

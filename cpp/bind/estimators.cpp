@@ -77,11 +77,14 @@ constexpr auto handover_doc =
 
 Parameters
 ----------
+false_alarm_interval : float, samples, 10 to 1e12, or inf
+    Mean time between false alarms of white noise; inf for no alarm. The longer, the later a change is found.
+smallest_shift : float, standard deviations, 0 < smallest_shift <= 1.5 clip
+    The shift of the innovations that is found soonest for this interval; a smaller one takes much longer. See
+    `palpate.design.cusum`.
 steady : float, 0 < steady <= 1
     Forgetting factor while the ratio does not drift.
-drift, threshold : float, standard deviations
-    Of the two-sided CUSUM on the innovations; see `palpate.design.cusum`.
-clip : float, standard deviations
+clip : float, standard deviations, 1 to 100
     The detector limits a larger innovation to this; the ratio leaves it out.
 smoothing : float, 0 < smoothing <= 1
     Share of a new regressor in the instrument, the running mean of the regressors.

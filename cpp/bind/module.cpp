@@ -9,6 +9,7 @@ PYBIND11_MODULE(_core, module) {
   py::options options;
   options.disable_function_signatures();  // each doc begins with its own
   bind_estimators(module);
+  bind_design(module);
   bind_vectors(module);
   bind_tracker(module);
   bind_ring(module);

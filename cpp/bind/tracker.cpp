@@ -333,6 +333,9 @@ If it shows the opposite, that touch has the flag "baseline".)")
   add(
       "standard_error", [](const auto& run) { return run.core.standard_error(); },
       "Standard deviation of that ratio; nan if it is not known.");
+  add(
+      "threshold", [](const auto& run) { return threshold_of(run.core.estimator); },
+      "There is an alarm when the detector's statistic is larger than this; inf without a detector.");
   add("readings", [](const auto& run) { return run.core.readings(); }, "Readings taken so far.");
   add(
       "retaken", [](const auto& run) { return run.core.retaken(); },

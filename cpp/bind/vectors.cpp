@@ -12,11 +12,11 @@ size : int
     Number of regressors, 1 to 8, or to 7 with an intercept.
 intercept : bool
     A last coefficient that is a constant.
+false_alarm_interval, smallest_shift : float
+    As in `HandoverRls`; the interval is that of all coefficients together.
 steady : float, 0 < steady <= 1
     Forgetting factor; the memory is about 2 / (1 - steady) samples.
-drift, threshold : float, standard deviations
-    Of the CUSUM on the innovations, a two-sided one for each coefficient.
-clip : float, standard deviations
+clip : float, standard deviations, 1 to 100
     The detector limits a larger innovation to this; the coefficients leave it out.
 alarmed : float, 0 <= alarmed <= steady
     0: at an alarm the coefficients are computed again from the samples since the change, at most 32. Otherwise the
@@ -126,7 +126,7 @@ py::array numbers(const double* values, const AnyVector& core) { return py::arra
 }  // namespace
 
 AnyVector::AnyVector(const Settings& s) : intercept_(s["intercept"] != 0) {
-  const auto values = s.values<VectorSettings>();
+  const auto values = with_cusum<VectorSettings>(s, design::vector_share);
   emplace<0>(static_cast<std::size_t>(s["size"] + s["intercept"]) - 1, {values}, s["initial_covariance"]);
 }
 
@@ -134,16 +134,18 @@ Settings VectorKind::defaults() {
   Settings settings;
   settings.add("size", 1);
   settings.add("intercept", 0);
-  settings.add_fields<VectorSettings>(false);
+  settings.add_all(goal_settings());
+  settings.add_fields<WithoutCusum<VectorSettings>>(false);
   settings.add("initial_covariance", palpate::VectorRls<double, 1>::default_covariance);
-  settings.add_fields<VectorSettings>(true);
+  settings.add_fields<WithoutCusum<VectorSettings>>(true);
   return settings;
 }
 
 void VectorKind::check(const Settings& s) {
   const double most = s["intercept"] != 0 ? 7 : 8;
   require(s["size"] <= most, "size", s["size"], most == 8 ? "1 to 8" : "1 to 7 with an intercept");
-  s.check<VectorSettings>();
+  check_goal(s);
+  s.check<WithoutCusum<VectorSettings>>();
   check_covariance<double>(s);
 }
 
@@ -161,7 +163,7 @@ void bind_vectors(py::module_& module) {
     return result;
   };
   std::string parameters = VectorKind::defaults().text();
-  parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", steady")) + ")";
+  parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", false_alarm_interval")) + ")";
   auto type = define_class<Vector>(module, "VectorRls", parameters, vector_doc, made);
   type.fast<&update_vector>("update", vector_update_doc);
   const auto add = define_estimator(type, vector_process_doc, vector_trace_doc);

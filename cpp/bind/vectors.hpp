@@ -64,6 +64,9 @@ class AnyVector {
   bool alarm() const noexcept {
     return std::visit([](const auto& core) { return core.alarm(); }, core_);
   }
+  double threshold() const noexcept {
+    return std::visit([](const auto& core) { return core.settings.threshold; }, core_);
+  }
   double information() const noexcept { return 1 / covariance(0)[0]; }
   template <class Visit>
   void visit_state(Visit&& visitor) noexcept {
@@ -94,6 +97,8 @@ class AnyVector {
   bool intercept_;
   Cores core_;
 };
+
+inline double threshold_of(const AnyVector& core) { return core.threshold(); }
 
 struct VectorKind {
   using Core = AnyVector;

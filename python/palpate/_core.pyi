@@ -41,11 +41,11 @@ class _FixedSettings(_Common, total=False):
 class _Gated(_Common, total=False):
     release: float
     steady: float
-    drift: float
-    threshold: float
 
 class _PaperSettings(_Gated, total=False):
     alarmed: float
+    drift: float
+    threshold: float
     clear_level: float
 
 class _HandheldSettings(_Gated, total=False):
@@ -55,6 +55,8 @@ class _HandheldSettings(_Gated, total=False):
     averaged: float
     contact_exponent: float
     age: float
+    false_alarm_interval: float
+    smallest_shift: float
     clip: float
     smoothing: float
     guard: float
@@ -74,6 +76,7 @@ class _Counting(_Resettable):
     innovation: Final[float]
     statistic: Final[float]
     alarm: Final[bool]
+    threshold: Final[float]
     samples: Final[int]
     rejected: Final[int]
 
@@ -122,9 +125,9 @@ class _HandoverRls(_Estimator[_Real]):
     def __init__(
         self,
         *,
+        false_alarm_interval: float = 10000000.0,
+        smallest_shift: float = 1.5,
         steady: float = 0.9995,
-        drift: float = 0.75,
-        threshold: float = 10.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
         guard: float = 5.0,
@@ -143,9 +146,9 @@ class VectorRls(_Counting):
         size: int,
         *,
         intercept: bool = False,
+        false_alarm_interval: float = 10000000.0,
+        smallest_shift: float = 1.5,
         steady: float = 0.995,
-        drift: float = 0.75,
-        threshold: float = 12.0,
         clip: float = 3.0,
         alarmed: float = 0.0,
         initial_covariance: float = 1e280,
@@ -220,6 +223,7 @@ class Tracker:
     state: Final[Literal["baseline", "waiting", "contact", "done"]]
     ratio: Final[float]
     standard_error: Final[float]
+    threshold: Final[float]
     readings: Final[int]
     touches: Final[list[Touch]]
     touch_count: Final[int]
@@ -243,6 +247,10 @@ class SampleRing:
     first_dropped: Final[int | None]
     closed: Final[bool]
 
+def cusum(
+    false_alarm_interval: float, smallest_shift: float, clip: float, /
+) -> tuple[float, float, float, float]: ...
+def run_length(drift: float, threshold: float, shift: float, clip: float, /) -> float: ...
 def parse_rows(
     text: bytes, scale: tuple[int, float] | None, uncertainty: bool, /
 ) -> NDArray[np.void] | None: ...

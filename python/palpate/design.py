@@ -1,20 +1,9 @@
 """Design of a CUSUM from the interval between false alarms and the smallest shift."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from math import erfc, exp, inf, log, sqrt
 
-import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-
-STATES = 400
-"""Least number of states of the Markov chain; also 10 or more for each unit of the threshold."""
-_CLIPS = (1.0, 100.0)
-# Below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100.
-_THRESHOLDS = (1e-3, 128.0)
-_LONGEST = 1e15  # samples; above it the equations of the chain are singular in double precision
-_NEAR = 5e-4  # tolerance of the run length, relative
-_CELL = 5e-5  # tolerance of the threshold, relative, for run lengths that jump
+from palpate._core import cusum as _cusum
+from palpate._core import run_length as _run_length
 
 
 @dataclass(frozen=True)
@@ -23,8 +12,10 @@ class Cusum:
 
     Attributes
     ----------
-    drift, threshold : float, standard deviations
-        As in `palpate.HandoverRls`.
+    drift : float, standard deviations
+        Subtracted from each innovation.
+    threshold : float, standard deviations
+        Limit of the sum, above which there is an alarm.
     false_alarm_interval : float, samples
         Mean time between false alarms.
     delay : float, samples
@@ -45,6 +36,8 @@ class Cusum:
 
 def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3.0) -> Cusum:
     """Return drift and threshold for a wanted interval between false alarms and a smallest shift.
+
+    `palpate.HandoverRls` and `palpate.VectorRls` take the interval and the shift themselves.
 
     Parameters
     ----------
@@ -78,32 +71,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     >>> design.drift, round(design.threshold, 2), round(design.delay, 1)
     (0.75, 6.91, 10.3)
     """
-    if not 10 <= false_alarm_interval <= 1e12:
-        raise ValueError(
-            f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 to 1e12 samples"
-        )
-    if not _CLIPS[0] <= clip <= _CLIPS[1]:
-        raise ValueError(f"clip: got {clip}, allowed: {_CLIPS[0]:g} to {_CLIPS[1]:g}")
-    if not 0 < smallest_shift <= 1.5 * clip:
-        raise ValueError(
-            f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= "
-            f"1.5 clip ({1.5 * clip})"
-        )
-    drift = smallest_shift / 2
-    wanted = 2 * false_alarm_interval  # of one side: two sides alarm twice as often as one
-
-    def excess(threshold: float) -> float:
-        """Return the logarithm of the run length over the wanted one."""
-        return log(run_length(drift, threshold, clip=clip) / wanted)
-
-    threshold, reached = _smallest(excess)
-    if reached < -_NEAR:
-        raise ValueError(
-            f"smallest_shift: got {smallest_shift}, allowed: a larger shift, or a shorter interval "
-            f"than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
-        )
-    delay = run_length(drift, threshold, shift=smallest_shift, clip=clip)
-    return Cusum(drift, threshold, false_alarm_interval * exp(reached), delay)
+    return Cusum(*_cusum(false_alarm_interval, smallest_shift, clip))
 
 
 def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: float = 3.0) -> float:
@@ -112,7 +80,7 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     Parameters
     ----------
     drift, threshold, clip : float, standard deviations, above 0
-        As in `palpate.HandoverRls`.
+        As in `Cusum` and `cusum`; the threshold is at most 1000.
     shift : float, standard deviations
         Mean of the innovations.
 
@@ -130,52 +98,7 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     Notes
     -----
     The range of the statistic is divided into states of equal width; the first is half as wide and
-    around 0. The mean run lengths mu solve (I - Q) mu = 1, where Q are the probabilities of a step
-    from state to state.
+    around 0. The mean run length is the mean length of the excursions from the first state, over the
+    probability that one of them ends in the alarm (Page 1954).
     """
-    if clip - drift <= 0:
-        return inf
-    states = max(STATES, int(10 * threshold))
-    width = threshold / (states - 0.5)
-    # P(step <= distance from the centre of one state to the upper edge of another), where
-    # step = clipped z - drift. It depends only on the number of states between them: each row of
-    # the matrix is the row above it, shifted by one.
-    limits = [(n + 0.5) * width + drift for n in range(-states, states)]
-    below = np.array([_clipped_cdf(limit, shift, clip) for limit in limits])
-    matrix = -sliding_window_view(np.diff(below), states)[::-1]
-    matrix[:, 0] = -below[states:0:-1]
-    matrix.flat[:: states + 1] += 1
-    try:
-        length = float(np.linalg.solve(matrix, np.ones(states))[0])
-    except np.linalg.LinAlgError:
-        return inf
-    return length if 0 < length < _LONGEST else inf
-
-
-def _smallest(excess: Callable[[float], float]) -> tuple[float, float]:
-    """Return the smallest threshold with a run length that is long enough, and its excess."""
-    low, limit = _THRESHOLDS
-    high = 1.0
-    reached = excess(high)
-    while reached < 0 and high < limit:
-        low = high
-        high = 2 * high
-        reached = excess(high)
-    while reached > _NEAR and high - low > _CELL * high:
-        middle = sqrt(low * high)
-        at_middle = excess(middle)
-        if at_middle < 0:
-            low = middle
-        else:
-            high = middle
-            reached = at_middle
-    return high, reached
-
-
-def _clipped_cdf(z: float, mean: float, clip: float) -> float:
-    """Return the probability that a clipped normal variable with this mean is at most z."""
-    if z >= clip:
-        return 1.0
-    if z < -clip:
-        return 0.0
-    return 0.5 * erfc((mean - z) / sqrt(2))
+    return _run_length(drift, threshold, shift, clip)

@@ -26,7 +26,13 @@ SETTINGS: dict[str, dict[str, float]] = {
         "clear_level": 2e-4,
         "initial_covariance": 50.0,
     },
-    "HandoverRls": {"steady": 0.98, "drift": 0.5, "threshold": 4.0, "clip": 4.0, "smoothing": 0.25},
+    "HandoverRls": {
+        "steady": 0.98,
+        "smallest_shift": 1.0,
+        "false_alarm_interval": 300.0,
+        "clip": 4.0,
+        "smoothing": 0.25,
+    },
 }
 FIELDS = ("ratio", "covariance", "innovation", "statistic", "alarm", "samples", "rejected")
 

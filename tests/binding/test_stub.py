@@ -15,9 +15,9 @@ CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 PRIOR = {"initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12}
 PAPER = {"steady": 0.995, "alarmed": 0.9, "drift": 0.01, "threshold": 0.05, "clear_level": 0.0}
 HANDHELD = {
+    "false_alarm_interval": 1e7,
+    "smallest_shift": 1.5,
     "steady": 0.9995,
-    "drift": 0.75,
-    "threshold": 10.0,
     "clip": 3.0,
     "smoothing": 0.0625,
     "guard": 5,
@@ -71,13 +71,13 @@ def test_the_defaults_are_the_cores(name: str) -> None:
 )
 def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
     with pytest.raises(
-        TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'threshhold'"
+        TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'smalest_shift'"
     ) as caught:
-        cls(threshhold=3)
+        cls(smalest_shift=3)
     if "Handover" in cls.__name__:
         names = ", ".join(DEFAULTS["HandoverRls"])
         assert str(caught.value).endswith(
-            f"'threshhold', allowed: {names}; did you mean 'threshold'?"
+            f"'smalest_shift', allowed: {names}; did you mean 'smallest_shift'?"
         )
 
 
@@ -91,7 +91,7 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
             lambda: palpate.Tracker("paper", clip=3),  # type: ignore[call-overload]
             "keyword 'clip', allowed: samples, seconds, full",
         ),
-        (lambda: palpate.Tracker(drift="x"), "drift: got 'x', allowed: a number"),  # type: ignore[call-overload]
+        (lambda: palpate.Tracker(clip="x"), "clip: got 'x', allowed: a number"),  # type: ignore[call-overload]
     ],
 )
 def test_what_constructors_refuse(call: object, message: str) -> None:
@@ -125,7 +125,18 @@ def test_what_constructors_refuse(call: object, message: str) -> None:
         ("Tracker", {"seconds": 3.0, "samples": 20}, "seconds"),
         ("Tracker", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
         ("Tracker", {"release": 1.0}, "release: got 1.0"),
-        ("Tracker", {"drift": 3.0}, r"drift: got 3.0, allowed: 0 <= drift < clip \(3.0\)"),
+        ("Tracker", {"smallest_shift": 5.0}, r"smallest_shift: got 5.0, .* 1.5 clip \(4.5\)"),
+        (
+            "Tracker",
+            {"smallest_shift": 1e-3},
+            "smallest_shift: got 0.001, allowed: a larger shift, or a shorter interval",
+        ),
+        ("VectorRls", {"size": 2, "clip": 0.5}, "clip: got 0.5, allowed: 1 to 100"),
+        (
+            "HandoverRls",
+            {"false_alarm_interval": 1e13},
+            "false_alarm_interval: got 10000000000000.0, allowed: 10 to 1e12 samples, or inf",
+        ),
         ("Tracker", {"scene": "fixed", "forgetting": 2.0}, "forgetting: got 2.0"),
     ],
 )
@@ -137,9 +148,9 @@ def test_settings_are_checked(kind: str, settings: dict[str, Any], message: str)
 GOOD = """
 import palpate
 palpate.Tracker()
-palpate.Tracker("handheld", threshold=6.0, samples=None)
+palpate.Tracker("handheld", smallest_shift=1.0, samples=None)
 palpate.Tracker(scene="paper", alarmed=0.9)
-palpate.HandoverRls(threshold=3)
+palpate.HandoverRls(false_alarm_interval=1e5)
 with palpate.Stream("sim:", scene="sliding", release=0.2) as stream:
     stream.stop()
 palpate.touches(palpate.read("a.csv"), scene="fixed", forgetting=0.9)
@@ -151,8 +162,12 @@ GOOD += "".join(
 )
 CALLS = ("palpate.Tracker(", 'palpate.Stream("sim:", ', 'palpate.touches(palpate.read("a.csv"), ')
 BAD = [f"{call}{wrong})" for call in CALLS for wrong in ('scene="handhel"', "threshhold=3")]
-BAD += ['palpate.Tracker("paper", clip=3.0)', 'palpate.Tracker("handheld", threshold="3")']
-BAD += ["palpate.HandoverRls(threshhold=3)", "palpate.Bank(palpate.Tracker(), 3)"]
+BAD += ['palpate.Tracker("paper", clip=3.0)', 'palpate.Tracker("handheld", clip="3")']
+BAD += [
+    'palpate.Tracker("handheld", threshold=3)',
+    "palpate.HandoverRls(threshold=3)",
+    "palpate.Bank(palpate.Tracker(), 3)",
+]
 
 
 def test_a_checker_marks_what_would_be_refused(tmp_path: Path) -> None:

@@ -226,8 +226,8 @@ def test_a_recording_is_tracked_with_age_and_exponent_of_the_calibration(
     aged = replace(calibration, age_s=0.8, contact_exponent=1.5)
     assert aged.for_tracking({"scene": "handheld"}) == {"scene": "handheld", "age": 0.8}
     level = replace(aged, ratio="level")
-    expected = {"drift": 0.1, "age": 0.8, "contact_exponent": 1.5}
-    assert level.for_tracking({"drift": 0.1}) == expected
+    expected = {"clip": 4.0, "age": 0.8, "contact_exponent": 1.5}
+    assert level.for_tracking({"clip": 4.0}) == expected
     assert level.for_tracking(expected) == expected
     assert level.for_tracking({"scene": "paper"}) == {"scene": "paper"}
 

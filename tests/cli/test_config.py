@@ -36,9 +36,16 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
     assert scene(PALPATE_REPLAY_SCENE="sliding") == "sliding"
     assert scene("--scene", "handheld", PALPATE_REPLAY_SCENE="sliding") == "handheld"
     other = tmp_path / "other.toml"
-    other.write_text('[replay]\nset = ["threshold=inf", "drift=0.5"]\nsamples = 80\n')
+    other.write_text(
+        '[replay]\nset = ["false_alarm_interval=inf", "smallest_shift=1"]\nsamples = 80\n'
+    )
     found = document("--config", other, "replay", FOUR)
-    given = {"threshold": "inf", "drift": 0.5, "samples": 80, "seconds": None}
+    given = {
+        "false_alarm_interval": "inf",
+        "smallest_shift": 1.0,
+        "samples": 80,
+        "seconds": None,
+    }
     assert (found["scene"], found["settings"]) == ("handheld", given)
     assert (
         json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout)
@@ -149,7 +156,7 @@ def test_every_command_has_keys_a_short_help_and_an_example(name: str) -> None:
     ("arguments", "meant"),
     [
         (["relay"], "replay"),
-        (["replay", FOUR, "--set", "treshold=6"], "threshold"),
+        (["replay", FOUR, "--set", "smalest_shift=1"], "smallest_shift"),
         (["record", "sim:four-specimen", "-o", "x.csv"], "four-specimens"),
         (["colour"], ""),
     ],

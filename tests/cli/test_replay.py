@@ -177,8 +177,8 @@ def test_a_file_without_touches(text: str, code: int, message: str, tmp_path: Pa
         (["--map", "hard=1"], "columns: got hard, allowed: hard, soft"),
         (["--map", "hard=nothing,soft=2"], "got 'nothing', no column, allowed: one of 1 (seq)"),
         (["--scene", "moon"], "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
-        (["--set", "drift"], "got 'drift', allowed: NAME=NUMBER"),
-        (["--set", "drift=-1"], "drift: got -1.0, allowed: 0 <= drift"),
+        (["--set", "clip"], "got 'clip', allowed: NAME=NUMBER"),
+        (["--set", "clip=-1"], "clip: got -1.0, allowed: 1 to 100"),
         (["--offline", "--calibration", str(FOUR)], "allowed one of them"),
     ],
 )
@@ -276,8 +276,12 @@ def test_a_bad_file_does_not_stop_the_others(week: Path) -> None:
         True
     ) == 2
     assert run("replay", week / "a.csv", week / "idle.csv").exit_code == 5
-    wrong = run("replay", week / "a.csv", week / "b.csv", "--set", "treshold=6")
-    assert (wrong.exit_code, wrong.stdout, wrong.stderr.count("did you mean 'threshold'?")) == (
+    wrong = run("replay", week / "a.csv", week / "b.csv", "--set", "smalest_shift=1")
+    assert (
+        wrong.exit_code,
+        wrong.stdout,
+        wrong.stderr.count("did you mean 'smallest_shift'?"),
+    ) == (
         4,
         "",
         2,

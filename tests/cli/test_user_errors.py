@@ -77,8 +77,8 @@ record sim: -o none/r.csv                                     4  is no folder: m
 record sim: -o r.txt                                          2  a name that ends in .csv
 record sim: -o r.csv --seconds 1m                             2  '1m' is not a number: write it as 1.5, without a unit
 record sim: -o r.csv --touches two                            2  'two' is not a whole number: write it as 3
-record sim: -o r.csv --set threshold                          2  allowed: NAME=NUMBER, for example threshold=6
-record sim: -o r.csv --set treshold=6                         2  did you mean 'threshold'
+record sim: -o r.csv --set clip                               2  allowed: NAME=NUMBER, for example smallest_shift=1
+record sim: -o r.csv --set smalest_shift=1                    2  did you mean 'smallest_shift'
 record sim: -o r.csv --scene papper                           2  did you mean 'paper'
 record sim: -o r.csv --samples 5 --touch-seconds 1            2  allowed: only one of them
 record sim: -o r.csv --lsl a:b                                2  allowed: a name without a colon

@@ -45,13 +45,12 @@ hands = st.builds(
     spikes=st.integers(0, 3),
     reversal=st.booleans(),
 )
-# No threshold is a multiple of clip - drift: clipped news would reach it exactly, and rounding decide.
 tuning = st.fixed_dictionaries(
     {},
     optional={
         "steady": st.sampled_from([0.9, 0.98, 1.0]),
-        "drift": st.sampled_from([0.25, 1.5]),
-        "threshold": st.sampled_from([1.1, 3.7, 20.7]),
+        "false_alarm_interval": st.sampled_from([15.0, 300.0, 1e9]),
+        "smallest_shift": st.sampled_from([0.5, 3.0]),
         "clip": st.sampled_from([2.2, 6.0]),
         "smoothing": st.sampled_from([0.01, 0.5, 1.0]),
         "guard": st.sampled_from([0, 1, 5, 40]),
@@ -91,8 +90,12 @@ def test_the_core_is_the_reference(
     1e-4 of the output at least: 160 * 2 * 2e-16 / 1e-4 = 7e-10, and with what the ratio is off 1e-9.
     """
     output, regressor = samples
-    exact = exactly(output, regressor, **chosen)
-    rows = palpate.HandoverRls(**chosen).trace(output, regressor)
+    estimator = palpate.HandoverRls(**chosen)
+    goal = {"false_alarm_interval", "smallest_shift"}
+    others = {name: value for name, value in chosen.items() if name not in goal}
+    drift = estimator.settings["smallest_shift"] / 2
+    exact = exactly(output, regressor, drift=drift, threshold=estimator.threshold, **others)
+    rows = estimator.trace(output, regressor)
     assert rows["alarm"].tolist() == exact.alarm.tolist()
     for name in FIELDS:
         right = getattr(exact, name).astype(float)

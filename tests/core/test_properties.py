@@ -28,7 +28,7 @@ def make(data: st.DataObject, width: int) -> tuple[Any, list[float], list[float]
     steady, prior = settings["steady"], ("initial_ratio", "initial_covariance", "max_covariance")
     chosen = {
         "AdaptiveRls": settings,
-        "HandoverRls": {"steady": steady, "clip": 2.0, "threshold": 3.0},
+        "HandoverRls": {"steady": steady, "clip": 2.0, "false_alarm_interval": 100.0},
         "Rls": {"forgetting": steady} | {name: settings[name] for name in prior},
     }
     name = data.draw(st.sampled_from(sorted(chosen)))

@@ -38,7 +38,7 @@ def decimals(values: NDArray[Any]) -> Any:
         {"alarmed": 0.9},
         {"steady": 1.0},
         {"initial_covariance": 1.0, "max_covariance": 10.0},
-        {"threshold": 3.2, "clip": 2.2},
+        {"false_alarm_interval": 10.0, "clip": 2.2},
     ],
     ids=str,
 )
@@ -49,9 +49,13 @@ def test_it_agrees_with_the_reference_in_decimal_digits(
     # so that 80 digits hold the prior beside the samples
     bounded = {"max_covariance": 1e12} | settings
     bounded = {"initial_covariance": bounded["max_covariance"]} | bounded
-    trace = palpate.VectorRls(size, **bounded).trace(output, regressors)  # type: ignore[arg-type]
+    estimator = palpate.VectorRls(size, **bounded)  # type: ignore[arg-type]
+    trace = estimator.trace(output, regressors)
+    bounded.pop("false_alarm_interval", None)
     with localcontext(prec=80):
-        exact = vector_rls(decimals(output), decimals(regressors), **bounded)
+        exact = vector_rls(
+            decimals(output), decimals(regressors), threshold=estimator.threshold, **bounded
+        )
     assert trace["alarm"].tolist() == exact.alarm.tolist()
     assert trace["alarm"].any() or "initial_covariance" in settings
     for name in ("coefficients", "innovation", "statistic"):
@@ -113,7 +117,7 @@ def test_of_size_1_with_alarmed_it_is_adaptive_rls() -> None:
     paper = palpate.AdaptiveRls(
         initial_ratio=0.0, initial_covariance=1e280, max_covariance=1e280, threshold=np.inf
     )
-    vector = palpate.VectorRls(1, alarmed=0.9, threshold=np.inf)
+    vector = palpate.VectorRls(1, alarmed=0.9, false_alarm_interval=np.inf)
     ratios, coefficients = (
         paper.process(output, regressor),
         vector.process(output, regressor[:, None])[:, 0],

@@ -122,10 +122,10 @@ def test_other_processes_give_the_same_bits_and_errors(tmp_path: Path) -> None:
 
 
 def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
-    with pytest.raises(TypeError, match="treshold"):
-        palpate.touches(["nowhere.csv"] * 3, treshold=6.0)  # type: ignore[call-overload]
-    with pytest.raises(ValueError, match="threshold: got -1"):
-        palpate.touches(["nowhere.csv"] * 3, threshold=-1.0)
+    with pytest.raises(TypeError, match="smalest_shift"):
+        palpate.touches(["nowhere.csv"] * 3, smalest_shift=1.0)  # type: ignore[call-overload]
+    with pytest.raises(ValueError, match="smallest_shift: got -1"):
+        palpate.touches(["nowhere.csv"] * 3, smallest_shift=-1.0)
     wrong: Any
     for wrong in (0, "2", True):
         with pytest.raises(

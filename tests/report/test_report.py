@@ -201,7 +201,10 @@ def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
     assert {("mark", "slipped"), ("tare", "tare"), ("gap", "unplugged for 2 s"), ("note", "bench 2"), ("note", "bumps wiped")} <= happened  # fmt: skip
     assert "1 touch without a specimen" in page.text["Results"]
     settings = page.rows["Device and settings"]
-    assert [["threshold", "10.0"] in settings, ["temperature_C", "25.00 to 25.00"] in settings] == [
+    assert [
+        ["smallest_shift", "1.5"] in settings,
+        ["temperature_C", "25.00 to 25.00"] in settings,
+    ] == [
         True,
         True,
     ]

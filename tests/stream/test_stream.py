@@ -168,11 +168,11 @@ def test_a_recording_is_closed_after_what_is_being_written_beside_it(
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"drift": -1.0}, "drift: got -1"),
+        ({"smallest_shift": -1.0}, "smallest_shift: got -1"),
         ({"scene": "moon"}, "scene: got 'moon'"),
         ({"capacity": 1}, "capacity: got 1"),
         ({"record": "run.txt"}, "run.txt"),
-        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift and a tracker"),
+        ({"tracker": Tracker(), "clip": 1.0}, "settings: got clip and a tracker"),
     ],
 )
 def test_a_stream_that_cannot_be_made_closes_its_source(

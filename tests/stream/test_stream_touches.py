@@ -41,7 +41,7 @@ def told(estimates: Iterable[Estimate]) -> list[palpate.Touch]:
     ("scene", "settings"),
     [
         ("handheld", {}),
-        ("handheld", {"samples": 60, "drift": 1.0}),
+        ("handheld", {"samples": 60, "smallest_shift": 2.0}),
         ("paper", {}),
         ("sliding", {}),
         ("fixed", {}),

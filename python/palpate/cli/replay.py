@@ -116,7 +116,7 @@ def replay_command(
 
     \b
     Example:
-      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set threshold=6
+      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set smallest_shift=1
       palpate replay monday tuesday --jobs 4
     """  # noqa: D301
     if is_offline and calibration:

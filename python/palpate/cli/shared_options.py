@@ -66,8 +66,8 @@ class TrackerOptions:
 
         Examples
         --------
-        >>> TrackerOptions("paper", samples=60, settings={"threshold": 6.0}).keywords()
-        {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 6.0}
+        >>> TrackerOptions("paper", samples=60, settings={"threshold": 0.1}).keywords()
+        {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 0.1}
         """
         changed = self._changed_settings()
         keywords: Keywords = {}
@@ -161,7 +161,7 @@ def parse_numbers(texts: Iterable[str], example: str) -> dict[str, float]:
 def _parse_settings(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
-    return parse_numbers(texts, "threshold=6")
+    return parse_numbers(texts, "smallest_shift=1")
 
 
 def _check_lsl_name(
@@ -263,7 +263,7 @@ _SETTINGS: Sequence[_Decorator] = [
         callback=_parse_settings,
         multiple=True,
         metavar="NAME=VALUE",
-        help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all.",
+        help="A setting of the estimator, as smallest_shift=1; may be repeated. A wrong NAME lists all.",
     ),
 ]
 

@@ -1,5 +1,6 @@
 """Objects as HTML, for a notebook."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import count
@@ -160,9 +161,9 @@ def calibration_card(shown: "Calibration", curve_drawing: Callable[[], Markup]) 
 def estimator_card(shown: Any) -> Markup:
     """Return the state of an estimator, and its settings."""
     facts: Facts = {"state": text.estimator_result(shown)}
-    if "threshold" in shown.settings:
+    if shown.threshold < math.inf:
         statistic = number_format.number(shown.statistic)
-        facts["statistic"] = f"{statistic} of {shown.settings['threshold']:g}"
+        facts["statistic"] = f"{statistic} of {shown.threshold:g}"
         if shown.alarm:
             facts["statistic"] = f"{facts['statistic']}, alarm"
     return _card(type(shown).__name__, facts, _settings(shown))

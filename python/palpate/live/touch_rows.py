@@ -56,7 +56,7 @@ class TouchTable:
             "simulation": simulation if sidecar.is_simulated(device) else None,
             "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
             "scene": tracker.scene,
-            "threshold": tracker.settings.get("threshold"),
+            "threshold": tracker.threshold if tracker.threshold < math.inf else None,
             "calibrated": self.calibration is not None,
             "scatter": self.calibration.touch_spread if self.calibration else None,
             "assumed": self._assumed,
