@@ -124,6 +124,7 @@ def _given() -> dict[str, Any]:
             scene: {name: own[name] for name in own if name != "full_scale"}
             for scene, own in settings.items()
         },
+        "threshold": Tracker("handheld").threshold,
         "headers": [",".join(COLUMNS), ",".join(EARLIER)],
         "schemas": SCHEMAS,
         "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF},

@@ -108,8 +108,8 @@ export class Measurement {
   }
 
   get hello() {
-    const { file, origin: origin_s, name: source, device, scene, settings: { samples, seconds, threshold } } = this;
-    return { kind: "file", file, origin_s, source, device, scene, samples, seconds, threshold, calibrated: false, scatter: null };
+    const { file, origin: origin_s, name: source, device, scene, settings: { samples, seconds } } = this;
+    return { kind: "file", file, origin_s, source, device, scene, samples, seconds, threshold: GIVEN.threshold, calibrated: false, scatter: null };
   }
 
   get state() {

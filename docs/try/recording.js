@@ -64,11 +64,16 @@ function crc32(bytes) {
   return (sum ^ 0xffffffff) >>> 0;
 }
 
+const EARLIER = { drift: 0.75, threshold: 10 }; // the defaults, in the recordings of earlier versions
+
 // Scene and settings of the tracker, as those of the measurement were.
 function settingsOf(device, given, name) {
   const scene = given.scene ?? "handheld", own = GIVEN.scenes[scene], advice = `'palpate live ${name}' reads it, after: pip install palpate`;
   require(own, `scene: got ${scene}, allowed here: ${Object.keys(GIVEN.scenes).join(", ")}; ${advice}`);
-  for (const [key, value] of Object.entries(given)) require(FREE.includes(key) || value === own[key], `${key}: got ${value}, allowed here: ${own[key]}, as the scene has it; ${advice}`);
+  for (const [key, value] of Object.entries(given)) {
+    const allowed = key in EARLIER ? EARLIER[key] : own[key];
+    require(FREE.includes(key) || value === allowed, `${key}: got ${value}, allowed here: ${allowed}, as the scene has it; ${advice}`);
+  }
   const found = { ...own, full_scale: device.full_scale_pF ?? Infinity, host_stamps: device.stamps === "host", ...given };
   if ("samples" in given !== "seconds" in given) found["samples" in given ? "seconds" : "samples"] = null;
   return [scene, { ...found, full_scale: Number(String(found.full_scale).replace("inf", "Infinity")) }];

@@ -27,6 +27,7 @@ from palpate.files import (
     write_file,
 )
 from palpate.messages import quoted, shortened
+from palpate.recording.earlier_settings import renamed
 from palpate.recording.rows import codes_of
 from palpate.recording.session import Plan, plan_of
 from palpate.samples import Sample
@@ -326,9 +327,10 @@ class Sidecar:
 
     @property
     def settings(self) -> Json:
-        """Scene and settings of the tracker, with inf and -inf as numbers."""
+        """Scene and settings of the tracker by today's names, with inf and -inf as numbers."""
         settings = self._part("settings")
-        return {name: _INFINITE.get(str(value), value) for name, value in settings.items()}
+        numbers = {name: _INFINITE.get(str(value), value) for name, value in settings.items()}
+        return renamed(numbers)
 
     @property
     def versions(self) -> Mapping[str, Any]:
