@@ -14,8 +14,8 @@ from functools import partial
 from palpate import HandoverRls
 from palpate.simulation import Simulation, scenarios
 
-from bench.accuracy import error_vs_time as comparison
-from bench.accuracy.error_vs_time import ErrorTrace, pairs_aligned, traced
+from bench.accuracy import comparison
+from bench.accuracy.comparison import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
 NEVER = math.inf  # samples from alarm to alarm
