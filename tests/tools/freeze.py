@@ -7,6 +7,7 @@ import asyncio
 import inspect
 import json
 import pkgutil
+import platform
 import re
 import sys
 import tempfile
@@ -104,6 +105,7 @@ def _steady(text: str, folder: Path) -> str:
     """Replace the folder, times, versions; round numbers to 8 digits, for other versions of numpy and other processors."""
     text = re.sub(r"20\d\d-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\+00:00| UTC)?|\b[0-9a-f]{64}\b", "*", text)
     text = text.replace(f"{folder}/", "").replace(str(folder), ".").replace(f"{ROOT}/", "")
+    text = text.replace(platform.python_version(), "*")
     text = re.sub(EPHEMERAL, r'"\1": "*"', text)
     return re.sub(r"\d+\.\d{9,}(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", text)
 
