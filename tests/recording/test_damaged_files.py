@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from palpate import Status, check, read
 from palpate.errors import RecordingError
@@ -82,7 +83,15 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("right", "wrong", "offset"),
-    [(b"hard_pF", b"h\xffrd_pF", 1), (b",soft_pF", b"\nsoft_pF", 0), (b"status\n", b"status ", 6)],
+    [
+        (b"hard_pF", b"h\xffrd_pF", 1),
+        (b",soft_pF", b"\nsoft_pF", 0),
+        (b"status\n", b"status ", 6),
+        # Without these names it would be a table of another program, with other times.
+        (b"seq", b"suq", 1),
+        (b"t_hard_s", b"tOhard_s", 1),
+        (b"status", b"states", 4),
+    ],
 )
 def test_a_damaged_header_is_named_if_the_sidecar_is_intact(
     right: bytes, wrong: bytes, offset: int, tmp_path: Path
@@ -102,6 +111,20 @@ def test_a_damaged_header_is_named_if_the_sidecar_is_intact(
     assert data.decode().partition("\n")[0] in str(refusal.value)
     path.write_bytes(data)
     assert len(read(path)) == 5
+
+
+def test_a_header_that_somebody_wrote_again_is_read(tmp_path: Path) -> None:
+    """With the sidecar beside it: other delimiters, or one more column."""
+    path = five(tmp_path)
+    hard = read(path).hard
+    data = path.read_bytes()
+    lines = data.decode().splitlines()
+    for changed in (
+        data.replace(b",", b";"),
+        "\n".join([f"{lines[0]},remark", *(f"{line},a" for line in lines[1:]), ""]).encode(),
+    ):
+        path.write_bytes(changed)
+        np.testing.assert_array_equal(read(path).hard, hard)
 
 
 def test_a_damaged_header_without_a_sidecar_is_a_table_of_another_program(tmp_path: Path) -> None:

@@ -357,6 +357,16 @@ def header_damage(path: Path) -> str:
     return ""
 
 
+def has_wrong_name(path: Path) -> bool:
+    """Return whether a recording with a sidecar has a header with a damaged name.
+
+    A header that somebody wrote again, with other delimiters or one more column, is none.
+    """
+    names = _first_line(_begin(path)).count(b",")
+    alike = any(names == header.count(b",") for header in HEADERS)
+    return alike and header_damage(path) != ""
+
+
 def _begin(path: Path) -> bytes:
     with file_errors(path, "cannot be read"), open_unpacked(path) as file:
         return file.read(_BEGIN)

@@ -16,7 +16,12 @@ from palpate.importers.table import OptionError, ReadOptions, Table
 from palpate.importers.units import unit_read
 from palpate.recording.convert import own_recording
 from palpate.recording.counts import Survey
-from palpate.recording.csv_reader import RecordingFile, header_damage, is_own
+from palpate.recording.csv_reader import (
+    RecordingFile,
+    has_wrong_name,
+    header_damage,
+    is_own,
+)
 from palpate.recording.opened import GapMark, OpenedRecording
 from palpate.recording.recording import Recording
 from palpate.samples import UNTIMED_NS, Block, blank
@@ -182,6 +187,8 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
 
     if wanted != ReadOptions():
         return of_table(file, read_table(file, wanted), wanted)
+    if has_wrong_name(file):
+        raise RecordingError(file, header_damage(file), 1)
     try:
         table = read_table(file, wanted)
         return own_recording(table) or of_table(file, table, wanted)
