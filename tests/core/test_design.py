@@ -140,6 +140,17 @@ def test_an_estimator_has_the_threshold_for_its_false_alarms(
     assert threshold_for(false_alarm_interval=inf) == inf
 
 
+def test_each_of_three_numbers_makes_another_threshold() -> None:
+    """The last design is kept for the next estimator: each change of an argument needs a new one."""
+    base = {"false_alarm_interval": 1e4, "smallest_shift": 1.0, "clip": 2.5}
+    other = {"false_alarm_interval": 1e5, "smallest_shift": 2.0, "clip": 5.0}
+    first = palpate.HandoverRls(**base).threshold
+    for name, value in other.items():
+        changed = palpate.HandoverRls(**base | {name: value}).threshold
+        assert abs(changed - first) > 0.1, name
+        assert palpate.HandoverRls(**base).threshold == first
+
+
 @pytest.mark.parametrize("scene", ["handheld", "sliding"])
 def test_a_tracker_has_the_threshold_of_its_estimator(scene: str) -> None:
     chosen = {"false_alarm_interval": 1e4, "smallest_shift": 2.0}
