@@ -1,6 +1,6 @@
 """Errors and run times of every estimator, ours and every rival, on simulated touches with known truth.
 
-Scenes run from the readings on, as in an application. Bare estimators and other libraries get the begin of the press: they
+Scenes run from the readings on, as in an application. Bare estimators and other libraries do not find the contact: they
 get the changes of each channel from its mean before contact, for as many pairs as the scenes use. They run twice: on the
 readings as they come, and ("+A") on pairs aligned as in the scene handheld. Needs the extra science.
 """

@@ -1,7 +1,7 @@
 """The picture of error against run time: a panel for each scenario, a named point for each estimator.
 
-Each estimator but the published one gets the same aligned pairs, so the run time is that of the estimator alone. Libraries that
-compute the same in a loop of Python are one point. Marks that would cover each other are one mark with several names, and names
+All estimators get the same aligned pairs, except the published one. So a run time is the time of an estimator alone.
+Libraries that compute the same result in a Python loop are one point. Marks that would cover each other are one mark with several names, and names
 stand where they cover nothing.
 """
 

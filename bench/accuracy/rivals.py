@@ -253,7 +253,8 @@ def imm(output: Array, regressor: Array) -> Array:
 DMA_NOISE = 2 * NOISE
 WALKS = (0.0, 1e-13, 1.0)  # variance of a step of the ratio, relative
 REMEMBERED = 0.995
-OUTLIERS, OUTLIER_VARIANCE = (1e-3, 900.0)  # their share; variance in that of the noise
+OUTLIERS = 1e-3  # share of the samples
+OUTLIER_VARIANCE = 900.0  # in variances of the noise
 
 
 @compiled

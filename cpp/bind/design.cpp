@@ -32,11 +32,12 @@ std::string brief(double value) {
 
 }  // namespace
 
-void check_goal(const design::Goal& goal, double clip, bool never) {
+void check_goal(const design::Goal& goal, double clip, bool allows_no_alarm) {
   const double interval = goal.false_alarm_interval, shift = goal.smallest_shift;
   const bool has_alarms = interval >= design::shortest_interval && interval <= design::longest_interval;
-  const char* const intervals = never ? "10 to 1e12 samples, or inf for no alarm" : "10 to 1e12 samples";
-  require(has_alarms || (never && std::isinf(interval) && interval > 0), "false_alarm_interval", interval, intervals);
+  const char* const intervals = allows_no_alarm ? "10 to 1e12 samples, or inf for no alarm" : "10 to 1e12 samples";
+  require(has_alarms || (allows_no_alarm && std::isinf(interval) && interval > 0), "false_alarm_interval", interval,
+          intervals);
   require(clip >= design::least_clip && clip <= design::most_clip, "clip", clip,
           brief(design::least_clip) + " to " + brief(design::most_clip));
   const double largest = design::largest_shift * clip;

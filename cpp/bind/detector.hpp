@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What Python's estimators have in place of drift and threshold: the false alarms and the shifts that their CUSUM is for.
+// Python's estimators take an interval between false alarms and a smallest shift. From these follow the drift and the threshold
+// of the core.
 
 #include <cstring>
 #include <limits>
@@ -13,10 +14,10 @@
 
 namespace design = palpate::design;
 
-/// ValueError where a CUSUM for this is not in the ranges of the core; with `never` an infinite interval is.
-void check_goal(const design::Goal& goal, double clip, bool never);
+/// ValueError for a number outside of its range. An infinite interval means no alarm; an estimator allows it.
+void check_goal(const design::Goal& goal, double clip, bool allows_no_alarm);
 
-/// ValueError where such a CUSUM would need too large a threshold.
+/// ValueError for a goal whose threshold would be too large.
 void require_threshold(double threshold, const design::Goal& goal);
 
 /// A struct of settings of the core, without those of its CUSUM.

@@ -114,7 +114,7 @@ def test_a_damaged_header_is_named_if_the_sidecar_is_intact(
 
 
 def test_a_header_that_somebody_wrote_again_is_read(tmp_path: Path) -> None:
-    """With the sidecar beside it: other delimiters, or one more column."""
+    """Somebody changed the delimiters or added a column; the sidecar is intact."""
     path = five(tmp_path)
     hard = read(path).hard
     data = path.read_bytes()

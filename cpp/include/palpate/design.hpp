@@ -27,8 +27,9 @@ struct Goal {
   double smallest_shift = 1.5;        ///< of the innovations that matters, standard deviations
 };
 
-// How many times as long as false_alarm_interval the interval of a single two-sided CUSUM is: an estimator may have other
-// detectors beside it. With these the default Goal gives the default thresholds, 10 and 12, which tests/cpp/design.cpp checks.
+// An estimator may have several detectors, so each must be rarer than the estimator's goal. The interval of one two-sided CUSUM
+// is false_alarm_interval times this share. The default Goal then gives the default thresholds, 10 and 12:
+// tests/cpp/design.cpp.
 constexpr double handover_share = 1.1558;
 constexpr double vector_share = 25.12;  ///< for 8 coefficients
 

@@ -85,7 +85,7 @@ struct TermTests {
   enum class Model : std::uint8_t { drift = 2, line = 3, whole = 5 };
 
   // The variance of the noise of x', half the difference of two values at a distance of 2 pairs, is
-  // (1 - rho) / 2 of that of x. rho = 0.098 is the correlation of the filtered noise at lag 2:
+  // (1 - rho) / 2 times the variance of the noise of x. rho = 0.098 is the correlation of the filtered noise at lag 2:
   // 2 b2 (1/2 - b2) / 0.42, with b2 = 0.045 of MatchedPair at 26 ms.
   static constexpr Real slope_noise = Real(0.45);
 
@@ -105,7 +105,7 @@ struct TermTests {
       return Model::drift;
     }
     const TermSums<Real> line = all;
-    // The variance of the noise of x is s^2. Then that of the noise of x^2 is 4 x^2 s^2 + 2 s^4.
+    // If the noise of x has the variance s^2, the noise of x^2 has the variance 4 x^2 s^2 + 2 s^4.
     const Real of_square = product(4 * spread / n + 2 * noise, floor), of_slope = product(slope_noise, floor);
     const bool whole = all.at(term_square, term_square) > of_square && all.sweep(term_square) &&
                        all.at(term_slope, term_slope) > of_slope && all.sweep(term_slope) &&

@@ -60,9 +60,9 @@ struct RatioError {
   /// the ratio that misfits leave open. NaN without a sample.
   ///
   /// The long-run variance of a sample is at least the variance of the readings' noise, because the
-  /// alignment does not change a mean. Too few innovations do not show their correlation: then the
-  /// long-run variance is that of the noise, plus 4 times the excess of the innovations'
-  /// variance over half of it. An error of a baseline changes the ratio by this error divided by the
+  /// alignment does not change a mean. Too few innovations do not show their correlation. Then the
+  /// long-run variance is the variance v of the readings' noise, plus 4 times the excess of the
+  /// innovations' variance over v / 2. An error of a baseline changes the ratio by this error divided by the
   /// mean regressor, sqrt(R / W). W is the count.
   constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
     if (samples == 0) {
