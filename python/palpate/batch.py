@@ -19,23 +19,27 @@ from typing import (
 )
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from palpate._core import Tracker
 from palpate.dataframe import Frame, is_frame
 from palpate.errors import SomeFailed
 from palpate.recording.reading import read, recorded
 from palpate.recording.recording import Recording
+from palpate.recording.two_arrays import PairTimes, recording_of_arrays, require_no_signal
 from palpate.recording_protocol import RecordingProtocol, is_like_recording
 from palpate.tracking import Touches, Windows, tracked
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
-    class _Options(_AnySettings, total=False):  # the keywords of `touches`
+    class _ArrayOptions(_AnySettings, total=False):  # the keywords of `touches` with two arrays
         scene: _Scene
         unit: str | None
-        reading: Mapping[str, Any] | None
         windows: Windows | None
+
+    class _Options(_ArrayOptions, total=False):
+        reading: Mapping[str, Any] | None
         jobs: int
 
 
@@ -49,9 +53,32 @@ _Result = TypeVar("_Result")
 def touches(recording: One, **options: Unpack["_Options"]) -> Touches: ...  # type: ignore[overload-overlap]
 @overload
 def touches(recording: Iterable[One], **options: Unpack["_Options"]) -> list[Touches]: ...
+@overload
 def touches(
-    recording: One | Iterable[One],
+    hard: ArrayLike,
+    soft: ArrayLike,
     *,
+    times_s: ArrayLike,
+    soft_later_s: float = 0.0,
+    **options: Unpack["_ArrayOptions"],
+) -> Touches: ...
+@overload
+def touches(
+    hard: ArrayLike,
+    soft: ArrayLike,
+    *,
+    rate_hz: float,
+    soft_later_s: float = 0.0,
+    **options: Unpack["_ArrayOptions"],
+) -> Touches: ...
+def touches(  # type: ignore[misc]  # the first argument has two names: recording, hard
+    recording: Any = None,
+    soft: Any = None,
+    *,
+    hard: Any = None,
+    times_s: ArrayLike | None = None,
+    rate_hz: float | None = None,
+    soft_later_s: float = 0.0,
     scene: "_Scene" = "handheld",
     unit: str | None = None,
     reading: Mapping[str, Any] | None = None,
@@ -59,7 +86,7 @@ def touches(
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
 ) -> Touches | list[Touches]:
-    """Return the touches of a recording, or of each of several, with their estimated ratios.
+    """Return the touches of a recording, of two arrays, or of each of several recordings.
 
     Parameters
     ----------
@@ -69,12 +96,25 @@ def touches(
         is nan, or `full_scale_pF` or more, is left out and counted. The result of
         `palpate.recorded` and a path are read in blocks. Of a recording of palpate, the baseline is
         tared at the same samples as in the measurement, and a touch after a gap has the flag "gap".
+    hard, soft : array_like of real numbers, shape (n,)
+        In place of a recording: the readings of both channels with their baseline, in pairs, as
+        ``touches(hard, soft, rate_hz=40)``; nan for a missing one. Columns of data frames need one
+        index.
+    times_s : array_like, shape (n,)
+        Times of the hard readings, s (whole numbers, too), which increase; or `rate_hz`.
+    rate_hz : float
+        Pairs a second, at an even rate; the time of the first one is 0.
+    soft_later_s : float
+        Time from the hard reading of a pair to its soft reading, s: less than from pair to pair,
+        and negative if soft is first. 0, the default, if both are read at once; a converter that
+        reads in turn needs about half of the time from pair to pair.
     scene : str
         As in `Tracker`.
     unit : str, optional
-        As in `palpate.read`; of paths and data frames.
+        As in `palpate.read`; of paths, data frames and two arrays. Of arrays the default is pF, for
+        values of the size of a gauge.
     reading : mapping, optional
-        More keywords of `palpate.read` for them, for example {"columns": {"hard": 2, "soft": 3}}.
+        More keywords of `palpate.read` for paths and data frames, for example {"columns": {"hard": 2, "soft": 3}}.
     windows : sequence of (float, float), optional
         Begin and end, s, of touches that are cut out by hand, of one recording; each lies within
         one press. The result has a touch for each window, in their order: of its samples, up to the
@@ -101,9 +141,12 @@ def touches(
     ------
     ValueError
         An unknown scene, a setting out of range, or `seconds` for a recording without times; a
-        window without a touch, or whose baseline was measured in contact.
+        window without a touch, or whose baseline was measured in contact. Arrays of different
+        lengths, times that do not increase, a rate or a delay out of range, a size that is not
+        probable for pF.
     TypeError
-        An unknown setting; or not a recording: the message names the missing members.
+        An unknown setting; or not a recording: the message names the missing members. One array
+        alone; neither times nor a rate, or both, or one of them with a recording.
     RecordingError
         A file cannot be read.
     SomeFailed
@@ -123,6 +166,10 @@ def touches(
     >>> [touch] = palpate.touches(paths[0], windows=[(3.0, 7.5)])
     >>> round(touch.start_s, 1), touch.samples
     (3.0, 170)
+    >>> run = scenarios.run("stiff-steady")
+    >>> [touch] = palpate.touches(run.hard, run.soft, times_s=run.t_hard_s, soft_later_s=0.013)
+    >>> round(touch.start_s, 1), touch.samples
+    (2.0, 250)
     """
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
@@ -130,20 +177,50 @@ def touches(
     if unit is not None:
         keywords["unit"] = unit
     one = partial(_of_one, keywords, scene=scene, windows=windows, **settings)
+    times = PairTimes(times_s, rate_hz, soft_later_s)
+    if hard is not None or soft is not None:
+        signal = _hard_of(recording, hard, reading)
+        signals = recording_of_arrays(signal, soft, times, unit)
+        return tracked(signals, scene=scene, windows=windows, **settings).touches
+    times.require_none()
+    require_no_signal(recording)
     if not _is_several(recording):
         return one(recording)
     if windows is not None:
         raise ValueError("windows: got them with several recordings, allowed: with one")
     Tracker(scene, **cast(Any, settings))  # a wrong setting is one error, not one of each recording
+    return _of_each(in_order(one, recording, jobs))
+
+
+def _of_each(attempts: Iterable[Touches | Exception]) -> list[Touches]:
+    """Return the touches of each recording; raise SomeFailed if there is an exception."""
     touches_of_each = list[Touches]()
     results = list[Touches | Exception]()
-    for result in in_order(one, recording, jobs):
+    for result in attempts:
         results.append(result)
         if not isinstance(result, Exception):
             touches_of_each.append(result)
     if len(touches_of_each) < len(results):
         raise SomeFailed.of(results)
     return touches_of_each
+
+
+def _hard_of(recording: Any, hard: Any, reading: object) -> Any:
+    """Return the first of two arrays, by its name or by its position.
+
+    Raises
+    ------
+    TypeError
+        There is a recording, or its keywords, too.
+    """
+    unused = ""
+    if reading is not None:
+        unused = "reading"
+    elif hard is not None and recording is not None:
+        unused = "recording"
+    if unused:
+        raise TypeError(f"{unused}: got it with two arrays, allowed: without it")
+    return recording if hard is None else hard
 
 
 def _of_one(keywords: Mapping[str, Any], recording: Any, **options: Any) -> Touches:

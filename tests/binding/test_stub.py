@@ -154,6 +154,8 @@ palpate.HandoverRls(false_alarm_interval=1e5)
 with palpate.Stream("sim:", scene="sliding", release=0.2) as stream:
     stream.stop()
 palpate.touches(palpate.read("a.csv"), scene="fixed", forgetting=0.9)
+palpate.touches([9.0, 9.1], [8.0, 8.1], rate_hz=40, soft_later_s=0.01, scene="paper")
+palpate.touches(hard=[9.0, 9.1], soft=[8.0, 8.1], times_s=[0.0, 0.1], unit="N")
 """
 GOOD += "".join(
     f"palpate.Tracker({scene!r}, {', '.join(f'{name}={value!r}' for name, value in settings.items())})\n"
@@ -167,6 +169,9 @@ BAD += [
     'palpate.Tracker("handheld", threshold=3)',
     "palpate.HandoverRls(threshold=3)",
     "palpate.Bank(palpate.Tracker(), 3)",
+    "palpate.touches([9.0, 9.1], [8.0, 8.1])",
+    "palpate.touches([9.0, 9.1], [8.0, 8.1], rate_hz=40, times_s=[0.0, 0.1])",
+    'palpate.touches("a.csv", rate_hz=40)',
 ]
 
 

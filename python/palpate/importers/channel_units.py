@@ -75,6 +75,22 @@ def _typical_size(values: Array) -> float:
     return float(np.quantile(some, _SIZE_QUANTILE))
 
 
+def require_probable_pF(hard: Array, soft: Array) -> None:
+    """Check that the values of both channels may be those of gauges, in pF.
+
+    Raises
+    ------
+    ValueError
+        They are smaller or larger.
+    """
+    size = max(_typical_size(hard), _typical_size(soft))
+    low, high = _PROBABLE_SIZES["pF"]
+    if size and not low <= size <= high:
+        capacitances = f"the unit of capacitances, one of {_ALLOWED_UNITS}"
+        allowed = f"{capacitances}, or of other signals, as unit='N'"
+        raise ValueError(f"unit: got none, and values of about {size:.3g}, allowed: {allowed}")
+
+
 def _unit_by_size(hard: Column, size: float) -> str:
     for unit, (low, high) in _PROBABLE_SIZES.items():
         if size == 0 or low <= size <= high:

@@ -226,10 +226,10 @@ class Recording(ArrayRecording, Framed, Plotted):
             "soft": self.soft,
         }
         for name, values in arrays.items():
-            object.__setattr__(self, name, _checked_array(name, values, size))
+            object.__setattr__(self, name, real_array(name, values, size))
 
 
-def _checked_array(name: str, values: Any, size: int) -> NDArray[np.float64]:
+def real_array(name: str, values: Any, size: int) -> NDArray[np.float64]:
     """Return values as floats of shape (size,), nan for masked ones; else an error."""
     if np.ma.isMaskedArray(values):
         values = np.ma.filled(values.astype(float), math.nan)
