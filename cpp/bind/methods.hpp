@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "module.hpp"
+#include "labels.hpp"
 
 /// str(value), of Python.
 inline std::string text_of(py::handle value) { return py::str(value).cast<std::string>(); }
@@ -63,7 +63,8 @@ constexpr auto raises = R"(
 Raises
 ------
 TypeError, ValueError
-    Arguments of another number, type or shape, or out of range; the message names what is allowed.
+    Arguments of another number, type or shape, or out of range; columns of data frames with different indices. The
+    message names what is allowed.
 RuntimeError
     The object is in use by another thread.
 )";
@@ -79,6 +80,14 @@ template <class T>
 class Class : public py::class_<T> {
  public:
   using py::class_<T>::class_;
+  using py::class_<T>::def;
+
+  /// A method, whose arguments must have one index where they have one.
+  template <class Function, class... Extra>
+  Class& def(const char* name, Function&& function, const Extra&... extra) {
+    py::class_<T>::def(name, std::forward<Function>(function), extra..., SameIndex());
+    return *this;
+  }
 
   /// A property: get(object), or a member function without arguments.
   template <class Get>

@@ -9,6 +9,7 @@ import numpy as np
 from palpate.dataframe import ToNumpy, is_frame
 from palpate.errors import RecordingError, need
 from palpate.importers.table import ColumnData, ReadOptions, Table
+from palpate.labels import require_same_index
 
 _NUMBERS_AND_DATES = "biufmM"  # kinds of a numpy dtype
 
@@ -24,6 +25,8 @@ def frame_table(source: Any, options: ReadOptions) -> Table:
         Not a data frame.
     RecordingError
         The columns have different shapes, no rows, or masked values.
+    ValueError
+        Columns of pandas in a dict have different indices.
     """
     library = type(source).__module__.split(".")[0]
     path = Path(f"{library}.{type(source).__name__}")
@@ -58,6 +61,7 @@ def _columns(source: Any) -> list[ColumnData]:
     if _is_a(source, "pandas", "DataFrame"):
         return _pandas_columns(source)
     if isinstance(source, Mapping):
+        require_same_index(map(str, source.keys()), source.values())
         return [_column(name, cells) for name, cells in source.items()]
     if _is_a(source, "polars", "DataFrame"):
         names = source.columns

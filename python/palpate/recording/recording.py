@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.dataframe import Framed
+from palpate.labels import require_same_index
 from palpate.plotted import Plotted
 from palpate.recording.session import Plan
 from palpate.recording_protocol import ArrayRecording
@@ -225,6 +226,7 @@ class Recording(ArrayRecording, Framed, Plotted):
             "hard": self.hard,
             "soft": self.soft,
         }
+        require_same_index(arrays.keys(), arrays.values())
         for name, values in arrays.items():
             object.__setattr__(self, name, real_array(name, values, size))
 

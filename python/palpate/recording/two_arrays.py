@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.importers.channel_units import require_probable_pF
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
+from palpate.labels import require_same_index
 from palpate.messages import quoted
 from palpate.recording.recording import Recording, real_array
 from palpate.recording_protocol import is_like_recording
@@ -153,8 +154,8 @@ def recording_of_arrays(hard: Any, soft: Any, times: PairTimes, unit: str | None
     TypeError
         Not two arrays of real numbers; or as in `PairTimes.seconds`.
     ValueError
-        Arrays of different lengths or without values; a size that is not probable for pF; or as in
-        `PairTimes.seconds`.
+        Arrays of different lengths or indices, or without values; a size that is not probable for
+        pF; or as in `PairTimes.seconds`.
 
     Examples
     --------
@@ -162,6 +163,7 @@ def recording_of_arrays(hard: Any, soft: Any, times: PairTimes, unit: str | None
     >>> recording.t_soft_s.tolist(), recording.unit
     ([0.0, 0.025], 'pF')
     """
+    require_same_index(["hard", "soft", "times_s"], [hard, soft, times.times_s])
     hard_values = _readings("hard", hard)
     soft_values = _readings("soft", soft)
     if len(hard_values) != len(soft_values):
