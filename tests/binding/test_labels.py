@@ -142,6 +142,27 @@ def test_numbers_and_texts_that_look_the_same_are_refused() -> None:
         palpate.Rls().process(numbers, numbers.set_axis(["1", "2"]))
 
 
+@every
+def test_a_trace_is_a_data_frame_with_the_index_of_the_signals(kind: Any) -> None:
+    rows = kind().trace(Y, X)
+    frame = pd.DataFrame(rows, index=Y.index)
+    assert frame.index.equals(DAYS)
+    assert tuple(frame.columns) == rows.dtype.names
+    for name in rows.dtype.names:
+        assert np.array_equal(frame[name], rows[name], equal_nan=True)
+    assert tuple(pl.from_numpy(rows).columns) == rows.dtype.names
+
+
+def test_a_trace_of_several_coefficients_has_two_levels_of_columns() -> None:
+    rows = VectorRls(2, intercept=True).trace(Y, FRAME)
+    fields = {name: pd.DataFrame(rows[name], index=Y.index) for name in rows.dtype.names}
+    frame = pd.concat(fields, axis=1)
+    assert frame.index.equals(DAYS)
+    assert frame["coefficients"].to_numpy().tobytes() == rows["coefficients"].tobytes()
+    assert np.array_equal(frame["alarm"][0], rows["alarm"])
+    assert frame.shape == (400, 9)
+
+
 def test_arrays_need_no_pandas() -> None:
     program = "import sys, palpate; assert 'numpy' not in sys.modules; "
     program += "palpate.Rls().process([1.0, 2.0], (1.0, 2.0)); print(*sys.modules)"
