@@ -35,7 +35,7 @@ def require_same_index(names: Iterable[str], signals: Iterable[Any]) -> None:
     first_name = ""
     first: Any = None
     for name, signal in zip(names, signals, strict=True):
-        if not _has_labels(signal, "index"):
+        if not _has_index(signal):
             continue
         if first is None:
             first_name = name
@@ -43,13 +43,18 @@ def require_same_index(names: Iterable[str], signals: Iterable[Any]) -> None:
             continue
         if not signal.index.equals(first.index):
             raise ValueError(_unlike_index(name, signal, first_name, first))
-        if _has_labels(signal, "columns") and _has_labels(first, "columns"):
+        if _has_columns(signal) and _has_columns(first):
             _require_same_order(name, signal.columns, first_name, first.columns)
 
 
-def _has_labels(signal: object, attribute: str) -> bool:
-    """Return whether a signal has such labels: a list has a method `index`, which is none."""
-    return hasattr(getattr(signal, attribute, None), "equals")
+def _has_index(signal: object) -> bool:
+    """Return whether a signal has labels of its rows: the method `index` of a list is none."""
+    return hasattr(getattr(signal, "index", None), "equals")
+
+
+def _has_columns(signal: object) -> bool:
+    """Return whether a signal is a data frame."""
+    return hasattr(getattr(signal, "columns", None), "equals")
 
 
 def _unlike_index(name: str, signal: Any, first_name: str, first: Any) -> str:
@@ -57,9 +62,9 @@ def _unlike_index(name: str, signal: Any, first_name: str, first: Any) -> str:
     moved = first_name
     other = name
     axis = ""
-    if _has_labels(signal, "columns") or _has_labels(first, "columns"):
+    if _has_columns(signal) or _has_columns(first):
         axis = ", axis=0"
-        if not _has_labels(first, "columns"):  # a column cannot be aligned with a data frame
+        if not _has_columns(first):  # a column cannot be aligned with a data frame
             moved = name
             other = first_name
     aligned = f'{moved}, {other} = {moved}.align({other}, join="inner"{axis})'

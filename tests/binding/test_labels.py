@@ -28,10 +28,15 @@ Bank = palpate.Bank
 VectorRls: Any = palpate.VectorRls
 
 
+def block_of(estimator: Any, method: str) -> Callable[..., Any]:
+    """Return one of the two methods that take blocks."""
+    return {"process": estimator.process, "trace": estimator.trace}[method]
+
+
 @every
 @pytest.mark.parametrize("method", ["process", "trace"])
 def test_equal_indices_have_the_result_of_arrays(kind: Any, method: str) -> None:
-    expected = getattr(kind(), method)(Y.to_numpy(), X.to_numpy()).tobytes()
+    expected = block_of(kind(), method)(Y.to_numpy(), X.to_numpy()).tobytes()
     same = X.set_axis(pd.DatetimeIndex(DAYS.tolist(), name="another name"))
     for output, regressor in (
         (Y, X),
@@ -41,7 +46,7 @@ def test_equal_indices_have_the_result_of_arrays(kind: Any, method: str) -> None
         (pl.Series(Y), X),
         (pl.Series(Y), pl.Series(X)),
     ):
-        assert getattr(kind(), method)(output, regressor).tobytes() == expected
+        assert block_of(kind(), method)(output, regressor).tobytes() == expected
 
 
 @every
@@ -51,9 +56,9 @@ def test_other_indices_are_refused(kind: Any, method: str, other: str) -> None:
     estimator = kind()
     message = r"^regressor: got another index than that of output \(.*: .*, not 2026-01-0.*\), allowed: the same"
     with pytest.raises(ValueError, match=message):
-        getattr(estimator, method)(Y, OTHERS[other])
+        block_of(estimator, method)(Y, OTHERS[other])
     with pytest.raises(ValueError, match=r"^regressor: got another index than that of output"):
-        getattr(estimator, method)(regressor=Y, output=OTHERS[other])
+        block_of(estimator, method)(regressor=Y, output=OTHERS[other])
     assert estimator == kind()
 
 
