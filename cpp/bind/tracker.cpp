@@ -328,8 +328,8 @@ If it shows the opposite, that touch has the flag "baseline".)")
       "state", [](const auto& run) { return run.state(); },
       "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");
   add(
-      "ratio", [](const auto& run) { return run.core.estimator.ratio(); },
-      "Ratio of the running touch, or of the last one.");
+      "ratio", [](const auto& run) { return run.core.ratio(); },
+      "Ratio of the running touch, or of the last one; nan until it has a sample.");
   add(
       "standard_error", [](const auto& run) { return run.core.standard_error(); },
       "Standard deviation of that ratio; nan if it is not known.");

@@ -26,6 +26,39 @@ def test_states_and_rows_tell_the_same() -> None:
     assert np.isfinite(tracker.standard_error)
 
 
+@pytest.mark.parametrize("scene", palpate._core.scenes)
+def test_the_initial_ratio_is_never_shown_as_one_that_was_measured(scene: Any) -> None:
+    """It is far from any ratio of the run."""
+    run = scenarios.run("four-specimens", 1)
+    tracker = palpate.Tracker(scene, initial_ratio=77.0)
+    assert np.isnan(tracker.ratio)
+    shown = []
+    for row in zip(run.t_hard_s, run.t_soft_s, run.hard, run.soft, strict=True):
+        tracker.feed(*map(float, row))
+        shown.append(tracker.ratio)
+    finite = np.isfinite(shown)
+    assert finite[-1]
+    assert np.abs(np.array(shown)[finite]).max() < 20
+    assert scene == "fixed" or np.isnan(shown[:30]).all()
+    assert scene == "fixed" or tracker.ratio == tracker.touches[-1].first_ratio
+
+
+def test_a_contact_whose_readings_are_saturated_has_no_ratio() -> None:
+    """The soft channel shows the contact; the hard one is beyond its range."""
+    press = np.repeat([0.0, 0.25], [60, 40])
+    t = 0.026 * np.arange(100)
+    tracker = palpate.Tracker(full_scale=9.1)
+    rows = tracker.process(t, t + 0.013, 9 + 2.5 * press, 8 + press)
+    assert rows["contact"][-1]
+    assert tracker.state == "contact"
+    assert np.isnan(tracker.ratio)
+    assert "ratio" not in repr(tracker)
+    touch = tracker.finish()
+    assert touch is not None
+    assert touch.samples == 0
+    assert np.isnan([touch.ratio, tracker.ratio]).all()
+
+
 def test_a_touch_stays_as_it_is_when_the_next_ones_end() -> None:
     run = scenarios.run("four-specimens", 1)
     tracker = palpate.Tracker()

@@ -240,6 +240,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
     return unknown && product(square, most) < 1 ? 16 / square : settings.initial_covariance;
   }
 
+  /// Ratio of the running touch, or of the last one; NaN until it has a sample. The estimator has its initial ratio then.
+  constexpr Real ratio() const noexcept { return counts_.samples > 0 ? estimator.ratio() : not_a_number<Real>; }
   /// Standard error of the running touch; NaN until the first sample.
   constexpr Real standard_error() const noexcept { return errors().of(estimator); }
 

@@ -148,8 +148,11 @@ def tracker_line(shown: Tracker) -> str:
 
 
 def running_ratio(shown: Tracker) -> str:
-    """Return the ratio of the running touch; "" without one: a touch that has ended has its own."""
-    if shown.state not in ("contact", "done"):
+    """Return the ratio of the running touch; "" without one or without a sample.
+
+    A touch that has ended has its own.
+    """
+    if shown.state not in ("contact", "done") or isnan(shown.ratio):
         return ""
     return str(Uncertainty.of_ratio(shown.ratio, shown.standard_error))
 
