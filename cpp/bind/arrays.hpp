@@ -79,11 +79,18 @@ inline py::array real_array(const py::object& value, const char* name) {
   return array;
 }
 
+/// With an array of shape (n,) where one column is wanted, of shape (n, 1), the column.
+inline py::array as_column(const py::array& array, const Shape& shape) {
+  const bool one_column = shape.size() == 2 && shape[1] == 1 && array.ndim() == 1;
+  const bool fits = one_column && (shape[0] < 0 || shape[0] == array.shape(0));
+  return fits ? py::array(array).reshape({array.shape(0), py::ssize_t{1}}) : array;
+}
+
 /// `value` as an array that the loops can read: the caller's own where its type allows it, a copy elsewhere.
 template <class Real, int flags = 0>
 py::array samples_of(const py::object& value, const char* name, const Shape& shape) {
   constexpr int needed = flags | aligned;
-  const py::array array = real_array(value, name);
+  const py::array array = as_column(real_array(value, name), shape);
   require_shape(array, name, shape);
   const bool fits = array.dtype().is(once<&py::dtype::of<Real>>()) && (array.flags() & needed) == needed;
   return fits ? array : py::array_t<Real, py::array::forcecast | needed>(array);

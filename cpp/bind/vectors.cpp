@@ -62,6 +62,25 @@ float
     Output minus its prediction with the coefficients before. A sample that is not finite, or too large (1e139 is not), is
     refused: the state stays, and `rejected` counts it.
 )";
+constexpr auto predict_doc = R"(predict($self, regressors, /)
+--
+
+Return the output that regressors predict, and the standard error of this prediction.
+
+Parameters
+----------
+regressors : sequence of float, or numpy.ndarray, shape (size,)
+    Positional only.
+
+Returns
+-------
+value, standard_error : float
+    value = coefficients @ regressors (and the intercept). standard_error = sqrt(x' C x), with x the regressors (and 1) and C
+    the variances and covariances of the coefficients, so it is not the sum of their standard errors. It is that of the mean
+    output: the noise of a single output comes on top. For Student's t with `degrees_of_freedom`. nan before size + 4 samples,
+    also after a change, and where the samples do not determine the prediction; regressors that are combinations of each
+    other have one for the same combination.
+)";
 constexpr auto vector_process_doc = R"(process(self, /, output, regressors, out=None)
 --
 
@@ -69,7 +88,7 @@ Take a block of samples; the same bits as one `update` for each.
 
 Parameters
 ----------
-output, regressors : array_like of real numbers, shape (n,) and (n, size)
+output, regressors : array_like of real numbers, shape (n,) and (n, size); for size 1 both (n,), too
 out : numpy.ndarray, contiguous, optional
     Where the coefficients are written.
 
@@ -121,6 +140,16 @@ double update_vector(Vector& estimator, PyObject* const* given, Py_ssize_t count
   return estimator.take(output, values.data()).innovation;
 }
 
+std::pair<double, double> predict(const Vector& estimator, PyObject* const* given, Py_ssize_t count) {
+  if (count != 1) {
+    throw type_error("takes exactly the regressors (" + std::to_string(count) + " given)");
+  }
+  const AnyVector& core = estimator.numbers().core;
+  const AnyVector::Numbers values = values_of(given[0], core.width());
+  const auto [value, standard_error] = core.predict(values.data());
+  return {value, standard_error};
+}
+
 py::array numbers(const double* values, const AnyVector& core) { return py::array_t<double>(core.count(), values); }
 
 }  // namespace
@@ -166,6 +195,7 @@ void bind_vectors(py::module_& module) {
   parameters = "(size, *, intercept=False" + parameters.substr(parameters.find(", false_alarm_interval")) + ")";
   auto type = define_class<Vector>(module, "VectorRls", parameters, vector_doc, made);
   type.fast<&update_vector>("update", vector_update_doc);
+  type.fast<&predict>("predict", predict_doc);
   const auto add = define_estimator(type, vector_process_doc, vector_trace_doc);
   add(
       "coefficients", [](const auto& s) { return numbers(s.core.coefficients(), s.core); },

@@ -38,6 +38,16 @@ class AnyVector {
     };
     return std::visit(update, core_);
   }
+  palpate::Prediction<double> predict(const double* regressors) const noexcept {
+    const auto predicted = [&](const auto& core) {
+      constexpr std::size_t last = std::decay_t<decltype(core)>::size - 1;
+      double given[last + 1];
+      std::copy_n(regressors, last, given);
+      given[last] = intercept_ ? 1 : regressors[last];
+      return core.predict(given);
+    };
+    return std::visit(predicted, core_);
+  }
   py::ssize_t width() const noexcept { return count() - intercept_; }
   py::ssize_t count() const noexcept { return static_cast<py::ssize_t>(core_.index()) + 1; }
   double* write(double* to) const noexcept { return std::copy_n(coefficients(), count(), to); }

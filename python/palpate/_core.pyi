@@ -157,6 +157,9 @@ class VectorRls(_Counting):
     def update(
         self, output: float, regressors: Sequence[float] | NDArray[np.floating[Any]], /
     ) -> float: ...
+    def predict(
+        self, regressors: Sequence[float] | NDArray[np.floating[Any]], /
+    ) -> tuple[float, float]: ...
     def process(
         self, output: ArrayLike, regressors: ArrayLike, out: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]: ...

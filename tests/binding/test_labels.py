@@ -30,7 +30,11 @@ VectorRls: Any = palpate.VectorRls
 
 def block_of(estimator: Any, method: str) -> Callable[..., Any]:
     """Return one of the two methods that take blocks."""
-    return {"process": estimator.process, "trace": estimator.trace}[method]
+    blocks: dict[str, Callable[..., Any]] = {
+        "process": estimator.process,
+        "trace": estimator.trace,
+    }
+    return blocks[method]
 
 
 @every

@@ -42,6 +42,9 @@ void print(const char* name, Real alarmed = 0, Real min_information = 0) {
     hash.add(step.accepted ? step.innovation : Real(0));
     hash.add(estimator.statistic());
     hash.add(estimator.standard_errors(errors));
+    const auto predicted = estimator.predict(values);
+    hash.add(predicted.value);
+    hash.add(predicted.standard_error > 0 ? predicted.standard_error : Real(0));
     estimator.covariance(Size - 1, column);
     for (int i = 0; i < Size; ++i) {
       hash.add(estimator.coefficients()[i]);

@@ -41,6 +41,13 @@ struct VectorStep {
   bool outlier;     ///< too large to be noise
 };
 
+/// A prediction of VectorRls.
+template <class Real>
+struct Prediction {
+  Real value;           ///< of the output, without its noise
+  Real standard_error;  ///< of this value; NaN where it is unknown
+};
+
 /// output = sum of coefficients[i] regressors[i] + e, with exponential forgetting. With `Intercept` the last coefficient
 /// is a constant, whose regressor, 1, is not given.
 ///
@@ -139,12 +146,28 @@ class VectorRls : public Parameters {
   /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN where the samples do not
   /// determine a coefficient. All NaN, and 0 degrees of freedom, before Size + 4 samples, in total and since a change.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
-    const Real left = fit().count - fit().leverages(result, guarded_);
-    const bool settled = fit().count > Size + Real(3.5) && left > 0;
+    const Real left = samples_left(result);
     for (Real& value : result) {
-      value = settled ? square_root(product(value, fit().residuals / left)) : not_a_number<Real>;
+      value = left > 0 ? square_root(product(value, fit().residuals / left)) : not_a_number<Real>;
     }
-    return settled ? product(left, fit().count / fit().count_squares) : Real(0);
+    return left > 0 ? product(left, fit().count / fit().count_squares) : Real(0);
+  }
+  /// The output that these regressors predict, and the standard error of the prediction by all variances and covariances
+  /// of the coefficients; the noise of a single output is not in it. The error is NaN where the samples do not determine
+  /// the prediction, which may be known although no coefficient is: that of regressors like those of the samples.
+  constexpr Prediction<Real> predict(const Real (&values)[Regressors]) const noexcept {
+    const Sample sample = sample_of(Real(0), values);
+    Real value = 0, variances[Size] = {};
+    for (int i = 0; i < Size; ++i) {
+      value += product(sample.regressors[i], fit().coefficients[i]);
+    }
+    const Real left = samples_left(variances);
+    if (!(left > 0 && in_range(sample))) {
+      return {value, not_a_number<Real>};
+    }
+    const Real scale = size_of(sample);
+    const Real variance = product(leverage(sample, scale), fit().residuals / left);
+    return {value, product(scale, square_root(variance))};
   }
   /// The largest side of the CUSUM, in standard deviations.
   constexpr Real statistic() const noexcept {
@@ -173,6 +196,63 @@ class VectorRls : public Parameters {
       sum += magnitude(value);
     }
     return sum < limit;
+  }
+
+  /// The sum of the weights without the coefficients that the samples determine; 0 where no error is known. In `result`:
+  /// the variances of the coefficients for noise of variance 1.
+  constexpr Real samples_left(Real (&result)[Size]) const noexcept {
+    const Real left = fit().count - fit().leverages(result, guarded_);
+    return fit().count > Size + Real(3.5) && left > 0 ? left : Real(0);
+  }
+
+  /// The largest regressor, each in root mean squares of itself.
+  constexpr Real size_of(const Sample& sample) const noexcept {
+    Real largest = 0;
+    for (int i = 0; i < Size; ++i) {
+      const Real value = magnitude(sample.regressors[i]);
+      const Real square = fit().squares[i * (i + 3) / 2] / fit().count_squares;
+      largest = value > 0 ? larger(value / square_root(square), largest) : largest;
+    }
+    return largest;
+  }
+
+  /// x' P Q P x, the variance of theta' x for noise of variance 1; x: the regressors in units of their size. It is at most
+  /// x' P x = sum of r^2 / D, with U' r = x. The rotation of a further sample leaves r, without what rounding makes of
+  /// regressors that depend on each other; from a fit with theta = 0, and for the output 1, it makes theta = weight P x.
+  /// NaN where more than a hundredth of x' P x is of the prior, prior |P x|^2.
+  constexpr Real leverage(Sample row, Real scale) const noexcept {
+    if (!(scale > 0)) {
+      return 0;
+    }
+    Fit blank = fit(), next = blank;
+    for (int i = 0; i < Size; ++i) {
+      row.regressors[i] /= scale;
+      blank.coefficients[i] = blank.projected[i] = 0;
+    }
+    row.output = 1;
+    blank.rotate(Real(1), resolution, row, next);
+    Real most = 0, prior = 0;
+    for (int i = 0; i < Size; ++i) {
+      next.coefficients[i] /= row.weight;
+      prior += product(guarded_, product(next.coefficients[i], next.coefficients[i]));
+      most += product(row.regressors[i], row.regressors[i] / fit().diagonal[i]);
+    }
+    const Real square = quadratic(next.coefficients);
+    const Real least = square < most ? square : most;  // most, too, where rounding hides the square
+    return prior < product(Real(0.01), most) ? least : not_a_number<Real>;
+  }
+
+  /// As LeastSquares::quadratic.
+  constexpr Real quadratic(const Real (&values)[Size]) const noexcept {
+    Real sum = 0, magnitudes = 0;
+    for (int i = 0, j = 0; i < Size; ++i) {
+      for (int k = 0; k <= i; ++k, ++j) {
+        const Real term = product(product(fit().squares[j], values[i]), k < i ? 2 * values[k] : values[k]);
+        sum += term;
+        magnitudes += magnitude(term);
+      }
+    }
+    return sum > product(magnitudes, 100 * std::numeric_limits<Real>::epsilon()) ? sum : not_a_number<Real>;
   }
 
   static constexpr Sample sample_of(Real output, const Real (&values)[Regressors]) noexcept {
