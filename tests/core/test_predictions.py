@@ -94,13 +94,27 @@ def test_a_combination_that_the_samples_had_is_known_and_any_other_one_is_not(sc
     twins = VectorRls(2)
     twins.process(2 * first + 0.01 * random.standard_normal(200), regressors)
     assert not (twins.standard_errors < 1e100).any()
-    for size in (1.0, 0.1 + 0.2, 1e6, 1e-6):
+    for size in (1.0, 0.1 + 0.2, *(1e6 * random.random(10)), *(1e-6 * random.random(10))):
         value, standard_error = twins.predict((size, scale * size))
         assert abs(value - 2 * size) < 4 * standard_error < 0.005 * size
     for other in ((1.0, 0.0), (0.0, 1.0), (1.0, -scale), (1.0, 1.001 * scale)):
         value, standard_error = twins.predict(other)
         assert math.isfinite(value)
         assert math.isnan(standard_error)
+
+
+def test_regressors_of_any_size_are_a_known_combination() -> None:
+    """The rounding of a sum is compared with the regressors themselves, not with those of the samples."""
+    random = np.random.default_rng(3)
+    two = random.standard_normal((200, 2))
+    regressors = np.column_stack([two, two.sum(axis=1)])
+    estimator = VectorRls(3)
+    estimator.process(two @ [2.0, 3.0] + 0.01 * random.standard_normal(200), regressors)
+    for size in (1e-9, 1e-3, 1.0, 1e3, 1e9):
+        for x in size * random.standard_normal((10, 2)):
+            value, standard_error = estimator.predict((*x, x.sum()))
+            assert abs(value - x @ [2.0, 3.0]) < 5 * standard_error < 0.05 * size
+            assert math.isnan(estimator.predict((*x, x.sum() + 1e-3 * size))[1])
 
 
 def test_an_interval_contains_the_true_mean_in_95_of_100_cases() -> None:
