@@ -76,7 +76,7 @@ def touches(  # type: ignore[misc]  # the first argument has two names: recordin
     soft: Any = None,
     *,
     hard: Any = None,
-    times_s: ArrayLike | None = None,
+    times_s: Any = None,
     rate_hz: float | None = None,
     soft_later_s: float = 0.0,
     scene: "_Scene" = "handheld",
