@@ -134,9 +134,9 @@ def test_who_is_refused_changes_nothing(name: str) -> None:
     for _ in range(turns):
         work(alone)
     if name == "Tracker":
-        assert (made.readings, made.ratio, made.touches) == (
+        assert (made.readings, made.state, made.touches) == (
             alone.readings,
-            alone.ratio,
+            alone.state,
             alone.touches,
         )
     else:
@@ -158,9 +158,9 @@ def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:
     with palpate.Stream(Scripted(samples)) as alone:
         for _ in alone.batches():
             pass
-    assert (stream.tracker.readings, stream.tracker.ratio) == (
+    assert (stream.tracker.readings, stream.tracker.state) == (
         alone.tracker.readings,
-        alone.tracker.ratio,
+        alone.tracker.state,
     )
 
 
