@@ -1,19 +1,20 @@
 """Estimators of the ratio of any two signals for the bench any_two_signals: palpate's, and rivals with settings that suit it.
 
 The rivals know two numbers that palpate does not know: the standard deviation of the noise, and the rms of the regressor.
-With them their settings have no unit: the noise over the rms is the error of a ratio of one sample. They are compiled if
-numba is installed.
+The signals are divided by them, so that the settings of the rivals have no unit. These settings have the smallest errors in
+the worlds where the ratio changes, with other seeds. The rivals that loop over samples are there if numba is installed.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 import numpy as np
 import palpate
 from numpy.typing import NDArray
 
-from bench.accuracy.rivals import compiled
+from bench.accuracy.rivals import Method, compiled
 from bench.accuracy.signal_worlds import SeveralSignals, Signals
 
 Array = NDArray[np.float64]
@@ -117,103 +118,101 @@ def without_alarm(ratio: Array, error: Array) -> Trace:
     return Trace(ratio, error, np.zeros(len(ratio), bool), detects=False)
 
 
-def one_sample(signals: Signals) -> float:
-    """Return the standard deviation of the ratio of one sample: noise over rms of the regressor."""
-    return signals.noise / math.sqrt(float(np.mean(signals.regressor**2)))
+def in_own_units(estimate: Method, signals: Signals) -> Array:
+    """Run a rival on signals whose noise is 1 and whose regressor has an rms of 1; its rows: ratio, error, any more."""
+    regressor_rms = math.sqrt(float(np.mean(signals.regressor**2)))
+    found = estimate(signals.output / signals.noise, signals.regressor / regressor_rms)
+    found[:2] *= signals.noise / regressor_rms
+    return found
 
 
-WALK = 0.03  # standard deviation of a step of the ratio, in units of `one_sample`
+WALK = 0.02  # standard deviation of a step of the ratio; that of the ratio of one sample is 1
+UNKNOWN = 1e12  # variance of a ratio before the first sample
 
 
 @compiled
-def _kalman_walk(output: Array, regressor: Array, noise: float, unit: float) -> tuple[Array, Array]:
+def _kalman_walk(output: Array, regressor: Array) -> Array:
     """Return ratio and error of a ratio that is a random walk."""
-    ratios = np.empty(len(output))
-    errors = np.empty(len(output))
+    found = np.empty((2, len(output)))
     ratio = 0.0
-    p = (1e6 * unit) ** 2
+    p = UNKNOWN
     for k, x in enumerate(regressor):
-        p += (WALK * unit) ** 2
-        variance = x * x * p + noise**2
+        p += WALK**2
+        variance = x * x * p + 1
         ratio += p * x / variance * (output[k] - x * ratio)
-        p *= noise**2 / variance
-        ratios[k] = ratio
-        errors[k] = math.sqrt(p)
-    return ratios, errors
+        p /= variance
+        found[0, k] = ratio
+        found[1, k] = math.sqrt(p)
+    return found
 
 
 def kalman_walk(signals: Signals) -> Trace:
     """Follow with a Kalman filter whose state, the ratio, is a random walk."""
-    unit = one_sample(signals)
-    return without_alarm(
-        *_kalman_walk(signals.output, signals.regressor, signals.noise, unit)  # type: ignore[call-arg]
-    )
+    found = in_own_units(_kalman_walk, signals)
+    return without_alarm(found[0], found[1])
 
 
+# The limit is that of as few false alarms as palpate has; a lower one has smaller errors.
 GLR_LIMIT, GLR_WINDOW, GLR_SHORTEST, GLR_CLIP = (33.0, 400, 4, 4.0)
 
 
 @compiled
-def _robust_glr(output: Array, regressor: Array, noise: float) -> tuple[Array, Array, Array]:
+def _robust_glr(output: Array, regressor: Array) -> Array:
     """Return ratio, error and alarm of least squares since the most likely step.
 
-    With the ratios d apart before and after a split, 2 ln(likelihood ratio) is d^2 / (noise^2 (1 / sum_before(x^2) +
-    1 / sum_after(x^2))). Robust: an innovation counts at most `GLR_CLIP` standard deviations.
+    With the ratios d apart before and after a split, 2 ln(likelihood ratio) is d^2 / (1 / sum_before(x^2) +
+    1 / sum_after(x^2)). Robust: an innovation counts at most `GLR_CLIP` standard deviations.
     """
-    ratios = np.zeros(len(output))
-    errors = np.full(len(output), np.nan)
-    alarms = np.zeros(len(output), np.bool_)
+    found = np.full((3, len(output)), np.nan)
     xx = regressor * regressor
     xy = regressor * output
     start = 0
     all_xx = all_xy = 0.0
     for k, x in enumerate(regressor):
         if k - start >= GLR_SHORTEST and all_xx > 0:
-            ratio = all_xy / all_xx
-            most = GLR_CLIP * noise * math.sqrt(1 + xx[k] / all_xx)
-            innovation = output[k] - ratio * x
-            xy[k] = x * (ratio * x + min(max(innovation, -most), most))
+            most = GLR_CLIP * math.sqrt(1 + xx[k] / all_xx)
+            prediction = x * all_xy / all_xx
+            innovation = output[k] - prediction
+            xy[k] = x * (prediction + min(max(innovation, -most), most))
         all_xx += xx[k]
         all_xy += xy[k]
-        best = GLR_LIMIT * noise**2
+        best = GLR_LIMIT
         split = -1
         after_xx = after_xy = 0.0
         for i in range(k, max(start + GLR_SHORTEST, k - GLR_WINDOW) - 1, -1):
             after_xx += xx[i]
             after_xy += xy[i]
-            before_xx = all_xx - after_xx
-            apart = after_xy * all_xx - all_xy * after_xx  # step * before * after
-            if apart**2 > best * after_xx * before_xx * all_xx:
-                best = apart**2 / (after_xx * before_xx * all_xx)
+            apart = after_xy * all_xx - all_xy * after_xx  # d * sum_before * sum_after
+            product = after_xx * (all_xx - after_xx) * all_xx
+            if apart**2 > best * product:
+                best = apart**2 / product
                 split = i
         if split >= 0:
             start = split
             all_xx = xx[start : k + 1].sum()
             all_xy = xy[start : k + 1].sum()
-            alarms[k] = True
-        if all_xx > 0:
-            ratios[k] = all_xy / all_xx
-            errors[k] = noise / math.sqrt(all_xx)
-    return ratios, errors, alarms
+        found[0, k] = all_xy / all_xx
+        found[1, k] = 1 / math.sqrt(all_xx)
+        found[2, k] = split >= 0
+    return found
 
 
 def robust_glr(signals: Signals) -> Trace:
     """Follow with the generalised likelihood ratio of a step at each of the last 400 samples: Willsky and Jones, 1976."""
-    return Trace(*_robust_glr(signals.output, signals.regressor, signals.noise))  # type: ignore[call-arg]
+    found = in_own_units(_robust_glr, signals)
+    return Trace(found[0], found[1], found[2] > 0)
 
 
-TO_MOVING, TO_STILL = (1e-3, 0.1)  # probability of a transition, for each sample
-STILL, JUMP = (0.01, 3.0)  # standard deviation of a step of the ratio, in units of `one_sample`
+TO_MOVING, TO_STILL = (1e-4, 0.1)  # probability of a transition, for each sample
+STILL, JUMP = (0.01, 1.0)  # standard deviation of a step of the ratio, as `WALK`
 
 
 @compiled
-def _imm(output: Array, regressor: Array, noise: float, unit: float) -> tuple[Array, Array, Array]:
+def _imm(output: Array, regressor: Array) -> Array:
     """Return ratio, error and the probability that the ratio moves, of two interacting models."""
-    ratios = np.empty(len(output))
-    errors = np.empty(len(output))
-    shares = np.empty(len(output))
+    found = np.empty((3, len(output)))
     still = moving = 0.0
-    still_p = moving_p = (1e6 * unit) ** 2
+    still_p = moving_p = UNKNOWN
     share = 0.5  # probability that it moves
     for k, x in enumerate(regressor):
         prior = TO_MOVING * (1 - share) + (1 - TO_STILL) * share
@@ -222,80 +221,78 @@ def _imm(output: Array, regressor: Array, noise: float, unit: float) -> tuple[Ar
         from_moving = TO_STILL * share / (1 - prior)
         mixed = still + from_moving * apart
         mixed_p = still_p + from_moving * (moving_p - still_p + (1 - from_moving) * apart**2)
-        mixed_p += (STILL * unit) ** 2
+        mixed_p += STILL**2
         from_still = TO_MOVING * (1 - share) / prior
         moved = moving - from_still * apart
         moved_p = moving_p + from_still * (still_p - moving_p + (1 - from_still) * apart**2)
-        moved_p += (JUMP * unit) ** 2
-        still_s = x * x * mixed_p + noise**2
-        moving_s = x * x * moved_p + noise**2
+        moved_p += JUMP**2
+        still_s = x * x * mixed_p + 1
+        moving_s = x * x * moved_p + 1
         still_e = output[k] - x * mixed
         moving_e = output[k] - x * moved
         still = mixed + mixed_p * x / still_s * still_e
         moving = moved + moved_p * x / moving_s * moving_e
-        still_p = mixed_p * noise**2 / still_s
-        moving_p = moved_p * noise**2 / moving_s
+        still_p = mixed_p / still_s
+        moving_p = moved_p / moving_s
         log_odds = 0.5 * (still_e**2 / still_s - moving_e**2 / moving_s)
         odds = math.exp(min(max(log_odds, -300.0), 300.0)) * math.sqrt(still_s / moving_s)
         share = odds * prior / (odds * prior + 1 - prior)
         share = min(max(share, 1e-12), 1 - 1e-12)
         apart = moving - still
-        ratios[k] = still + share * apart
+        found[0, k] = still + share * apart
         spread = still_p + share * (moving_p - still_p + (1 - share) * apart**2)
-        errors[k] = math.sqrt(spread)
-        shares[k] = share
-    return ratios, errors, shares
+        found[1, k] = math.sqrt(spread)
+        found[2, k] = share
+    return found
 
 
 def imm(signals: Signals) -> Trace:
     """Follow with two interacting models, still and moving: Blom and Bar-Shalom, 1988. Moving more likely is an alarm."""
-    found = _imm(signals.output, signals.regressor, signals.noise, one_sample(signals))  # type: ignore[call-arg]
-    ratio, error, share = found
-    return Trace(ratio, error, share > 0.5)
+    found = in_own_units(_imm, signals)
+    return Trace(found[0], found[1], found[2] > 0.5)
 
 
 WALKS = np.array([0.0, 1e-3, 0.01, 0.1, 1.0, 30.0])  # as `WALK`
-REMEMBERED = 0.99
+REMEMBERED = 0.995
 
 
 @compiled
-def _dma(output: Array, regressor: Array, noise: float, unit: float) -> tuple[Array, Array]:
+def _dma(output: Array, regressor: Array) -> Array:
     """Return ratio and error of the mean over random walks, each weighted by how well it predicted."""
-    ratios = np.empty(len(output))
-    errors = np.empty(len(output))
+    found = np.empty((2, len(output)))
     mean = np.zeros(len(WALKS))
-    p = np.full(len(WALKS), (1e6 * unit) ** 2)
+    p = np.full(len(WALKS), UNKNOWN)
     weights = np.zeros(len(WALKS))  # logarithms
     for k, x in enumerate(regressor):
         for i, walk in enumerate(WALKS):
-            before = p[i] + (walk * unit) ** 2
-            variance = x * x * before + noise**2
+            before = p[i] + walk**2
+            variance = x * x * before + 1
             e = output[k] - x * mean[i]
             weights[i] = REMEMBERED * weights[i] - 0.5 * (e * e / variance + math.log(variance))
             mean[i] += before * x / variance * e
-            p[i] = before * noise**2 / variance
+            p[i] = before / variance
         weights -= weights.max()
         shares = np.exp(weights)
         shares /= shares.sum()
-        ratios[k] = (shares * mean).sum()
-        errors[k] = math.sqrt((shares * (p + (mean - ratios[k]) ** 2)).sum())
-    return ratios, errors
+        ratio = (shares * mean).sum()
+        found[0, k] = ratio
+        found[1, k] = math.sqrt((shares * (p + (mean - ratio) ** 2)).sum())
+    return found
 
 
 def dma(signals: Signals) -> Trace:
     """Follow with dynamic model averaging over random walks: Raftery, Karny and Ettler, 2010."""
-    unit = one_sample(signals)
-    return without_alarm(
-        *_dma(signals.output, signals.regressor, signals.noise, unit)  # type: ignore[call-arg]
-    )
+    found = in_own_units(_dma, signals)
+    return without_alarm(found[0], found[1])
 
 
-RIVALS: dict[str, Follower] = {
-    "VectorRls(1)": one_regressor,
-    "Rls .98": plain,
+COMPILED: dict[str, Follower] = {
     "Kalman": kalman_walk,
     "GLR": robust_glr,
     "IMM": imm,
     "DMA": dma,
 }
-"""Whose numbers are printed beside those of HandoverRls; VectorRls is palpate's, too."""
+RIVALS: dict[str, Follower] = {"VectorRls(1)": one_regressor, "Rls .98": plain}
+"""Whose numbers are printed beside those of HandoverRls; VectorRls and Rls are palpate's, too."""
+if find_spec("numba"):
+    RIVALS |= COMPILED

@@ -167,10 +167,13 @@ def steady(seed: int, size: int) -> Signals:
     return noisy(regressor, np.full(size, 2.0), 0.01 * random.standard_normal(size), 0.01)
 
 
-def several(seed: int, world: int, size: int, intercept: bool) -> tuple[SeveralSignals, Generator]:
-    """Return two white regressors with coefficients 1 and 2, with an intercept of 5 if there is one, without noise."""
+def several(
+    seed: int, world: int, size: int, intercept: bool, rho: float = 0.0
+) -> tuple[SeveralSignals, Generator]:
+    """Return two AR(1) regressors with coefficients 1 and 2, with an intercept of 5 if there is one, without noise."""
     random = generator(seed, world)
-    regressors = random.standard_normal((size, 2))
+    white = random.standard_normal((size, 2))
+    regressors = np.column_stack([coloured(white[:, 0], rho), coloured(white[:, 1], rho)])
     coefficients = np.array([1.0, 2.0])
     output = regressors @ coefficients
     if intercept:
@@ -179,9 +182,9 @@ def several(seed: int, world: int, size: int, intercept: bool) -> tuple[SeveralS
     return SeveralSignals(output, regressors, coefficients, intercept), random
 
 
-def several_slow_noise(seed: int, intercept: bool) -> SeveralSignals:
-    """Return 200 samples of two regressors in AR(.9) noise with innovations of .4."""
-    signals, random = several(seed, 180, 200, intercept)
+def several_slow_noise(seed: int, intercept: bool, rho: float) -> SeveralSignals:
+    """Return 200 samples of two regressors, AR(1) as the one of `slow_noise`, in the noise of `slow_noise`."""
+    signals, random = several(seed, 180, 200, intercept, rho)
     signals.output[:] += 0.4 * coloured(random.standard_normal(200), 0.9)
     return signals
 
@@ -258,20 +261,23 @@ def _moving_average(random: Generator, size: int) -> Array:
 
 
 def _tone(random: Generator, size: int) -> Array:
-    return math.sqrt(2) * np.sin(2 * np.pi * np.arange(size) / 7.3 + random.uniform(0, 2 * np.pi))
+    phase = random.uniform(0, 2 * np.pi)
+    return np.asarray(math.sqrt(2) * np.sin(2 * np.pi * np.arange(size) / 7.3 + phase))
 
 
 def _quantised(random: Generator, size: int) -> Array:
+    """Return white noise in steps of two standard deviations: two of three values are 0."""
     step = 2.0
-    return step * np.round(random.standard_normal(size) / step)
+    return np.asarray(step * np.round(random.standard_normal(size) / step))
 
 
 def _flicker(random: Generator, size: int) -> Array:
-    """Return 1/f noise: white noise whose spectrum is divided by the root of the frequency; of a record of 2,048."""
-    spectrum = np.fft.rfft(random.standard_normal(2048))
+    """Return the first quarter of a record of 1/f noise, whose mean is 0."""
+    record = 4 * size
+    spectrum = np.fft.rfft(random.standard_normal(record))
     spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
     spectrum[0] = 0
-    values = np.fft.irfft(spectrum)
+    values = np.fft.irfft(spectrum, record)
     return np.asarray(values[:size] / values.std())
 
 
@@ -304,7 +310,8 @@ NOISES: dict[str, Make] = {
     "exponential": lambda random, size: random.exponential(size=size) - 1,
     "5 % outliers": _outliers,
 }
-"""Noises with a standard deviation of 1, but for outliers (of the other samples). A share of x is multiplied by x."""
+"""Noises with a standard deviation of 1: of the other samples where there are outliers, of 1.14 if quantised. A share of x
+is multiplied by x."""
 
 
 def constant(seed: int, size: int, regressor: str, noise: str) -> Signals:
