@@ -64,7 +64,7 @@ class Row:
 
     def __str__(self) -> str:
         """Return the row as text; a bound that is not kept for a known reason has this reason below."""
-        text = f"{self.verdict} {self.title:67} {self.value:34} bound {self.bound:23} "
+        text = f"{self.verdict} {self.title:74} {self.value:34} bound {self.bound:23} "
         text += " | ".join(f"{name} {value}" for name, value in self.rivals.items())
         if self.verdict == "known":
             text += f"\n      {KNOWN[self.title]}"
