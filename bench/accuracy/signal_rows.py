@@ -425,7 +425,7 @@ def constant(seeds: int, size: int, least: float) -> Iterator[Row]:
         own = shares.pop(HANDOVER)
         lowest = min(own, key=lambda regressor: own[regressor])
         mean = float(np.mean(list(own.values())))
-        text = f"{percent(mean)}, lowest {percent(own[lowest])} ({lowest})"
+        text = f"{100 * mean:.1f} %, lowest {percent(own[lowest])} ({lowest})"
         holds = mean >= mean_bound and own[lowest] >= cell_bound
         rivals = {name: percent(float(np.mean(list(s.values())))) for name, s in shares.items()}
         bound = percent(mean_bound)
@@ -453,18 +453,22 @@ def end_coverages(seeds: int, size: int, noise: str) -> dict[str, dict[str, floa
 
 
 def width(seeds: int) -> Iterator[Row]:
-    """Return the rows of the width of the interval in white noise over the ideal one, median over all regressors."""
+    """Return the rows of the width of the interval in white noise over the ideal one, median over all runs."""
     for size, most in ((40, 1.3), (100, 1.1), (200, 1.1), (1000, 1.1)):
-        made = []
+        near_one = [worlds.steady(seed, size) for seed in range(5 * seeds)]
+        all_regressors = []
         for regressor in worlds.REGRESSORS:
-            made += [worlds.constant(seed, size, regressor, "white") for seed in range(5 * seeds)]
+            for seed in range(5 * seeds):
+                all_regressors.append(worlds.constant(seed, size, regressor, "white"))
 
         def median_width(runs: Runs, most: float = most) -> Score:
             times = float(np.median([width_of(signals, trace) for signals, trace in runs]))
             return Score(f"{times:.2f}", times <= most)
 
-        name = f"standard error / ideal, white noise, n {size}"
-        yield beside_rivals("width", name, f"at most {most:g}", made, median_width)
+        bound = f"at most {most:g}"
+        name = f"standard error / ideal, white noise, n {size}, "
+        yield beside_rivals("width", name + "x near 1", bound, near_one, median_width)
+        yield beside_rivals("width", name + "ten regressors", bound, all_regressors, median_width)
 
 
 def width_of(signals: Signals, trace: Trace) -> float:

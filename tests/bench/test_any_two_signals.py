@@ -13,7 +13,7 @@ from bench.accuracy.signal_followers import Follower, Trace
 from bench.accuracy.signal_rows import Row
 from bench.accuracy.signal_worlds import Signals
 
-ROWS = {"late": 3, "early": 4, "small": 4, "drift": 4, "slides": 3, "slow-noise": 5, "white": 4, "grown": 3, "width": 4,
+ROWS = {"late": 3, "early": 4, "small": 4, "drift": 4, "slides": 3, "slow-noise": 5, "white": 4, "grown": 3, "width": 8,
         "constant-200": 15, "constant-40": 15}  # fmt: skip
 OTHER_SEED = 2
 
@@ -84,7 +84,7 @@ def test_an_estimator_that_knows_the_truth_holds(
         (unknowing, "drift", 4),
         (unknowing, "slides", 3),
         (unknowing, "grown", 1),
-        (unknowing, "width", 4),
+        (unknowing, "width", 8),
         (unknowing, "constant-200", 15),
         (silent, "early", 3),
         (nervous, "slow-noise", 2),
