@@ -10,7 +10,7 @@ is the initial one, and the covariance stays near its initial value). tests/core
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal, localcontext
 from typing import Any
 
@@ -188,8 +188,81 @@ def ranges() -> Iterator[str]:
         yield f"{name:14} right from {min(right):.1e} to {max(right):.0e} pF, refused from {min(refused):.1e} pF"
 
 
+@dataclass(frozen=True)
+class NoisyCase:
+    """Samples with noise, and the coefficients behind them: of HandoverRls and HandoverRls32, or (two or more) of VectorRls."""
+
+    name: str
+    output: Array
+    regressors: Array
+    true: Array
+
+    def ends(self, estimator: Any, blocks: int = 1) -> str:
+        """Return how the estimator ends: right is within 4.5 standard errors, unknown without one; "wrong" must not occur."""
+        for _ in range(blocks):
+            estimator.process(self.output, self.regressors)
+        if estimator.rejected:
+            return "refused"
+        vector = isinstance(estimator, palpate.VectorRls)
+        found = estimator.coefficients if vector else np.array([estimator.ratio])
+        errors = estimator.standard_errors if vector else np.array([estimator.standard_error])
+        if np.isnan(errors).any():
+            return "unknown"
+        return "right" if (np.abs(found - self.true) <= 4.5 * errors).all() else "wrong"
+
+
+def noisy_cases(size: int) -> Iterator[NoisyCase]:
+    """Yield what numbers with few digits make hard: each of this size."""
+    random = np.random.default_rng(4)
+    noise, x = random.standard_normal(size), random.standard_normal((size, 2))
+    ones, level = np.ones(size), np.array([2.5])
+    yield NoisyCase("an ordinary press", 2.5 + 1e-3 * noise, ones, level)
+    yield NoisyCase("a level of 1e6 sd", 2.5 + 2.5e-6 * noise, ones, level)
+    yield NoisyCase("a level of 1e6 sd around 0", (2.5 + 2.5e-6 * noise) * x[:, 0], x[:, 0], level)
+    for power in (-30, -12, 12, 30):
+        scale = 10.0**power
+        yield NoisyCase(
+            f"regressors of 1e{power}", scale * (2.5 + 1e-3 * noise), scale * ones, level
+        )
+    both = np.array([1.0, 2.0])
+    for power in (-3, -6, -9):
+        near = np.stack([x[:, 0], x[:, 0] + 10.0**power * x[:, 1]], axis=1)
+        yield NoisyCase(f"collinear but for 1e{power}", near @ both + 1e-3 * noise, near, both)
+    far = x + np.array([1e6, 0.0])
+    yield NoisyCase("an offset of 1e6 sd", far @ both + 1e-3 * noise, far, both)
+    tiny = 1e-30 * x
+    yield NoisyCase("two regressors of 1e-30", tiny @ both + 1e-33 * noise, tiny, both)
+
+
+def noisy_endings(size: int = 3000) -> Iterator[tuple[str, str, str]]:
+    """Yield the estimator, the case, and how it ends."""
+    with np.errstate(over="ignore", under="ignore"):
+        for case in noisy_cases(size):
+            if case.regressors.ndim == 2:
+                yield "VectorRls", case.name, case.ends(palpate.VectorRls(2))
+                continue
+            single = replace(
+                case, output=case.output.astype("f4"), regressors=case.regressors.astype("f4")
+            )
+            yield "HandoverRls", case.name, case.ends(palpate.HandoverRls())
+            yield "HandoverRls32", case.name, single.ends(palpate.HandoverRls32())
+
+
+def long_endings(blocks: int = 100, size: int = 1_000_000) -> Iterator[tuple[str, str, str]]:
+    """Yield how 1e8 samples end: the same block again and again, around 0, with noise that is as often up as down."""
+    random = np.random.default_rng(5)
+    x, noise = random.standard_normal(size), random.standard_normal(size)
+    noise -= (noise @ x) / (x @ x) * x  # else the same error in each block would be no noise
+    case = NoisyCase(f"{blocks * size:.0e} samples", 2.5 * x + 0.1 * noise, x, np.array([2.5]))
+    single = replace(case, output=case.output.astype("f4"), regressors=x.astype("f4"))
+    yield "HandoverRls", case.name, case.ends(palpate.HandoverRls(), blocks)
+    yield "HandoverRls32", case.name, single.ends(palpate.HandoverRls32(), blocks)
+    column = replace(case, regressors=x[:, None])
+    yield "VectorRls", case.name, column.ends(palpate.VectorRls(1), blocks)
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print all tables."""
     for kind, estimator in TWINS.items():
         for case in exact_cases(kind):
             found = outcome(kind, estimator, case)
@@ -197,6 +270,8 @@ def main() -> None:
                 f"{kind.__name__} {case.name:36} {found.ends:10} ratio {found.ratio_eps:5.1f} eps, covariance {found.covariance_eps:6.1f} eps"
             )
     print(*ranges(), sep="\n")
+    for name, noisy, ends in (*noisy_endings(), *long_endings()):
+        print(f"{name:14} {noisy:28} {ends}")
 
 
 if __name__ == "__main__":

@@ -192,8 +192,8 @@ class BankOf {
   Busy busy_{"bank"};
 };
 
-using Bank = BankOf<FixedKind<double>, FixedKind<float>, AdaptiveKind<double>, AdaptiveKind<float>,
-                    HandoverKind<double>, HandoverKind<float>, VectorKind>;
+using Bank = BankOf<FixedKind<double>, FixedKind<float>, AdaptiveKind<double>, AdaptiveKind<float>, WindowKind<double>,
+                    WindowKind<float>, VectorKind>;
 
 std::string repr(const Bank& bank) {
   const auto kind = text_of(py::type::of(bank.at(py::int_(0))).attr("__name__"));

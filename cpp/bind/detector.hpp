@@ -20,12 +20,12 @@ void check_goal(const design::Goal& goal, double clip, bool allows_no_alarm);
 /// ValueError for a goal whose threshold would be too large.
 void require_threshold(double threshold, const design::Goal& goal);
 
-/// A struct of settings of the core, without those of its CUSUM.
+/// A struct of settings of the core, without those of its detectors.
 template <class Values>
 struct WithoutCusum : Values {
   static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
     Values::visit_fields(s, [&visit](const char* name, auto& value, bool allowed, const char* text) {
-      if (std::strcmp(name, "drift") != 0 && std::strcmp(name, "threshold") != 0) {
+      if (std::strcmp(name, "drift") != 0 && std::strcmp(name, "threshold") != 0 && std::strcmp(name, "cut") != 0) {
         visit(name, value, allowed, text);
       }
     });
@@ -42,7 +42,7 @@ inline Settings goal_settings() {
 inline design::Goal goal_of(const Settings& s) { return {s["false_alarm_interval"], s["smallest_shift"]}; }
 inline void check_goal(const Settings& s) { check_goal(goal_of(s), s["clip"], true); }
 
-/// The struct of the core with these settings, and its CUSUM. The last one is kept: an estimator that is reset, or one of
+/// The struct of the core with these settings, and its detectors. The last one is kept: an estimator that is reset, or one of
 /// many that are unpickled, has the same.
 template <class Values>
 Values with_cusum(const Settings& s, double share) {
@@ -59,6 +59,9 @@ Values with_cusum(const Settings& s, double share) {
   Values result = values;
   result.drift = last.drift;
   result.threshold = last.threshold;
+  if constexpr (design::has_windows<Values>) {
+    result.cut = last.cut;
+  }
   require_threshold(static_cast<double>(result.threshold), goal);
   return result;
 }

@@ -16,7 +16,22 @@
 #include "detector.hpp"
 #include "settings.hpp"
 
-using palpate::knows_its_error;
+template <class Core>
+using HasStandardError = decltype(std::declval<const Core&>().standard_error());
+template <class Core>
+inline constexpr bool knows_its_error = palpate::detail::has<HasStandardError, Core>;
+
+template <class Core>
+using SaysPossible = decltype(std::declval<const Core&>().possible());
+/// Whether unpickled numbers can be a state.
+template <class Core>
+bool possible(const Core& core) {
+  if constexpr (palpate::detail::has<SaysPossible, Core>) {
+    return core.possible();
+  } else {
+    return core.information() > 0 && core.statistic() >= 0;
+  }
+}
 
 /// NaN where it means nothing yet.
 template <class Core>
@@ -139,7 +154,7 @@ class Estimator {
     }
     const Real* place = numbers.data();
     state.core.visit_state([&](Real& value) { value = *place++; });
-    if (!allowed || !(state.core.information() > 0 && state.core.statistic() >= 0)) {
+    if (!allowed || !possible(state.core)) {
       refuse<value_error>("pickled state", shown(pickled),
                           "this version's numbers, finite, an information > 0, a statistic >= 0");
     }

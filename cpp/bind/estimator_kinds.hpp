@@ -4,7 +4,9 @@
 // Python's three kinds of estimators: the parts of the core that each is made of, and what is allowed for its settings.
 
 #include <palpate/arithmetic.hpp>
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/estimator/handover.hpp>
+#include <palpate/policy/policies.hpp>
 
 #include "arrays.hpp"
 #include "detector.hpp"
@@ -33,6 +35,12 @@ struct OneRatio : Core {
   }
 };
 
+template <class Real>
+void check_ratio(const Settings& s) {
+  const double ratio = s["initial_ratio"];
+  require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+}
+
 /// An estimator with the settings of its Parts, structs of the core, and those of its first ratio.
 template <class Real, template <class> class Estimator, template <class> class... Parts>
 struct KindOf {
@@ -48,8 +56,7 @@ struct KindOf {
   }
   static void check(const Settings& s) {
     (s.check<Parts<double>>(), ...);
-    const double ratio = s["initial_ratio"];
-    require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+    check_ratio<Real>(s);
     check_covariance<Real>(s);
   }
 
@@ -79,6 +86,7 @@ struct AdaptiveKind : KindOf<Real, palpate::AdaptiveRls, palpate::SwitchedForget
   }
 };
 
+/// The estimator of the scenes handheld and sliding, whose settings they take.
 template <class Real>
 using DefaultHandover = palpate::Handover<Real>;
 template <class Real>
@@ -99,5 +107,29 @@ struct HandoverKind : KindOf<Real, DefaultHandover, HandoverWithoutCusum> {
   static auto core(const Settings& s) {
     const auto settings = with_cusum<palpate::HandoverSettings<Real>>(s, design::handover_share);
     return HandoverKind::made(s, palpate::Kept<palpate::HandoverSettings<Real>>{settings});
+  }
+};
+
+/// HandoverRls.
+template <class Real>
+struct WindowKind {
+  using Core = OneRatio<palpate::AdaptiveWindow<Real>>;
+  template <class Number>
+  using Given = palpate::AdaptiveWindowSettings<Number>;
+
+  static Settings defaults() {
+    Settings settings = goal_settings();
+    settings.add_fields<WithoutCusum<Given<double>>>(false);
+    settings.add("initial_ratio", palpate::AdaptiveWindow<double>().ratio());
+    return settings;
+  }
+  static void check(const Settings& s) {
+    check_goal(s);
+    s.check<WithoutCusum<Given<double>>>();
+    check_ratio<Real>(s);
+  }
+  static Core core(const Settings& s) {
+    const auto settings = with_cusum<Given<Real>>(s, design::window_share);
+    return Core(palpate::Kept<Given<Real>>{settings}, static_cast<Real>(s["initial_ratio"]));
   }
 };

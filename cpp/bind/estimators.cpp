@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
 
@@ -73,35 +78,34 @@ Examples
 )";
 
 constexpr auto handover_doc =
-    R"(Recursive instrumental variables with a detector that knows its own scale: scene "handheld".
+    R"(The ratio of any two signals, output = ratio * regressor + noise, with a standard error, and with two detectors of a change.
 
 Parameters
 ----------
 false_alarm_interval : float, samples, 10 to 1e12, or inf
     Mean time between false alarms of white noise; inf for no alarm. The longer, the later a change is found.
 smallest_shift : float, standard deviations, 0 < smallest_shift <= 1.5 clip
-    The shift of the innovations that is found soonest for this interval; a smaller one takes much longer. See
+    The shift of the innovations that the CUSUM finds soonest for this interval; the windows find smaller ones. See
     `palpate.design.cusum`.
-steady : float, 0 < steady <= 1
-    Forgetting factor while the ratio does not drift.
 clip : float, standard deviations, 1 to 100
-    The detector limits a larger innovation to this; the ratio leaves it out.
+    The CUSUM limits a larger innovation to this; the ratio leaves it out.
 smoothing : float, 0 < smoothing <= 1
     Share of a new regressor in the instrument, the running mean of the regressors.
-initial_ratio, initial_covariance, max_covariance : float
-    As in `Rls`.
+guard : float, samples, 0 to 100
+    First samples after a change that the new ratio leaves out, where filters smear them.
+initial_ratio : float
+    The ratio before the first sample with a regressor.
 
 Notes
 -----
-With x the regressor, w the mean of the regressors before it, and e = output - ratio * x: R' = steady R + w x,
-ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio of an x that keeps its size for a while,
-because w does not contain them. Where the mean is no forecast, as of an x around 0, w is x: then the ratio is too small
-by the share of the noise in the mean square of x, which `standard_error` does not contain. At an alarm the ratio is
-computed from the samples since the CUSUM was last 0.
-`standard_error` is computed from the correlation of the innovations, an autoregression of order 1 or 2. It takes the
-noise for equally large at all depths: if the noise is a share of the signal and the regressor changes more than
-twofold, give output / regressor and 1 in place of output and regressor. Values from 1e140 pF on (float32: 1e16) are
-refused.
+With x the regressor, w the mean of the regressors before it, the ratio is sum of w * output / sum of w x over a window of the
+newest samples: the longest one that agrees with all shorter ones. Noise in x does not bias the ratio of an x that keeps its size
+for a while, because w does not contain it. Where the mean is no forecast, as of an x around 0, w is x: then the ratio is too small
+by the share of the noise in the mean square of x, which `standard_error` does not contain. What is large or fast is found by a
+CUSUM; then only the samples since it was last 0 are left. What is small or slow is found by the windows.
+`standard_error` is how the ratio of blocks of samples scatters: slow noise is in it, and so is how far the newest half of the
+window is from its mean. The 95 % interval is the ratio +- 1.96 `standard_error`. Values from 1e140 on (float32: 1e16) are
+refused; regressors below 1e-139 (float32: 1e-18) count as 0.
 
 Examples
 --------
@@ -175,6 +179,35 @@ double update(E& estimator, PyObject* const* given, Py_ssize_t count) {
   return estimator.numbers().core.ratio();
 }
 
+constexpr auto predict_output_doc = R"(predict($self, regressor, /)
+--
+
+Return what the output of a regressor is, and the standard error of that: its noise is not in it.
+
+Parameters
+----------
+regressor : float
+
+Returns
+-------
+value, standard_error : tuple of float
+    In the unit of the output; the error is nan where `standard_error` is.
+)";
+
+template <class E>
+std::pair<double, double> predict_output(const E& estimator, PyObject* const* given, Py_ssize_t count) {
+  const auto [regressor] = numbers_of<1>(given, count, {"regressor"});
+  const auto& core = estimator.numbers().core;
+  const auto error = static_cast<double>(standard_error_of(core));
+  return {static_cast<double>(core.ratio()) * regressor, error * std::abs(regressor)};
+}
+
+template <class State>
+std::optional<std::uint64_t> change_at(const State& state) {
+  const auto since = static_cast<std::uint64_t>(state.core.since_change());
+  return since < state.samples ? std::optional<std::uint64_t>(state.samples - since) : std::nullopt;
+}
+
 template <class Kind>
 void define(py::module_& module, const std::string& name, const char* doc) {
   using E = Estimator<Kind>;
@@ -194,7 +227,13 @@ void define(py::module_& module, const std::string& name, const char* doc) {
   if constexpr (knows_its_error<typename E::Core>) {
     add(
         "standard_error", [](const auto& s) { return standard_error_of(s.core); },
-        "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
+        "Standard error of the ratio: the 95 % interval is +- 1.96 of it. nan for the first 20 samples or so.");
+    add(
+        "noise", [](const auto& s) { return std::sqrt(s.core.innovation_variance()); },
+        "Standard deviation of the innovations, in the unit of the output; 0 before the first one that counts.");
+    add("change_at", &change_at<typename E::State>,
+        "Where the last change began, about: so many accepted samples were before it; None if there was no change.");
+    type.template fast<&predict_output<E>>("predict", predict_output_doc);
   }
 }
 
@@ -210,5 +249,5 @@ void define_both(py::module_& module, const std::string& name, const char* doc, 
 void bind_estimators(py::module_& module) {
   define_both<FixedKind>(module, "Rls", rls_doc, " With forgetting = 1 only for some 1e7 samples.");
   define_both<AdaptiveKind>(module, "AdaptiveRls", adaptive_doc);
-  define_both<HandoverKind>(module, "HandoverRls", handover_doc);
+  define_both<WindowKind>(module, "HandoverRls", handover_doc);
 }

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 #include <fstream>
-#include <palpate/estimator/handover.hpp>
+#include <palpate/estimator/adaptive_window.hpp>
 #include <vector>
 
 int main(int argc, char** argv) {
@@ -17,12 +17,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "not a file of two columns of numbers: line %zu\n", outputs.size() + 1);
     return 2;
   }
-  palpate::Handover<double> estimator;
+  palpate::AdaptiveWindow<double> estimator;
   std::size_t accepted = 0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     accepted += estimator.update(outputs[i], regressors[i]).accepted;
   }
-  const double error = estimator.settled() ? estimator.standard_error() : std::numeric_limits<double>::quiet_NaN();
-  std::printf("ratio %.17g, standard error %.17g, from %zu of %zu samples\n", estimator.ratio(), error, accepted,
-              outputs.size());
+  std::printf("ratio %.17g, standard error %.17g, from %zu of %zu samples\n", estimator.ratio(),
+              estimator.standard_error(), accepted, outputs.size());
 }

@@ -127,15 +127,15 @@ class _HandoverRls(_Estimator[_Real]):
         *,
         false_alarm_interval: float = 10000000.0,
         smallest_shift: float = 1.5,
-        steady: float = 0.9995,
         clip: float = 3.0,
         smoothing: float = 0.0625,
-        guard: float = 5.0,
+        guard: float = 0.0,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000000000.0,
-        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     standard_error: Final[float]
+    noise: Final[float]
+    change_at: Final[int | None]
+    def predict(self, regressor: float, /) -> tuple[float, float]: ...
 
 class HandoverRls(_HandoverRls[np.float64]): ...
 class HandoverRls32(_HandoverRls[np.float32]): ...

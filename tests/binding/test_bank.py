@@ -27,7 +27,6 @@ SETTINGS: dict[str, dict[str, float]] = {
         "initial_covariance": 50.0,
     },
     "HandoverRls": {
-        "steady": 0.98,
         "smallest_shift": 1.0,
         "false_alarm_interval": 300.0,
         "clip": 4.0,

@@ -179,9 +179,25 @@ def test_a_pickle_with_an_impossible_state_is_refused(kind: Any) -> None:
     settings, state, own = kind().__getstate__()
     numbers = len(state) - 3  # then the innovation and the two counts
     impossible = [(k, value) for k in range(numbers) for value in (math.nan, math.inf)]
-    for position, value in [*impossible, (1, 0.0), (1, -1.0)]:
+    of_information = [] if "Handover" in kind.__name__ else [(1, 0.0), (1, -1.0)]
+    for position, value in [*impossible, *of_information]:
         broken = (*state[:position], value, *state[position + 1 :])
         with pytest.raises(ValueError, match="pickled state: got"):
             kind.__new__(kind).__setstate__((settings, broken, own))
-    with pytest.raises(ValueError, match="initial_covariance"):
-        kind.__new__(kind).__setstate__(({**settings, "initial_covariance": -1.0}, state, own))
+    with pytest.raises(ValueError, match="initial_ratio"):
+        kind.__new__(kind).__setstate__(({**settings, "initial_ratio": math.inf}, state, own))
+
+
+@pytest.mark.parametrize("kind", [palpate.HandoverRls, palpate.HandoverRls32])
+def test_a_pickle_with_an_impossible_count_is_refused(kind: Any) -> None:
+    """Of blocks of a size there are three at most; what waits to be learned are 128 samples at most."""
+    settings, state, own = kind().__getstate__()
+    refused = 0
+    for position in range(len(state) - 3):
+        try:
+            kind.__new__(kind).__setstate__(
+                (settings, (*state[:position], 1e9, *state[position + 1 :]), own)
+            )
+        except ValueError:
+            refused += 1
+    assert refused == 15  # the counts of 14 levels, and what waits

@@ -14,18 +14,18 @@ from palpate import _core
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 PRIOR = {"initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12}
 PAPER = {"steady": 0.995, "alarmed": 0.9, "drift": 0.01, "threshold": 0.05, "clear_level": 0.0}
-HANDHELD = {
+TWO_SIGNALS = {
     "false_alarm_interval": 1e7,
     "smallest_shift": 1.5,
-    "steady": 0.9995,
     "clip": 3.0,
     "smoothing": 0.0625,
-    "guard": 5,
+    "guard": 0,
+    "initial_ratio": 1.0,
 }
 DEFAULTS = {
     "Rls": {"forgetting": 0.995} | PRIOR,
     "AdaptiveRls": PAPER | PRIOR,
-    "HandoverRls": HANDHELD | PRIOR | {"initial_covariance": 1e10},
+    "HandoverRls": TWO_SIGNALS,
 }
 """Of the public interface: DESIGN says them."""
 

@@ -118,8 +118,8 @@ def test_wishes_that_cannot_be(interval: float, shift: float, clip: float, messa
 @pytest.mark.parametrize(
     ("kind", "share", "threshold"),
     [
-        ("HandoverRls", 1.1558, 10.0),
-        ("HandoverRls32", 1.1558, 10.0),
+        ("HandoverRls", 5.363, 11.0),
+        ("HandoverRls32", 5.363, 11.0),
         ("VectorRls", 25.12, 12.0),  # for eight coefficients
     ],
 )
@@ -152,10 +152,12 @@ def test_each_of_three_numbers_makes_another_threshold() -> None:
 
 
 @pytest.mark.parametrize("scene", ["handheld", "sliding"])
-def test_a_tracker_has_the_threshold_of_its_estimator(scene: str) -> None:
+def test_a_tracker_has_a_threshold_of_its_own(scene: str) -> None:
     chosen = {"false_alarm_interval": 1e4, "smallest_shift": 2.0}
     tracker = palpate.Tracker(scene, **chosen)  # type: ignore[call-overload]
-    assert tracker.threshold == palpate.HandoverRls(**chosen).threshold
+    design = cusum(**chosen | {"false_alarm_interval": 1.1558e4})
+    assert tracker.threshold == pytest.approx(design.threshold, rel=EPS)
+    assert tracker.threshold < palpate.HandoverRls(**chosen).threshold
 
 
 def test_an_estimator_without_alarms_has_none() -> None:
@@ -174,9 +176,18 @@ def test_what_is_no_threshold_is_refused() -> None:
 
 
 def test_the_default_threshold_buys_what_its_page_says() -> None:
-    """docs/threshold.md: 1.16e7 samples between false alarms; more than a spike in four pairs can add."""
-    estimator = palpate.HandoverRls()
-    drift, clip = estimator.settings["smallest_shift"] / 2, estimator.settings["clip"]
-    assert run_length(drift, estimator.threshold, clip=clip) / 2 == pytest.approx(1.16e7, rel=5e-3)
-    assert 4 * (clip - drift) < estimator.threshold
+    """docs/threshold.md: intervals, more than a spike in four pairs can add, less than five samples of a change add."""
+    tracker, estimator = palpate.Tracker("handheld"), palpate.HandoverRls()
+    for detector, interval in ((tracker, 1.16e7), (estimator, 5.36e7)):
+        drift, clip = detector.settings["smallest_shift"] / 2, detector.settings["clip"]
+        found = run_length(drift, detector.threshold, clip=clip) / 2
+        assert found == pytest.approx(interval, rel=5e-3)
+        assert 4 * (clip - drift) < detector.threshold < 5 * (clip - drift)
     assert run_length(3.0, 1.0, clip=3.0) == inf
+
+
+def test_a_change_beyond_the_clip_is_found_at_its_fifth_sample() -> None:
+    output = 0.5 + 1e-3 * np.random.default_rng(2).standard_normal(1000)
+    output[900:] += 0.02
+    alarm = palpate.HandoverRls().trace(output, np.full(1000, 0.25))["alarm"]
+    assert np.flatnonzero(alarm)[0] == 904

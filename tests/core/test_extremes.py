@@ -11,7 +11,15 @@ from numeric import dtype_of, every
 from numpy.typing import NDArray
 from palpate.simulation import scenarios
 
-from bench.accuracy.extremes import TWINS, Case, exact_cases, outcome, press
+from bench.accuracy.extremes import (
+    TWINS,
+    Case,
+    exact_cases,
+    long_endings,
+    noisy_endings,
+    outcome,
+    press,
+)
 
 CASES = [
     pytest.param(kind, case, id=f"{kind.__name__}-{case.name}")
@@ -27,6 +35,16 @@ def test_every_case_ends_as_it_should(kind: Any, case: Case) -> None:
     assert found.ratio_eps <= case.ratio_eps
     assert found.covariance_eps <= case.covariance_eps
     assert found.alarms_differ == 0
+
+
+def test_no_noisy_case_is_silently_wrong() -> None:
+    ends = {(name, case): end for name, case, end in noisy_endings()}
+    assert "wrong" not in ends.values()
+    assert ends["HandoverRls", "a level of 1e6 sd"] == "right"
+    assert ends["HandoverRls32", "a level of 1e6 sd"] == "right"
+    assert ends["HandoverRls32", "regressors of 1e30"] == "refused"
+    assert ends["HandoverRls32", "regressors of 1e-30"] == "unknown"
+    assert [end for _, _, end in long_endings(3, 300_000)] == ["right"] * 3
 
 
 @pytest.mark.parametrize("kind", [palpate.HandoverRls, palpate.HandoverRls32])
@@ -86,8 +104,8 @@ def test_a_change_is_found_whatever_the_regressor_does(name: str, noise: float) 
         y = np.repeat([1.3, 1.6], 200) * x + noise * random.standard_normal(400)
         wrong = np.abs(palpate.HandoverRls().process(y, x)[200:] / 1.6 - 1) > 0.03
         took.append(wrong.nonzero()[0].max(initial=-1) + 1)
-    assert np.median(took) <= 5
-    assert max(took) <= 12
+    assert np.median(took) <= 6
+    assert max(took) <= 16
 
 
 @pytest.mark.parametrize("correlation", [0.5, 0.8, 0.9])
@@ -117,7 +135,7 @@ def test_a_million_idle_samples_leave_the_ratio(kind: Any) -> None:
     before = estimator.process(*press(100))[-1]
     estimator.process(*np.zeros((2, 1_000_000)))
     assert estimator.ratio == before
-    assert estimator.covariance <= estimator.settings["max_covariance"] * 1.000001
+    assert estimator.covariance <= estimator.settings.get("max_covariance", np.inf) * 1.000001
     assert estimator.process(*press(40, 4.0))[-1] == pytest.approx(4, rel=0.01)
 
 
@@ -190,15 +208,16 @@ def test_lambda_1_for_ten_million_samples() -> None:
 def test_a_standard_error_is_right_or_unknown(kind: Any, level: float, noise: float) -> None:
     """At the ends of the range as elsewhere: never 0, which would be certainty, and never a loop without end.
 
-    Regressors far below 1e-5, where the initial ratio counts: it is left as a drift is, and the error is an upper limit.
+    Regressors below 1e-139 count as 0: no sample says anything of the ratio. 1.87 times the expected error is right where the newest
+    half of the samples is 1.7 errors off, and half an eps of the ratio is the least one.
     """
     rng = np.random.default_rng(0)
     estimator = kind()
     rows = estimator.trace(2 * level + noise * rng.standard_normal(300), np.full(300, level))
     error = rows["standard_error"][-1]
     expected = noise / level / np.sqrt(200)
-    if level < 1:
-        assert error > expected
-        assert abs(rows["ratio"][-1] - 2) < error
+    if level < 1e-139:
+        assert math.isnan(error)
+        assert rows["ratio"][-1] == estimator.settings["initial_ratio"]
     else:
-        assert math.isnan(error) or error == pytest.approx(expected, rel=0.5)
+        assert math.isnan(error) or error == pytest.approx(expected, rel=1.0, abs=1e-6)

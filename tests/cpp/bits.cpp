@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <initializer_list>
-#include <palpate/estimator/handover.hpp>
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/palpate.hpp>
 
 #include "alike.hpp"
@@ -54,14 +54,14 @@ void print_bank(const char* name) {
 int main() {
   print<palpate::AdaptiveRls<double>>("AdaptiveRls");
   print<palpate::AdaptiveRls<float>>("AdaptiveRls32");
-  print<palpate::Handover<double>>("HandoverRls");
-  print<palpate::Handover<float>>("HandoverRls32");
+  print<palpate::AdaptiveWindow<double>>("HandoverRls");
+  print<palpate::AdaptiveWindow<float>>("HandoverRls32");
   print<palpate::FixedRls<double>>("Rls");
   print<palpate::FixedRls<float>>("Rls32");
   print_bank<palpate::AdaptiveRls<double>>("AdaptiveRlsBank");
   print_bank<palpate::AdaptiveRls<float>>("AdaptiveRlsBank32");
-  print_bank<palpate::Handover<double>>("HandoverRlsBank");
-  print_bank<palpate::Handover<float>>("HandoverRlsBank32");
+  print_bank<palpate::AdaptiveWindow<double>>("HandoverRlsBank");
+  print_bank<palpate::AdaptiveWindow<float>>("HandoverRlsBank32");
   print_bank<palpate::FixedRls<double>>("RlsBank");
   print_bank<palpate::FixedRls<float>>("RlsBank32");
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Prints a hash of every state and step of Handover over hostile data: the same in lanes and in turn, with the short way
+// Prints a hash of every state and step of Handover and of AdaptiveWindow over hostile data: the same in lanes and in turn, with the short way
 // of an ordinary sample and without it, under every compiler and flag. And one of the test of the model.
 
 #include <cinttypes>
 #include <cstdio>
 #include <limits>
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/judge/model_test.hpp>
 
@@ -45,9 +46,9 @@ Real strange() {
 }
 
 /// Presses with noise, steps and drifts of the ratio, outliers, regressors about 0, and strange numbers, all in `kind`.
-template <class Real>
-void run(std::uint64_t kind, int samples, const palpate::HandoverSettings<Real>& settings) {
-  palpate::Handover<Real> estimator({settings});
+template <class Estimator>
+void run(std::uint64_t kind, int samples, Estimator estimator) {
+  using Real = typename Estimator::real_type;
   Real ratio = Real(2.5), press = Real(0.25);
   const Real scatter = kind & 1 ? Real(0) : kind & 2 ? Real(0.0625) : Real(1) / 16384;
   for (int i = 0; i < samples; ++i) {
@@ -72,7 +73,7 @@ void run(std::uint64_t kind, int samples, const palpate::HandoverSettings<Real>&
       x = y = strange<Real>();
     }
     if (kind & 128 && next() % 300 == 0) {
-      estimator.reset(strange<Real>(), Real(1e10));
+      estimator.reset(strange<Real>());
     }
     const auto step = estimator.update(y, x);
     add(step.ratio);
@@ -83,23 +84,42 @@ void run(std::uint64_t kind, int samples, const palpate::HandoverSettings<Real>&
   }
 }
 
-template <class Real>
+/// The settings of three runs: the defaults; an alarm every few samples; all limits as low as they go.
+template <class Settings>
+Settings eager(Settings settings) {
+  settings.guard = 0;
+  settings.threshold = 2;
+  return settings;
+}
+template <class Settings>
+Settings lowest(Settings settings) {
+  settings.smoothing = 1;
+  settings.clip = 1;
+  settings.drift = 0;
+  return settings;
+}
+
+template <template <class> class Settings, class Estimator>
 void print(const char* name) {
+  using Real = typename Estimator::real_type;
   for (std::uint64_t kind = 0; kind < 256; ++kind) {
     hash = Hash();
     state = kind;
     const int samples = kind % 16 == 0 ? 4000 : 200;
-    palpate::HandoverSettings<Real> settings;
-    run<Real>(kind, samples, settings);
-    settings.guard = 0;
-    settings.threshold = 2;  // an alarm every few samples
-    settings.min_information = 0;
-    run<Real>(kind, samples, settings);
-    settings.steady = Real(0.9);
-    settings.smoothing = 1;
-    settings.clip = 1;
-    settings.drift = 0;
-    run<Real>(kind, samples, settings);
+    Settings<Real> settings;
+    run(kind, samples, Estimator({settings}));
+    settings = eager(settings);
+    if constexpr (std::is_same_v<Settings<Real>, palpate::HandoverSettings<Real>>) {
+      settings.min_information = 0;
+    } else {
+      settings.cut = 2;
+    }
+    run(kind, samples, Estimator({settings}));
+    settings = lowest(settings);
+    if constexpr (std::is_same_v<Settings<Real>, palpate::HandoverSettings<Real>>) {
+      settings.steady = Real(0.9);
+    }
+    run(kind, samples, Estimator({settings}));
     std::printf("%s %" PRIu64 " %016" PRIx64 "\n", name, kind, hash.value);
   }
 }
@@ -127,8 +147,10 @@ void print_fits(const char* name) {
 }  // namespace
 
 int main() {
-  print<double>("double");
-  print<float>("float");
+  print<palpate::HandoverSettings, palpate::Handover<double>>("double");
+  print<palpate::HandoverSettings, palpate::Handover<float>>("float");
+  print<palpate::AdaptiveWindowSettings, palpate::AdaptiveWindow<double>>("double, windows");
+  print<palpate::AdaptiveWindowSettings, palpate::AdaptiveWindow<float>>("float, windows");
   print_fits<double>("double, fit");
   print_fits<float>("float, fit");
 }

@@ -98,13 +98,15 @@ void run_stamps(Bytes bytes) {
 }
 
 template <class Estimator>
-void run_estimator(Bytes bytes) {
+void run_estimator(Bytes bytes, bool begins_empty = false) {
   using Real = typename Estimator::real_type;
   Estimator estimator;
   while (!bytes.empty()) {
     const Real output = bytes.value(Real(0.5)), regressor = bytes.value(Real(0.25)), before = estimator.ratio();
     const auto step = estimator.update(output, regressor);
-    require(palpate::is_finite(estimator.ratio()) && estimator.information() > 0, "the state is not finite");
+    require(palpate::is_finite(estimator.ratio()) && (estimator.information() > 0 || begins_empty),
+            "the state is not finite");
+    require(palpate::is_finite(estimator.information()), "the information is not finite");
     require(estimator.statistic() >= 0, "a negative statistic");
     require(step.accepted || estimator.ratio() == before, "a refused sample changed the ratio");
     require(!step.accepted || (palpate::is_finite(output) && palpate::is_finite(regressor)), "took what is not finite");
@@ -126,5 +128,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   run_estimator<palpate::AdaptiveRls<float>>(bytes);
   run_estimator<palpate::Handover<double>>(bytes);
   run_estimator<palpate::Handover<float>>(bytes);
+  run_estimator<palpate::AdaptiveWindow<double>>(bytes, true);
+  run_estimator<palpate::AdaptiveWindow<float>>(bytes, true);
   return 0;
 }

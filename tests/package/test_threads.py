@@ -40,7 +40,7 @@ def blocks_of(
     bank = "Bank" in name
     block = ONES.astype(np.float32 if "32" in name else float).reshape((-1, 4) if bank else -1)
     pair, none = (block[0], block[0]) if bank else (1.0, 1.0), (block[:0], block[:0])
-    arguments = {"update": pair, "process": none, "trace": none}
+    arguments = {"update": pair, "process": none, "trace": none, "predict": (1.0,)}
     return (lambda: kind(4)) if bank else kind, lambda made: made.process(block, block), arguments
 
 

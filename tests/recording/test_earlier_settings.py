@@ -41,7 +41,8 @@ def test_chosen_ones_are_replayed_with_the_goal_they_were_for(tmp_path: Path) ->
     settings = document("replay", path)["settings"]
     assert settings["smallest_shift"] == 1.2
     assert settings["false_alarm_interval"] == design.false_alarm_interval
-    again = palpate.HandoverRls(
+    again = palpate.Tracker(
+        "handheld",
         false_alarm_interval=settings["false_alarm_interval"],
         smallest_shift=settings["smallest_shift"],
     )

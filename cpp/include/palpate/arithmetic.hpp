@@ -105,6 +105,12 @@ constexpr bool is_finite(Real value) noexcept {
   return value - value == 0;
 }
 
+/// What a running mean may lose: 0 in place of numbers near the smallest normal one, with which arithmetic takes ten times as long.
+template <class Real>
+constexpr Real normal_or_0(Real value) noexcept {
+  return magnitude(value) < 64 * std::numeric_limits<Real>::min() ? Real(0) : value;
+}
+
 /// Share of the n-th value in a running mean. First 1 / n, which gives the mean of all values; as soon as that is below
 /// `smoothing`, `smoothing`, which gives an exponential memory of about 1 / smoothing values.
 template <class Real>

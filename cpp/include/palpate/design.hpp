@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <limits>
 #include <palpate/arithmetic.hpp>
+#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -28,10 +29,14 @@ struct Goal {
 };
 
 // An estimator may have several detectors, so each must be rarer than the estimator's goal. The interval of one two-sided CUSUM
-// is false_alarm_interval times this share. The default Goal then gives the default thresholds, 10 and 12:
+// is false_alarm_interval times this share. The default Goal then gives the default thresholds, 10, 12 and 11:
 // tests/cpp/design.cpp.
 constexpr double handover_share = 1.1558;
 constexpr double vector_share = 25.12;  ///< for 8 coefficients
+constexpr double window_share = 5.363;  ///< of AdaptiveWindow: its default is 11
+
+/// The windows are as many independent tests as one in so many samples: the default interval gives 5 normal deviates.
+constexpr double samples_of_a_test = 5.733;
 
 /// Design of a two-sided CUSUM for standardised, uncorrelated innovations.
 struct Cusum {
@@ -173,7 +178,23 @@ inline Cusum cusum(double false_alarm_interval, double smallest_shift, double cl
   return {drift, found.threshold, false_alarm_interval * std::exp(found.reached), delay};
 }
 
-/// HandoverSettings or VectorSettings with the drift and the threshold for a goal, at their clip. With the defaults of both
+/// The normal deviate that is exceeded, up or down, with this probability; 0 for 1 and more.
+inline double normal_deviate(double probability) {
+  double low = 0, high = 40;
+  while (high - low > 1e-12) {
+    const double middle = (low + high) / 2;
+    (std::erfc(middle / std::sqrt(2.0)) > probability ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Whether settings have the limit of windows.
+template <class Settings, class = void>
+inline constexpr bool has_windows = false;
+template <class Settings>
+inline constexpr bool has_windows<Settings, std::void_t<decltype(Settings::cut)>> = true;
+
+/// HandoverSettings, AdaptiveWindowSettings or VectorSettings with their detectors for a goal, at their clip. With the defaults of both
 /// there is nothing to compute. The threshold is NaN where no CUSUM is possible.
 template <class Settings>
 Settings with_cusum(Settings settings, const Goal& goal, double share) {
@@ -185,12 +206,19 @@ Settings with_cusum(Settings settings, const Goal& goal, double share) {
   if (is_usual && settings.clip == usual.clip) {
     settings.drift = usual.drift;
     settings.threshold = usual.threshold;
+    if constexpr (has_windows<Settings>) {
+      settings.cut = usual.cut;
+    }
     return settings;
   }
   const bool has_alarms = interval <= longest_interval;
   settings.drift = Real(shift / 2);
   settings.threshold = has_alarms ? Real(cusum(share * interval, shift, double(settings.clip)).threshold)
                                   : std::numeric_limits<Real>::infinity();
+  if constexpr (has_windows<Settings>) {
+    settings.cut =
+        has_alarms ? Real(normal_deviate(samples_of_a_test / interval)) : std::numeric_limits<Real>::infinity();
+  }
   return settings;
 }
 

@@ -5,6 +5,7 @@
 
 #include <palpate/elasticity.hpp>
 #include <palpate/embedded.hpp>
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/estimator/vector_rls.hpp>
 #include <palpate/ring.hpp>
 #include <palpate/stage/stamps.hpp>
