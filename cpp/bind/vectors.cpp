@@ -33,7 +33,10 @@ are computed by square-root-free Givens rotations (Gentleman 1973): the error gr
 not with its square. A coefficient that the samples do not determine has the standard error nan: of regressors that are
 combinations of each other one at least.
 `coefficients` +- t `standard_errors` is an interval, with t the quantile of Student's distribution for
-`degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`); it takes the noise for white. Any units, from 1e-139 on.
+`degrees_of_freedom` (`scipy.stats.t.ppf(0.975, ...)`). Noise may be correlated: with r the correlation of the changes that
+two samples in a row make in a coefficient, if it is above 0, the variance is multiplied by (1 + r) / (1 - r). The detector
+whitens the innovations, learns their size only while it suspects no change, and gives no alarm if other coefficients do not
+explain the samples significantly better (F test): then the noise has grown. Any units, from 1e-139 on.
 
 Examples
 --------

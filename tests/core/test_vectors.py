@@ -10,8 +10,9 @@ import numpy as np
 import palpate
 import pytest
 from numpy.typing import NDArray
-from vector_reference import solved, vector_rls
+from vector_reference import VectorTrace, solved, vector_rls
 
+from bench.accuracy.signal_worlds import coloured, several_slow_noise
 from bench.accuracy.vectors import KINDS, NOISE, covered, made, regressors_of
 
 Array = NDArray[np.float64]
@@ -49,15 +50,36 @@ def test_it_agrees_with_the_reference_in_decimal_digits(
     # so that 80 digits hold the prior beside the samples
     bounded = {"max_covariance": 1e12} | settings
     bounded = {"initial_covariance": bounded["max_covariance"]} | bounded
-    estimator = palpate.VectorRls(size, **bounded)  # type: ignore[arg-type]
+    exact = against_the_reference(output, regressors, bounded)
+    assert exact.alarm.any() or "initial_covariance" in settings
+
+
+@pytest.mark.parametrize(("size", "interval"), [(1, 10.0), (2, 10.0), (1, np.inf)])
+def test_it_agrees_with_the_reference_where_noise_is_correlated_and_grows(
+    size: int, interval: float
+) -> None:
+    """With a threshold this low some alarms are noise; without alarms noise waits for 128 samples."""
+    random = np.random.default_rng(size)
+    regressors = random.standard_normal((220, size))
+    noise = coloured(random.standard_normal(220), 0.8) * np.where(np.arange(220) < 70, 0.01, 0.1)
+    bounds = {"max_covariance": 1e12, "initial_covariance": 1e12}
+    settings = bounds | {"false_alarm_interval": interval}
+    coefficient = np.where(np.arange(220) < 70, 1.0, 2.0)
+    against_the_reference(coefficient * regressors.sum(1) + noise, regressors, settings)
+
+
+def against_the_reference(
+    output: Array, regressors: Array, settings: dict[str, float]
+) -> VectorTrace:
+    """Compare with the reference at each sample, and return its trace."""
+    estimator = palpate.VectorRls(regressors.shape[1], **settings)  # type: ignore[arg-type]
     trace = estimator.trace(output, regressors)
-    bounded.pop("false_alarm_interval", None)
+    others = {name: settings[name] for name in settings if name != "false_alarm_interval"}
     with localcontext(prec=80):
         exact = vector_rls(
-            decimals(output), decimals(regressors), threshold=estimator.threshold, **bounded
+            decimals(output), decimals(regressors), threshold=estimator.threshold, **others
         )
     assert trace["alarm"].tolist() == exact.alarm.tolist()
-    assert trace["alarm"].any() or "initial_covariance" in settings
     for name in ("coefficients", "innovation", "statistic"):
         found, right = trace[name], getattr(exact, name)
         # A regressor of 0.01 is the smallest of a direction; a statistic is a sum of up to 90 quotients.
@@ -72,6 +94,7 @@ def test_it_agrees_with_the_reference_in_decimal_digits(
         atol=0,
         equal_nan=True,
     )
+    return exact
 
 
 @pytest.mark.parametrize("steady", [1.0, 0.97])
@@ -156,6 +179,36 @@ def test_a_spike_changes_nothing_and_a_larger_noise_is_learnt() -> None:
     assert (trace["coefficients"][500] == trace["coefficients"][499]).all()
     assert not trace["alarm"][1300:].any()
     assert np.allclose(trace["coefficients"][-1], [1, 2], atol=0.05)
+
+
+@pytest.mark.parametrize(("intercept", "rho"), [(False, 0.95), (True, 0.0)])
+def test_correlated_noise_is_no_change_and_widens_what_is_slow(intercept: bool, rho: float) -> None:
+    """At most 12 % of 100 runs have an alarm, 6 % are expected; 80 % of the intervals hold, of white noise 40 %."""
+    alarms, held, widths = 0, [], []
+    for seed in range(100):
+        signals = several_slow_noise(seed, intercept, rho)
+        estimator = palpate.VectorRls(2, intercept=intercept)
+        alarms += bool(estimator.trace(signals.output, signals.regressors)["alarm"].any())
+        width = 1.96 * estimator.standard_errors
+        held.append(np.abs(estimator.coefficients - signals.coefficients) <= width)
+        widths.append(width)
+    assert alarms <= 12
+    assert np.min(np.mean(held, axis=0)) >= 0.75
+    if intercept:
+        slow, fast = np.median(widths, axis=0)[[2, 0]]
+        assert slow > 2 * fast
+
+
+def test_the_standard_error_contains_rounding() -> None:
+    random = np.random.default_rng(9)
+    regressors = random.standard_normal((1000, 2))
+    estimator = palpate.VectorRls(2, intercept=True)
+    truth = [1.1, 2.3, 5.7]
+    estimator.process(regressors @ truth[:2] + truth[2], regressors)
+    # Each of 100 samples, 1 / (1 - steady^2), rounds by eps / sqrt(12).
+    least = EPS * np.sqrt(100 / 12) * np.array(truth)
+    assert (estimator.standard_errors >= 0.99 * least).all()
+    assert (np.abs(estimator.coefficients - truth) <= 1.96 * estimator.standard_errors).all()
 
 
 def test_a_direction_without_excitation_stays_and_does_not_wind_up() -> None:

@@ -5,12 +5,16 @@ from decimal import Decimal
 from typing import Any, NamedTuple
 
 import numpy as np
+from noise_reference import Influences, Noise, Waiting
 from numpy.typing import ArrayLike, NDArray
 
 WARM_UP = 8  # innovations before the detector starts
+FIRST = 16  # innovations in which nothing is suspected
+SUSPICION = 2  # a side of the CUSUM above it: noise is not learned
 WINDOW = 32  # most samples of a hand-over
 ROUNDING = 2.0**-48
 TOLERANCE = 4 * ROUNDING
+EPS = Decimal(2) ** -52
 
 
 class VectorTrace(NamedTuple):
@@ -72,7 +76,7 @@ class _Fit:
         self.information = self.information + information * np.eye(len(self.moments), dtype=int)
         self.moments = self.information @ self.coefficients
 
-    def errors(self, prior: Any) -> tuple[Any, Any]:
+    def errors(self, prior: Any, factors: list[Decimal]) -> tuple[Any, Any]:
         """Return the variances of the coefficients and the degrees of freedom; `prior`: information without a sample."""
         size = len(self.moments)
         inverse = solved(
@@ -82,66 +86,189 @@ class _Fit:
         left = self.count - determined
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
-        variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left
+        variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left * factors
+        variances = variances + (EPS * self.coefficients) ** 2 * self.count_squares / 12
         unknown: Any = Decimal("nan")
         variances = np.where(prior * np.diag(inverse) < Decimal("0.01"), variances, unknown)
         return variances, left * self.count / self.count_squares
 
 
+@dataclass(frozen=True)
+class _Judged:
+    """A whitened innovation, limited, and the innovation that belongs to it."""
+
+    limited: Any
+    counted: Any
+    scale: Any
+    watched: bool
+    outlier: bool
+
+
 @dataclass
 class _Detector:
-    """A two-sided CUSUM for each coefficient, then one of magnitudes, and the scale of what they add up."""
+    """A two-sided CUSUM for each coefficient, then one of magnitudes, and the noise of what they add up."""
 
     drift: Any
     threshold: Any
     clip: Any
     switches: bool
     sides: Any
-    mean: Any
+    noise: Noise
     alarm: bool = False
     seen: int = 0
 
-    def scale(self, output: Any) -> Any:
-        scale = (
-            Decimal("1.2533141")
-            * self.mean
-            * (1 + Decimal(3) / self.seen if WARM_UP <= self.seen < 64 else 1)
-        )
-        return max(scale, abs(output) * Decimal(ROUNDING) + Decimal("1e-280"))
-
-    def take(self, z: Any, scale: Any, rest: Any, weight: Any) -> bool:
-        """Return whether z is an outlier."""
+    def judge(self, z: Any, output: Any) -> _Judged:
+        """Return the whitened innovation, limited."""
+        scale = self.noise.scale()
+        if WARM_UP <= self.seen < 64:
+            scale *= 1 + Decimal(3) / self.seen
+        scale = max(scale, abs(output) * Decimal(ROUNDING) + Decimal("1e-280"))
+        forecast = self.noise.rho * self.noise.before
         limit = self.clip * scale
-        outlier = self.seen >= WARM_UP and abs(z) > limit
-        clipped = (limit if z > 0 else -limit) if outlier else z
-        if self.seen >= WARM_UP:
-            sides = 0 * self.sides if self.alarm and not self.switches else self.sides
-            signed = np.array([-clipped if r < 0 else clipped for r in rest], object) / scale
-            magnitude = abs(clipped) / scale - (self.drift + Decimal("0.8"))
-            steps = [*(signed - self.drift), *(-signed - self.drift), magnitude]
-            self.sides = np.array(
-                [max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object
-            )
-            self.alarm = bool(
-                max(self.sides) > self.threshold / (4 if self.alarm and self.switches else 1)
-            )
-        if weight > Decimal("0.1"):
+        watched = self.seen >= WARM_UP
+        outlier = watched and abs(z - forecast) > limit
+        limited = z - forecast
+        if outlier:
+            limited = limit.copy_sign(limited)
+        return _Judged(limited, forecast + limited, scale, watched, outlier)
+
+    def watch(self, judged: _Judged, rest: Any) -> None:
+        """Update the sides and the alarm."""
+        sides = self.sides
+        threshold = self.threshold
+        if self.alarm and self.switches:
+            threshold = threshold / 4
+        elif self.alarm:
+            sides = 0 * sides
+        z = judged.limited / judged.scale
+        signed = np.array([-z if r < 0 else z for r in rest], object)
+        magnitude = abs(z) - (self.drift + Decimal("0.8"))
+        steps = [*(signed - self.drift), *(-signed - self.drift), magnitude]
+        self.sides = np.array(
+            [max(0 * s, s + step) for s, step in zip(sides, steps, strict=True)], object
+        )
+        self.alarm = bool(max(self.sides) > threshold)
+
+    def learn(self, judged: _Judged, rest: Any, weight: Any) -> None:
+        """Learn the noise."""
+        if self.alarm and not self.switches:
+            self.noise.waiting = []
+            self.noise.before = Decimal(0)
+        elif weight > Decimal("0.1"):
             self.seen += 1
-            share = Decimal("0.02") if self.seen * Decimal("0.02") >= 1 else Decimal(1) / self.seen
-            self.mean += share * (abs(clipped) - self.mean)
-        return bool(outlier)
+            watches = self.seen >= FIRST and not self.switches
+            suspected = watches and max(self.sides) > SUSPICION
+            size = len(rest)
+            larger = np.maximum(self.sides[:size], self.sides[size:-1])
+            most = int(np.argmax(larger))
+            falls = larger[most] > 0 and rest[most] < 0
+            rise = suspected and bool((judged.limited > 0) != falls)
+            sample = Waiting(
+                judged.limited, judged.counted, self.noise.before, rise, judged.outlier
+            )
+            self.noise.add(sample, suspected, self.seen)
+            self.noise.before = judged.counted
+
+    def dismiss(self) -> None:
+        """Begin anew: the alarm was noise."""
+        self.alarm = False
+        self.sides = 0 * self.sides
+        self.noise.accept(self.seen)
 
 
-def _handed_over(fit: _Fit, samples: list[Any], least: Any, scale: Any) -> tuple[int, _Fit]:
-    """Return how many of the last samples make a change before them most likely, and their fit."""
-    latest, gain, found = _Fit(2 * least, fit.coefficients), Decimal(0), []
+def _shows_change(explained: Any, fit: _Fit, detector: _Detector) -> bool:
+    """Return whether samples explain more than noise of the size of their residuals would."""
+    left = fit.count - len(fit.moments)
+    limit = 2 * detector.drift * detector.threshold
+    return bool(left >= 2 and explained * left >= limit * fit.residuals)
+
+
+def _handed_over(
+    fit: _Fit, samples: list[Any], least: Any, scale: Any, detector: _Detector
+) -> tuple[int, _Fit] | None:
+    """Return how many of the last samples make a change before them most likely, and their fit; None if there is no change."""
+    latest = _Fit(2 * least, fit.coefficients)
+    squares = price = Decimal(0)
+    found = []
+    explained = []
     for m, (output, regressors) in enumerate(reversed(samples), 1):
-        gain += (output - regressors @ fit.coefficients) ** 2
+        squares += (output - regressors @ fit.coefficients) ** 2
         _, weight, latest = latest.add(Decimal(1), (output, regressors))
-        gain -= 2 * scale**2 * (1 - weight) / (1 + weight)
-        found.append((gain - latest.residuals, m, latest))
+        price += 2 * scale**2 * (1 - weight) / (1 + weight)
+        explained.append(squares - latest.residuals)
+        found.append((explained[-1] - price, m, latest))
+    suspected = min(len(detector.noise.waiting) + 1, len(samples))
+    if suspected >= len(fit.moments) + 2:
+        _, m, best = max(found[:suspected], key=lambda one: one[0])
+        shown = _shows_change(explained[m - 1] / 4, best, detector)
+        if not (
+            shown or _shows_change(explained[suspected - 1], found[suspected - 1][2], detector)
+        ):
+            return None
     _, m, best = max(found, key=lambda one: one[0])
     return m, best
+
+
+class _Vector:
+    """The estimator, with all of its samples."""
+
+    def __init__(self, detector: _Detector, size: int, limits: tuple[Any, ...]) -> None:
+        self.forgetting, self.fast, self.least, initial = limits
+        self.detector = detector
+        self.guarded = max(initial, self.least)
+        self.fit = _Fit(self.guarded, np.array([Decimal(0)] * size, object))
+        self.influences = Influences(size)
+        self.samples: list[Any] = []
+        self.held = 0
+
+    def update(self, sample: Any) -> tuple[Any, ...]:
+        """Take a sample; return the row of the trace."""
+        innovation = sample[0] - sample[1] @ self.fit.coefficients
+        rest, weight, following = self.fit.add(self.forgetting, sample)
+        self.samples.append(sample)
+        self.held = min(self.held + 1, WINDOW)
+        judged = self.detector.judge(innovation * Decimal(weight) ** Decimal("0.5"), sample[0])
+        if judged.watched:
+            self.detector.watch(judged, rest)
+        if not (self.detector.alarm and self.adapts(sample, judged.scale)):
+            self.follow(following, judged, weight)
+        self.detector.learn(judged, rest, weight)
+        variances, degrees = self.fit.errors(self.guarded, self.influences.factors())
+        errors = variances ** Decimal("0.5") if degrees else variances
+        statistic = max(self.detector.sides)
+        return self.fit.coefficients, errors, innovation, statistic, degrees, self.detector.alarm
+
+    def adapts(self, sample: Any, scale: Any) -> bool:
+        """Return whether there is a change, and take it."""
+        if self.fast:
+            self.fit = self.fit.add(self.fast, sample)[2]
+            self.guard(self.fast)
+            return True
+        last = self.samples[-self.held :]
+        found = _handed_over(self.fit, last, self.least, scale, self.detector)
+        if found is None:
+            self.detector.dismiss()
+            return False
+        self.held, self.fit = found
+        self.guarded = 2 * self.least
+        return True
+
+    def follow(self, following: _Fit, judged: _Judged, weight: Any) -> None:
+        """Take the fit with the sample, unless it is an outlier."""
+        if judged.outlier and not self.fast:
+            return
+        if judged.watched and weight > Decimal("0.1"):
+            change = following.coefficients - self.fit.coefficients
+            self.influences.add(change * following.count / judged.scale)
+        self.fit = following
+        self.guard(self.forgetting)
+
+    def guard(self, forgetting: Any) -> None:
+        """Keep the least information."""
+        self.guarded *= forgetting
+        if self.guarded < self.least:
+            self.fit.strengthened(2 * self.least - self.guarded)
+            self.guarded = 2 * self.least
 
 
 def vector_rls(
@@ -157,39 +284,19 @@ def vector_rls(
     max_covariance: float = 1e280,
 ) -> VectorTrace:
     """Return the trace of outputs, shape (n,), and regressors, shape (n, size), as Decimals; settings as of `palpate.VectorRls`."""
-    forgetting, fast, least = Decimal(steady), Decimal(alarmed), 1 / Decimal(max_covariance)
     y = np.array([Decimal(v) for v in np.asarray(output, object)], object)
     x = np.array(
         [[Decimal(v) for v in row] for row in np.asarray(regressors, object)], object
     ).reshape(len(y), -1)
-    guarded, held = max(1 / Decimal(initial_covariance), least), 0
-    fit = _Fit(guarded, 0 * x[0])
-    sides = np.array([Decimal(0)] * (2 * x.shape[1] + 1), object)
+    size = x.shape[1]
+    sides = np.array([Decimal(0)] * (2 * size + 1), object)
     detector = _Detector(
-        Decimal(drift), Decimal(threshold), Decimal(clip), bool(fast), sides, Decimal(0)
+        Decimal(drift), Decimal(threshold), Decimal(clip), alarmed > 0, sides, Noise()
     )
-    rows: list[tuple[Any, ...]] = []
-    for k, sample in enumerate(zip(y, x, strict=True)):
-        innovation = sample[0] - sample[1] @ fit.coefficients
-        rest, weight, following = fit.add(forgetting, sample)
-        scale, held = detector.scale(sample[0]), min(held + 1, WINDOW)
-        outlier = detector.take(innovation * Decimal(weight) ** Decimal("0.5"), scale, rest, weight)
-        if detector.alarm and not fast:
-            samples = list(zip(y, x, strict=True))[k + 1 - held : k + 1]
-            held, fit = _handed_over(fit, samples, least, scale)
-            guarded = 2 * least
-        elif fast or not outlier:
-            factor = fast if detector.alarm else forgetting
-            fit = fit.add(factor, sample)[2] if detector.alarm else following
-            guarded *= factor
-            if guarded < least:
-                fit.strengthened(2 * least - guarded)
-                guarded = 2 * least
-        variances, degrees = fit.errors(guarded)
-        errors = variances ** Decimal("0.5") if degrees else variances
-        rows.append(
-            (fit.coefficients, errors, innovation, max(detector.sides), degrees, detector.alarm)
-        )
+    least = 1 / Decimal(max_covariance)
+    limits = (Decimal(steady), Decimal(alarmed), least, 1 / Decimal(initial_covariance))
+    vector = _Vector(detector, size, limits)
+    rows = [vector.update(sample) for sample in zip(y, x, strict=True)]
     numbers = [np.array(column, float) for column in zip(*rows, strict=True)]
     return VectorTrace(
         numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5].astype(bool)

@@ -3,7 +3,9 @@
 
 // Recursive least squares for several coefficients, with a change detector and standard errors.
 
+#include <palpate/estimator/influence.hpp>
 #include <palpate/estimator/least_squares.hpp>
+#include <palpate/estimator/unsuspected_noise.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
 
@@ -52,10 +54,11 @@ struct Prediction {
 /// is a constant, whose regressor, 1, is not given.
 ///
 /// With P the covariance before the sample, z = e / sqrt(1 + x' P x / lambda) has the same variance for each sample
-/// (recursive residuals: Brown, Durbin and Evans, Journal of the Royal Statistical Society B 37, 1975). In units of its
-/// scale, z goes to a two-sided CUSUM for each coefficient, negated where the regressor without those before it is
-/// negative, and |z| to one more: a change of any combination of coefficients gives an alarm. At an alarm there is a
-/// hand-over: the coefficients are computed again from the last samples, as many as make the change most likely.
+/// (recursive residuals: Brown, Durbin and Evans, Journal of the Royal Statistical Society B 37, 1975). Whitened, and in
+/// units of its scale, z goes to a two-sided CUSUM for each coefficient, negated where the regressor without those before
+/// it is negative, and |z| to one more: a change of any combination of coefficients gives an alarm. If no other
+/// coefficients explain the samples since a side was low, the alarm was noise. Otherwise there is a hand-over: the
+/// coefficients are computed again from the last samples, as many as make the change most likely.
 ///
 /// A hand-over adds each of the last Window samples to a new fit: with 32 it takes as long as 13 to 18 other samples, with 8
 /// as long as 5. A smaller Window needs less memory, too; `alarmed` has no hand-over. Figures: docs/embedded.md.
@@ -76,6 +79,8 @@ class VectorRls : public Parameters {
   static constexpr int size = Size;      ///< number of coefficients
   static constexpr int window = Window;  ///< most samples of a hand-over
   static constexpr int warm_up = 8;      ///< innovations before the detector starts
+  static constexpr int first = 16;       ///< innovations in which nothing is suspected
+  static constexpr Real suspicion = 2;   ///< a side of the CUSUM above it: noise is not learned
   static constexpr Real default_covariance =
       1 / VectorSettings<Real>().min_information;  ///< of the coefficients: nothing is known
 
@@ -97,19 +102,17 @@ class VectorRls : public Parameters {
     before.rotate(settings.steady, resolution, row, next);
     const Real innovation = innovation_of(sample, before), z = product(innovation, square_root(row.weight));
     before.sum_up(settings.steady, sample, row, next);
-    if (PALPATE_UNLIKELY(!(in_range(sample) && next.finite()))) {
+    if (PALPATE_UNLIKELY(!(in_range(sample, z) && next.finite()))) {
       return {innovation, alarm_, false, false};
     }
     remember(sample);
-    const Real scale = scale_of(output), limit = product(settings.clip, scale), inverse = 1 / scale;
-    const bool watched = seen_ >= warm_up, outlier = watched && magnitude(z) > limit;
-    const Real clipped = PALPATE_UNLIKELY(outlier) ? z > 0 ? limit : -limit : z;
-    learn(magnitude(clipped), row.weight);
-    if (PALPATE_LIKELY(watched)) {
-      watch(product(clipped, inverse), row);
+    const Judged judged = judge(z, output, row.weight);
+    if (PALPATE_LIKELY(judged.watched)) {
+      watch(product(judged.limited, judged.inverse), row);
     }
-    conclude(scale, outlier);
-    return {innovation, alarm_, true, outlier};
+    conclude(judged, before, next);
+    learn(judged, row);
+    return {innovation, alarm_, true, judged.outlier};
   }
 
   /// Forget all samples; the settings stay.
@@ -129,7 +132,9 @@ class VectorRls : public Parameters {
     for (int i = 0; i < Size; ++i) {
       visit(rise_[i]), visit(fall_[i]);
     }
-    visit(either_), visit(guarded_), visit(mean_magnitude_), visit(seen_);
+    visit(either_), visit(guarded_), visit(seen_);
+    noise_.visit_state(visit);
+    influence_.visit_state(visit);
     whole(held_), whole(next_), whole(alarm_);
     for (Sample& sample : samples_) {
       for (Real& value : sample.regressors) {
@@ -145,28 +150,35 @@ class VectorRls : public Parameters {
   constexpr void covariance(int column, Real (&result)[Size]) const noexcept { fit().covariance(column, result); }
   /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN where the samples do not
   /// determine a coefficient. All NaN, and 0 degrees of freedom, before Size + 4 samples, in total and since a change.
+  ///
+  /// They contain the correlation of the influences on a coefficient, and the rounding of a coefficient by each sample:
+  /// a variance of (eps coefficient)^2 / 12.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
     const Real left = samples_left(result);
-    for (Real& value : result) {
-      value = left > 0 ? square_root(product(value, fit().residuals / left)) : not_a_number<Real>;
+    for (int i = 0; i < Size; ++i) {
+      const Real rounded = product(std::numeric_limits<Real>::epsilon(), fit().coefficients[i]);
+      const Real of_noise = product(product(result[i], fit().residuals / left), influence_.factor(i));
+      const Real variance = of_noise + product(product(rounded, rounded), fit().count_squares / 12);
+      result[i] = left > 0 ? square_root(variance) : not_a_number<Real>;
     }
     return left > 0 ? product(left, fit().count / fit().count_squares) : Real(0);
   }
   /// The output that these regressors predict, and the standard error of the prediction by all variances and covariances
-  /// of the coefficients; the noise of a single output is not in it. The error is NaN where the samples do not determine
+  /// of the coefficients, and by the correlation of the influences on the one where it is largest; the noise of a single output is not in it. The error is NaN where the samples do not determine
   /// the prediction, which may be known although no coefficient is: that of regressors like those of the samples.
   constexpr Prediction<Real> predict(const Real (&values)[Regressors]) const noexcept {
     const Sample sample = sample_of(Real(0), values);
-    Real value = 0, variances[Size] = {};
+    Real value = 0, factor = 1, variances[Size] = {};
     for (int i = 0; i < Size; ++i) {
       value += product(sample.regressors[i], fit().coefficients[i]);
+      factor = sample.regressors[i] != 0 ? larger(factor, influence_.factor(i)) : factor;
     }
     const Real left = samples_left(variances);
-    if (!(left > 0 && in_range(sample))) {
+    if (!(left > 0 && in_range(sample, Real(0)))) {
       return {value, not_a_number<Real>};
     }
     const Real scale = size_of(sample);
-    const Real variance = product(leverage(sample, scale), fit().residuals / left);
+    const Real variance = product(product(leverage(sample, scale), fit().residuals / left), factor);
     return {value, product(scale, square_root(variance))};
   }
   /// The largest side of the CUSUM, in standard deviations.
@@ -189,9 +201,9 @@ class VectorRls : public Parameters {
   static constexpr Real larger(Real left, Real right) noexcept { return left > right ? left : right; }
 
   // A sum of magnitudes below the limit: none is above it, infinite or NaN.
-  static constexpr bool in_range(const Sample& sample) noexcept {
+  static constexpr bool in_range(const Sample& sample, Real z) noexcept {
     constexpr Real limit = std::is_same_v<Real, float> ? Real(1e16) : Real(1e140);
-    Real sum = magnitude(sample.output);
+    Real sum = magnitude(sample.output) + magnitude(z);
     for (const Real value : sample.regressors) {
       sum += magnitude(value);
     }
@@ -275,21 +287,29 @@ class VectorRls : public Parameters {
     return innovation;
   }
 
-  // As in Handover: a mean of few magnitudes may be much too small, and data without noise have rounding errors.
+  /// A whitened innovation, limited; the innovation that belongs to it; whether the coefficients may not depend on it, and
+  /// whether it says something about the noise: in a direction that was unknown it does not.
+  struct Judged {
+    Real limited, counted, scale, inverse;
+    bool watched, outlier, tells;
+  };
+
+  // As in AdaptiveWindow: a mean of few magnitudes may be much too small, and data without noise have rounding errors.
   constexpr Real scale_of(Real output) const noexcept {
-    Real scale = product(Real(1.2533141), mean_magnitude_);
+    Real scale = noise_.scale();
     if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
       scale = product(scale, 1 + 3 / seen_);
     }
     return larger(scale, product(magnitude(output), rounding) + VectorSettings<Real>().min_information);
   }
-
-  // A sample in a direction that was unknown says nothing about the noise.
-  PALPATE_INLINE constexpr void learn(Real clipped, Real weight) noexcept {
-    if (PALPATE_LIKELY(weight > Real(0.1))) {
-      seen_ += 1;
-      mean_magnitude_ += product(mean_share(seen_, Real(0.02)), clipped + Fit::normal - mean_magnitude_);
+  PALPATE_INLINE constexpr Judged judge(Real z, Real output, Real weight) const noexcept {
+    const Real whitened = noise_.whitened(z), scale = scale_of(output), limit = product(settings.clip, scale);
+    const bool watched = seen_ >= warm_up, tells = weight > Real(0.1);
+    if (PALPATE_LIKELY(!watched || !(magnitude(whitened) > limit))) {
+      return {whitened, z, scale, 1 / scale, watched, false, tells};
     }
+    const Real limited = whitened > 0 ? limit : -limit;
+    return {limited, noise_.of_whitened(limited), scale, 1 / scale, true, true, tells};
   }
 
   // Number by number: as sample_of has stored it.
@@ -331,14 +351,43 @@ class VectorRls : public Parameters {
     alarm_ = statistic() > (PALPATE_UNLIKELY(alarm_) && switches ? settings.threshold / 4 : settings.threshold);
   }
 
-  /// After the detector: the next fit is the present one, but for an outlier; an alarm comes first.
-  PALPATE_INLINE constexpr void conclude(Real scale, bool outlier) noexcept {
-    if (PALPATE_UNLIKELY(alarm_)) {
-      adapt(scale);
-    } else if (PALPATE_LIKELY(!outlier) || settings.alarmed > 0) {
+  /// After the detector: the next fit is the present one, but for an outlier; a change comes first.
+  PALPATE_INLINE constexpr void conclude(const Judged& judged, const Fit& before, const Fit& next) noexcept {
+    if (PALPATE_UNLIKELY(alarm_) && adapts(judged.scale)) {
+      return;
+    }
+    if (PALPATE_LIKELY(!judged.outlier) || settings.alarmed > 0) {
+      if (PALPATE_LIKELY(judged.watched && judged.tells)) {
+        influence_.add(before.coefficients, next.coefficients, product(next.count, judged.inverse));
+      }
       second_ = !second_;
       guard(settings.steady);
     }
+  }
+
+  /// Update the noise model: not while a change is suspected. With `alarmed` always: a scale that is too small would
+  /// prolong an alarm.
+  PALPATE_INLINE constexpr void learn(const Judged& judged, const Sample& row) noexcept {
+    if (PALPATE_UNLIKELY(alarm_) && !(settings.alarmed > 0)) {
+      noise_.forget_waiting();
+      noise_.remember(Real(0));
+    } else if (PALPATE_LIKELY(judged.tells)) {
+      seen_ += 1;
+      const bool suspected = !(settings.alarmed > 0) && seen_ >= first && statistic() > suspicion;
+      const bool rise = PALPATE_UNLIKELY(suspected) && is_rise(judged.limited, row);
+      noise_.add(judged.limited, judged.counted, rise, judged.outlier, suspected, seen_);
+      noise_.remember(judged.counted);
+    }
+  }
+  /// Whether an innovation is one of a rise of the coefficient that is suspected most.
+  constexpr bool is_rise(Real limited, const Sample& row) const noexcept {
+    Real most = 0, regressor = 1;
+    for (int i = 0; i < Size; ++i) {
+      const Real side = larger(rise_[i], fall_[i]);
+      regressor = side > most ? row.regressors[i] : regressor;
+      most = larger(side, most);
+    }
+    return with_sign(limited, regressor) > 0;
   }
 
   PALPATE_INLINE constexpr void guard(Real forgetting) noexcept {
@@ -349,33 +398,64 @@ class VectorRls : public Parameters {
     }
   }
 
-  /// A hand-over, from the last m samples, or forgetting as `alarmed` says. With s the scale, m has the largest
-  ///   sum of e^2 - residuals of the new fit - s^2 sum of log(1 / w):
-  /// by how much more likely it is that a change was before these samples, their coefficients being unknown; w is the
-  /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm.
-  constexpr void adapt(Real scale) noexcept {
+  /// An alarm: a hand-over, or forgetting as `alarmed` says. Returns false if it was noise: then there is no alarm, and the
+  /// detector starts anew.
+  constexpr bool adapts(Real scale) noexcept {
     if (settings.alarmed > 0) {
       fit().add(settings.alarmed, resolution, remembered(1));
       guard(settings.alarmed);
-      return;
+    } else if (!hands_over(product(scale, scale))) {
+      alarm_ = false;
+      start_sides();
+      noise_.accept(seen_);
+      return false;
     }
-    const Fit before = fit();
-    const Real price = 2 * product(scale, scale);
-    Fit latest(2 * settings.min_information, before.coefficients);
-    Real gain = 0, most = -std::numeric_limits<Real>::infinity();
-    const std::uint32_t held = held_;
+    return true;
+  }
+
+  /// A hand-over, from the last m samples. With s^2 the variance, m has the largest
+  ///   sum of e^2 - residuals of the new fit - s^2 sum of log(1 / w):
+  /// by how much more likely it is that a change was before these samples, their coefficients being unknown; w is the
+  /// weight of a sample in the new fit, and 2 (1 - w) / (1 + w) stands for the logarithm. Returns false, without a
+  /// hand-over, if neither the suspected samples nor the most likely number of them show a change; fewer than Size + 2
+  /// cannot decide.
+  constexpr bool hands_over(Real variance) noexcept {
+    const std::uint32_t held = held_, suspected = suspected_samples();
+    Fit latest(2 * settings.min_information, fit().coefficients), best = latest;
+    Real squares = 0, price = 0, most = -std::numeric_limits<Real>::infinity();
+    bool shown = false;
     for (std::uint32_t m = 1; m <= held; ++m) {
-      const Sample& each = remembered(m);
-      const Real innovation = innovation_of(each, before);
-      const Real weight = latest.add(Real(1), resolution, each);
-      gain += product(innovation, innovation) - product(price, (1 - weight) / (1 + weight));
-      if (gain - latest.residuals > most && latest.finite()) {
-        most = gain - latest.residuals;
-        fit() = latest;
+      const Real innovation = innovation_of(remembered(m), fit());
+      const Real weight = latest.add(Real(1), resolution, remembered(m));
+      squares += product(innovation, innovation);
+      price += 2 * product(variance, (1 - weight) / (1 + weight));
+      const Real explained = squares - latest.residuals;
+      if (explained - price > most && latest.finite()) {
+        most = explained - price;
+        best = latest;
         held_ = m;
-        guarded_ = 2 * settings.min_information;
+        shown = shows_change(explained / 4, latest);  // of many numbers one explains more by chance
+      }
+      if (m == suspected && m >= Size + 2 && !shown && !shows_change(explained, latest)) {
+        held_ = held;
+        return false;
       }
     }
+    fit() = best;
+    guarded_ = 2 * settings.min_information;
+    return true;
+  }
+  /// The last one, and those before it that wait.
+  constexpr std::uint32_t suspected_samples() const noexcept {
+    const Real suspected = noise_.waiting() + 1;
+    return suspected < static_cast<Real>(held_) ? static_cast<std::uint32_t>(suspected) : held_;
+  }
+  /// Whether the samples of a fit explain too much for noise with the variance of its residuals (an F test). A side of the
+  /// CUSUM above the threshold after n samples has a sum of z above threshold + n drift: a change that explains
+  /// (threshold + n drift)^2 / n variances, at least 4 drift threshold. Half of that is required.
+  constexpr bool shows_change(Real explained, const Fit& latest) const noexcept {
+    const Real left = latest.count - Size, limit = 2 * product(settings.drift, settings.threshold);
+    return left > Real(1.5) && product(explained, left) >= product(limit, latest.residuals);
   }
 
   constexpr Fit& fit() noexcept { return fits_[second_]; }
@@ -384,9 +464,11 @@ class VectorRls : public Parameters {
   Real guarded_;                                         // information that each direction has at least
   Fit fits_[2];                                          // the present one, and the next: no number is copied
   Real rise_[Size] = {}, fall_[Size] = {}, either_ = 0;  // sides of the CUSUM
-  Real mean_magnitude_ = 0, seen_ = 0;                   // of clipped z, and their number
-  std::uint32_t held_ = 0, next_ = 0;                    // of samples_
-  bool alarm_ = false, second_ = false;                  // of fits_
+  Real seen_ = 0;                                        // samples that say something about the noise
+  UnsuspectedNoise<Real> noise_;
+  Influence<Real, Size> influence_;
+  std::uint32_t held_ = 0, next_ = 0;    // of samples_
+  bool alarm_ = false, second_ = false;  // of fits_
   Sample samples_[window] = {};
 };
 
