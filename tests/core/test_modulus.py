@@ -1,6 +1,6 @@
 """What was wrong by per cents: the end of a touch, tilt, creep, coarse codes; on a simulator that shares nothing with palpate's.
 
-The bounds are what the product promises (docs/how.md); 20 touches a row, 200 by night.
+The bounds are what the product promises (docs/numbers.md); 20 touches a row, 200 by night.
 """
 
 import math

@@ -1,29 +1,29 @@
 """Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
-`adaptive_rls` and `rls` follow the equations of the paper as printed; `handover_rls` is the estimator of the scene
-"handheld", `matched_pair`, `Baseline`, `Contact` and `Fit` are its other stages, and `handheld` is the whole scene.
+`adaptive_rls` and `rls` follow the equations of the paper as printed; `adaptive_window` is the estimator `HandoverRls`;
+`matched_pair`, `Baseline`, `Contact` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene.
 """
 
+from palpate.reference.adaptive import AdaptiveWindowTrace, adaptive_window
 from palpate.reference.align import Pairs, matched_pair
 from palpate.reference.fit import Fit, Misfit
-from palpate.reference.handover import HandoverTrace, handover_rls
 from palpate.reference.idle import Baseline, Contact
 from palpate.reference.paper import Trace, adaptive_rls, rls
 from palpate.reference.tracker import Rows, Touch, handheld
 
 __all__ = [
+    "AdaptiveWindowTrace",
     "Baseline",
     "Contact",
     "Fit",
-    "HandoverTrace",
     "Misfit",
     "Pairs",
     "Rows",
     "Touch",
     "Trace",
     "adaptive_rls",
+    "adaptive_window",
     "handheld",
-    "handover_rls",
     "matched_pair",
     "rls",
 ]

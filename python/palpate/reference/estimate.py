@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import LEAST_BENT, Fit
-from palpate.reference.handover import FEWEST, SETTLED, _Handover, handover_rls
+from palpate.reference.handover import FEWEST, SETTLED, _Handover
 from palpate.reference.level import Sweep
 
 CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
@@ -40,9 +40,8 @@ class Errors(NamedTuple):
 
 
 def estimator(noise: float = 1.0) -> _Handover:
-    """Return the one of `handover_rls` with its defaults; below a noise of 1e-5 the initial covariance follows from it."""
-    unknown = {"initial_covariance": 16 / noise**2} if noise**2 * 1e10 < 1 else {}
-    return _Handover(**{**(handover_rls.__kwdefaults__ or {}), "number": float, **unknown})
+    """Return the estimator of the scene; below a noise of 1e-5 the initial covariance follows from it."""
+    return _Handover(16 / noise**2) if noise**2 * 1e10 < 1 else _Handover()
 
 
 @dataclass

@@ -1,17 +1,10 @@
-"""Reference of the estimator "handheld": instrumental variables, a two-sided CUSUM, a hand-over at an alarm.
+"""Reference of the estimator of the scene "handheld": instrumental variables, a two-sided CUSUM, a hand-over at an alarm.
 
 The core keeps sums since a CUSUM side was last 0; this keeps the samples, and adds them up at an alarm.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from palpate.reference.paper import finite
 
 WARM_UP = 8  # samples before the detector starts
 TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
@@ -29,61 +22,52 @@ DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 
 class Noise:
     """Noise model: scale and autocorrelation of the innovations."""
 
-    number: Callable[[Any], Any]
-    magnitude: Any  # running mean of |whitened innovation|
-    lag0: Any  # weighted sums of e(k)^2, e(k) e(k-1), e(k) e(k-2), and of 1
-    lag1: Any
-    lag2: Any
-    weight: Any
-    before: Any  # e(k-1), e(k-2)
-    before_that: Any
-    rho: Any
-    offset: Any  # running means of sign(x) e(k) and |e(k) - e(k-1)|
-    roughness: Any
+    magnitude: float = 0.0  # running mean of |whitened innovation|
+    lag0: float = 0.0  # weighted sums of e(k)^2, e(k) e(k-1), e(k) e(k-2), and of 1
+    lag1: float = 0.0
+    lag2: float = 0.0
+    weight: float = 0.0
+    before: float = 0.0  # e(k-1), e(k-2)
+    before_that: float = 0.0
+    rho: float = 0.0
+    offset: float = 0.0  # running means of sign(x) e(k) and |e(k) - e(k-1)|
+    roughness: float = 0.0
     due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
     since: int = EXPECTED  # innovations after a drift
 
-    def scale(self, output: Any, seen: int) -> Any:
+    def scale(self, output: float, seen: int) -> float:
         """Return the standard deviation of the whitened innovation: sqrt(pi / 2) times its mean magnitude.
 
         It is larger for the first samples, and never less than the rounding error.
         """
-        rounding = (abs(output) + self.number(1e-18)) * self.number(1e-15)
-        doubt = (
-            1 + self.number(3) / (seen - TRANSIENT + 1)
-            if WARM_UP <= seen < DOUBTED
-            else self.number(1)
-        )
-        return max(self.number(1.2533141) * self.magnitude * doubt, rounding)
+        rounding = (abs(output) + 1e-18) * 1e-15
+        doubt = 1 + 3 / (seen - TRANSIENT + 1) if WARM_UP <= seen < DOUBTED else 1
+        return max(1.2533141 * self.magnitude * doubt, rounding)
 
-    def add(self, e: Any, sign: int) -> None:
+    def add(self, e: float, sign: int) -> None:
         """Add an innovation, of a regressor of this sign."""
         self.follow_offset(e, sign)
-        memory = self.number(MEMORY)
-        self.lag0 = memory * self.lag0 + e * e
-        self.lag1 = memory * self.lag1 + e * self.before
-        self.lag2 = memory * self.lag2 + e * self.before_that
-        self.weight = memory * self.weight + 1
+        self.lag0 = MEMORY * self.lag0 + e * e
+        self.lag1 = MEMORY * self.lag1 + e * self.before
+        self.lag2 = MEMORY * self.lag2 + e * self.before_that
+        self.weight = MEMORY * self.weight + 1
         self.remember(e)
 
-    def add_outlier(self, e: Any, sign: int) -> None:
+    def add_outlier(self, e: float, sign: int) -> None:
         """Add what noise could have made of an outlier: not to the sums; to the offset only if the ratio drifts."""
         if self.drifts():
             self.follow_offset(e, sign)
         self.remember(e)
 
-    def follow_offset(self, e: Any, sign: int) -> None:
+    def follow_offset(self, e: float, sign: int) -> None:
         """Update the running means of the innovation and of its steps."""
         self.since += 1
         self.offset += (sign * e - self.offset) / 16
         self.roughness += (abs(e - self.before) - self.roughness) / 32
 
-    def allowed(self) -> Any:
+    def allowed(self) -> float:
         """Return the offset, in units of the roughness, above which the ratio drifts."""
-        return min(
-            self.number(ALLOWED_OFFSET) / 2 + self.number(self.since) / EXPECTED,
-            self.number(ALLOWED_OFFSET),
-        )
+        return min(ALLOWED_OFFSET / 2 + self.since / EXPECTED, ALLOWED_OFFSET)
 
     def drifts(self) -> bool:
         """Return whether the innovations have an offset that their noise does not explain."""
@@ -91,25 +75,23 @@ class Noise:
             abs(self.offset) > self.allowed() * self.roughness and self.weight >= DRIFT_FROM
         )
 
-    def least_share(self) -> Any:
+    def least_share(self) -> float:
         """Return the least share of a new sample in the ratio, while the ratio drifts."""
-        return min(abs(self.offset) / self.roughness - self.allowed(), self.number(MOST))
+        return min(abs(self.offset) / self.roughness - self.allowed(), MOST)
 
-    def remember(self, e: Any) -> None:
+    def remember(self, e: float) -> None:
         """Keep the innovation for the next forecast."""
         self.before, self.before_that = e, self.before
 
-    def correlations(self) -> tuple[Any, Any]:
+    def correlations(self) -> tuple[float, float]:
         """Return the autocorrelations at lag 1 and 2."""
-        return (
-            (self.lag1 / self.lag0, self.lag2 / self.lag0)
-            if self.lag0 > 0
-            else (0 * self.lag0, 0 * self.lag0)
-        )
+        if not self.lag0 > 0:
+            return 0.0, 0.0
+        return self.lag1 / self.lag0, self.lag2 / self.lag0
 
-    def corrected(self, correlation: Any) -> Any:
+    def corrected(self, correlation: float) -> float:
         """Return a correlation corrected for Kendall's bias, -(1 + 3 r1) / n, within +-(FEWEST - 1) / (FEWEST + 1)."""
-        limit = self.number(FEWEST - 1) / self.number(FEWEST + 1)
+        limit = (FEWEST - 1) / (FEWEST + 1)
         return min(max(correlation + (1 + 3 * self.correlations()[0]) / self.weight, -limit), limit)
 
     def update_forecast(self, seen: int) -> None:
@@ -117,12 +99,12 @@ class Noise:
         self.due = 1 if seen < 32 else 8
         self.rho = self.corrected(self.correlations()[0])
 
-    def long_run_variance(self) -> Any:
+    def long_run_variance(self) -> float:
         """Return n times the variance of the mean of n innovations, for large n."""
         r1, r2 = self.correlations()
         variance = self.lag0 / self.weight
         partial = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
-        if self.weight * partial**2 < self.number(6.63):  # chi-squared, 1 %: not significant, AR(1)
+        if self.weight * partial**2 < 6.63:  # chi-squared, 1 %: not significant, AR(1)
             return variance * (1 + self.rho) / (1 - self.rho)
         r1, r2 = self.corrected(r1), self.corrected(r2)
         # Yule-Walker coefficients of AR(2)
@@ -131,92 +113,57 @@ class Noise:
         if gap <= 0:
             return variance * FEWEST
         factor = (1 - first * r1 - second * r2) / gap**2
-        return variance * min(max(factor, 1 / self.number(FEWEST)), FEWEST)
+        return variance * min(max(factor, 1 / FEWEST), FEWEST)
 
 
 SETTLED = 16  # fewest samples since the last change for a standard error
-
-
-class HandoverTrace(NamedTuple):
-    """State of `handover_rls` after each sample, as arrays of shape (n,).
-
-    Attributes
-    ----------
-    ratio : numpy.ndarray, shape (n,)
-    covariance : numpy.ndarray, shape (n,), 1/pF^2
-        Inverse of the information.
-    innovation : numpy.ndarray, shape (n,), pF
-        Output minus its prediction with the ratio before the sample.
-    statistic : numpy.ndarray, shape (n,)
-        Larger of the two CUSUM sides, in units of the scale of the innovations.
-    standard_error : numpy.ndarray, shape (n,)
-        Of the ratio; nan until it is known.
-    alarm : numpy.ndarray of bool, shape (n,)
-
-    Examples
-    --------
-    >>> handover_rls([0.5, 0.52], [0.25, 0.26]).alarm
-    array([False, False])
-    """
-
-    ratio: NDArray[Any]
-    covariance: NDArray[Any]
-    innovation: NDArray[Any]
-    statistic: NDArray[Any]
-    standard_error: NDArray[Any]
-    alarm: NDArray[np.bool_]
 
 
 @dataclass
 class _Side:
     """A CUSUM side, with the (weight, output, regressor) of each sample since it was last 0."""
 
-    statistic: Any = 0
-    samples: list[tuple[Any, Any, Any]] = field(default_factory=list)
+    statistic: float = 0.0
+    samples: list[tuple[float, float, float]] = field(default_factory=list)
 
-    def after(self, step: Any, sample: tuple[Any, Any, Any]) -> "_Side":
+    def after(self, step: float, sample: tuple[float, float, float]) -> "_Side":
         total = self.statistic + step
-        return _Side(total, [*self.samples, sample]) if total > 0 else _Side(0 * step)
+        return _Side(total, [*self.samples, sample]) if total > 0 else _Side()
 
 
 class _Handover:
-    """The estimator; its settings are those of `handover_rls`."""
+    """The estimator, with the defaults of the scene."""
 
-    def __init__(self, number: Callable[[Any], Any], guard: int, **settings: Any) -> None:
-        given = {name: number(value) for name, value in settings.items()}
-        self.steady, self.drift, self.threshold = (
-            given["steady"],
-            given["drift"],
-            given["threshold"],
-        )
-        self.clip, self.smoothing, self.guard, self.number = (
-            given["clip"],
-            given["smoothing"],
-            guard,
-            number,
-        )
-        self.base, self.information = given["initial_ratio"], 1 / given["initial_covariance"]
-        self.least = 1 / given["max_covariance"]  # information
+    def __init__(self, initial_covariance: float = 1e10) -> None:
+        self.steady = 0.9995
+        self.drift = 0.75
+        self.threshold = 10.0
+        self.clip = 3.0
+        self.smoothing = 0.0625
+        self.guard = 5
+        self.base = 1.0
+        self.information = 1 / initial_covariance
+        self.least = 1e-12  # information: 1 / max_covariance
         # The sums of (lambda^k w)^2 and of lambda^k; the mean regressor.
-        self.squares = self.weight = self.instrument = number(0)
-        self.noise = Noise(number, *[number(0)] * 10)
+        self.squares = self.weight = self.instrument = 0.0
+        self.noise = Noise()
         self.up, self.down, self.seen = _Side(), _Side(), 0
         self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
-        self.row: list[Any] = []  # innovations of the last outliers in a row
+        self.row: list[tuple[float, float]] = []  # innovations of the last outliers in a row
         # while the ratio drifts: the mean innovation, and what it adds to the ratio
-        self.lag = self.lead = number(0)
+        self.lag = self.lead = 0.0
 
     @property
-    def ratio(self) -> Any:
+    def ratio(self) -> float:
         return self.base + self.lead
 
-    def statistic(self) -> Any:
+    def statistic(self) -> float:
         return max(self.up.statistic, self.down.statistic)
 
     def alarm(self) -> bool:
         return bool(self.statistic() > self.threshold)
 
-    def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
+    def update(self, output: float, regressor: float) -> None:
         e = output - regressor * self.base
         # The mean of the earlier regressors; the regressor itself if the two differ by more than a factor of 4.
         size, x = abs(self.instrument), abs(regressor)
@@ -242,27 +189,17 @@ class _Handover:
             self.up, self.down = _Side(), _Side()
         self.outlier, self.drifting = outlier, bool(self.noise.drifts())
         limited = self.noise.rho * self.noise.before + clipped if outlier else e
-        gain = self.number(0)
+        gain = 0.0
         if self.alarm():
             self._hand_over()
         elif not outlier or self.noise.drifts():
             gain = self._follow(w, regressor, limited)
         self._learn(limited, clipped, outlier, -1 if regressor < 0 else 1)
         # The instrument: the mean of the first 1 / smoothing regressors, then an exponential mean.
-        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (
-            regressor - self.instrument
-        )
+        self.instrument += max(self.smoothing, 1 / self.seen) * (regressor - self.instrument)
         self._follow_lag(limited, gain)
-        return (
-            self.ratio,
-            1 / self.information,
-            e,
-            self.statistic(),
-            self.standard_error(),
-            self.alarm(),
-        )
 
-    def _follow(self, w: Any, regressor: Any, e: Any) -> Any:
+    def _follow(self, w: float, regressor: float, e: float) -> float:
         """Update the information and the ratio, R' = lambda R + w x, r' = r + (w / R') e; return w / R'.
 
         While the ratio drifts, lambda is so small that a sample as large as the mean has at least the least share.
@@ -281,26 +218,26 @@ class _Handover:
         self.weight = forgetting * self.weight + 1
         return w / self.information
 
-    def _recent_square(self) -> Any:
+    def _recent_square(self) -> float:
         """Return the square of the mean of the last regressors; where their signs differ, the mean of squares."""
         return max(self.instrument**2, self.squares / self.weight)
 
-    def _follow_lag(self, e: Any, gain: Any) -> None:
+    def _follow_lag(self, e: float, gain: float) -> None:
         """While the ratio drifts, add what the recursion is behind: the mean innovation, less the share that is corrected."""
         noise, drifts = self.noise, self.drifting and not self.alarm()
         mature = noise.weight >= MATURE
         if drifts and mature:
             noise.since = 0
         if drifts and mature and self._recent_square():
-            share = min(max(gain * self.instrument, self.number(0)), self.number(1))
+            share = min(max(gain * self.instrument, 0), 1)
             self.lag += share * (e - self.lag)
             self.lead = (1 - share) * self.lag * self.instrument / self._recent_square()
         else:
-            self.lag = self.lead = self.number(0)
+            self.lag = self.lead = 0.0
 
     def _differ(self) -> bool:
         """Return whether outliers in a row are not as large as their regressors: in a burst; after a change they are."""
-        steps = size = self.number(0)
+        steps = size = 0.0
         for (before, x_before), (e, x) in pairwise([*self.row[:1], *self.row]):
             steps, size = steps / 2 + abs(e * x_before - before * x), size / 2 + abs(e * x)
         return bool(3 * steps > size)
@@ -309,19 +246,17 @@ class _Handover:
         """Estimate again: from the samples since the CUSUM side was last 0, without the first `guard`, at least from one."""
         since = (self.up if self.up.statistic > self.down.statistic else self.down).samples
         samples = since[self.guard :] or since[-1:]
-        self.squares = sum((w * w for w, _, _ in samples), self.number(0))
-        self.information = sum((w * x for w, _, x in samples), self.number(0))
-        self.base = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
-        self.weight = self.number(len(samples))
+        self.squares = sum((w * w for w, _, _ in samples), 0.0)
+        self.information = sum((w * x for w, _, x in samples), 0.0)
+        self.base = sum((w * y for w, y, _ in samples), 0.0) / self.information
+        self.weight = float(len(samples))
 
-    def _learn(self, e: Any, clipped: Any, outlier: bool, sign: int) -> None:
+    def _learn(self, e: float, clipped: float, outlier: bool, sign: int) -> None:
         self.seen += 1
         if (count := self.seen - TRANSIENT) <= 0:
             return
         noise = self.noise
-        noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (
-            abs(clipped) - noise.magnitude
-        )
+        noise.magnitude += max(0.02, 1 / count) * (abs(clipped) - noise.magnitude)
         if outlier:
             noise.add_outlier(e, sign)
         else:
@@ -330,66 +265,5 @@ class _Handover:
             if noise.due <= 0:
                 noise.update_forecast(self.seen)
         if self.alarm():
-            noise.before = noise.before_that = noise.offset = self.number(0)
+            noise.before = noise.before_that = noise.offset = 0.0
             noise.since = EXPECTED
-
-    def standard_error(self) -> Any:
-        if self.noise.weight < FEWEST or self.weight < SETTLED:
-            return self.number("nan")
-        variance = self.noise.long_run_variance() * self.squares / self.information**2
-        return variance.sqrt() if hasattr(variance, "sqrt") else np.sqrt(variance)
-
-
-def handover_rls(
-    output: ArrayLike,
-    regressor: ArrayLike,
-    *,
-    steady: float = 0.9995,
-    drift: float = 0.75,
-    threshold: float = 10.0,
-    clip: float = 3.0,
-    smoothing: float = 0.0625,
-    guard: int = 5,
-    initial_ratio: float = 1.0,
-    initial_covariance: float = 1e10,
-    max_covariance: float = 1e12,
-    number: Callable[[Any], Any] = np.float64,
-) -> HandoverTrace:
-    """Recursive instrumental variables with a hand-over at a change: reference of `palpate.HandoverRls`.
-
-    Parameters
-    ----------
-    output, regressor : array_like, shape (n,), pF
-        Finite capacitance changes of the hard and the soft channel.
-    steady, drift, threshold, clip, smoothing, guard, initial_ratio, initial_covariance, max_covariance : float
-        As in `palpate.HandoverRls`; guard, a count, is an int.
-    number : callable
-        Type of all calculations: numpy.float64 or decimal.Decimal.
-
-    Returns
-    -------
-    HandoverTrace
-        Ratio, covariance, innovation, statistic, standard error and alarm after each sample.
-
-    Raises
-    ------
-    ValueError
-        A sample that is not finite, or arrays of different lengths.
-
-    Examples
-    --------
-    >>> from palpate.reference import handover_rls
-    >>> handover_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
-    array([2., 2.])
-    """
-    pairs = finite(output, regressor, number)
-    of_detector = {"drift": drift, "threshold": threshold, "clip": clip}
-    of_ratio = {
-        "initial_ratio": initial_ratio,
-        "initial_covariance": initial_covariance,
-        "max_covariance": max_covariance,
-    }
-    state = _Handover(number, guard, steady=steady, smoothing=smoothing, **of_detector, **of_ratio)
-    rows = [state.update(y, x) for y, x in pairs]
-    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.array([])] * 6
-    return HandoverTrace._make([*columns[:5], columns[5].astype(bool)])

@@ -58,10 +58,26 @@ constexpr auto with(const A&, const B& b) noexcept {
     return b;
 }
 
-#define PALPATE_FLIPPED(name, written, flipped)                                        \
-  template <class A, class B>                                                          \
-  constexpr auto name(int number, const A& a, const B& b) noexcept {                   \
-    return on(number) ? with(b, a) flipped with(a, b) : with(b, a) written with(a, b); \
+/// The mutant of an operator of classes that have no flipped one: the opposite of a comparison, or the left side.
+template <class A, class Result>
+constexpr Result unflipped(const A& a, const Result& right) noexcept {
+  if constexpr (std::is_same_v<Result, bool>)
+    return !right;
+  else
+    return a;
+}
+
+#define PALPATE_FLIPPED(name, written, flipped)                                                                        \
+  template <class A, class B, class = void>                                                                            \
+  inline constexpr bool name##_flips = !std::is_class_v<A>;                                                            \
+  template <class A, class B>                                                                                          \
+  inline constexpr bool name##_flips<A, B, std::void_t<decltype(std::declval<A>() flipped std::declval<B>())>> = true; \
+  template <class A, class B>                                                                                          \
+  constexpr auto name(int number, const A& a, const B& b) noexcept {                                                   \
+    if constexpr (name##_flips<A, B>)                                                                                  \
+      return on(number) ? with(b, a) flipped with(a, b) : with(b, a) written with(a, b);                               \
+    else                                                                                                               \
+      return on(number) ? unflipped(a, a written b) : a written b;                                                     \
   }
 PALPATE_FLIPPED(plus, +, -)
 PALPATE_FLIPPED(minus, -, +)
