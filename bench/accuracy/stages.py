@@ -19,7 +19,6 @@ from bench.accuracy.comparison import ErrorTrace, pairs_aligned, traced
 from bench.speed.calls import measure_native
 
 NEVER = math.inf  # samples from alarm to alarm
-LEFT_OUT = 100.0  # more samples than a CUSUM side has at an alarm
 
 
 def cost_table() -> str:
@@ -44,19 +43,18 @@ STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
     "paper": lambda run: comparison.pairs_as_read(run).trace(comparison.OWN["paper"]),
     "+ alignment": partial(_aligned, comparison.OWN["paper"]),
     "one memory": partial(_aligned, comparison.OWN["fixed 0.995"]),
-    "+ noise": partial(_aligned, traced(HandoverRls, smoothing=1.0, false_alarm_interval=NEVER)),
+    "+ windows": partial(_aligned, traced(HandoverRls, smoothing=1.0, false_alarm_interval=NEVER)),
     "+ instrument": partial(_aligned, traced(HandoverRls, false_alarm_interval=NEVER)),
-    "+ detector": partial(_aligned, traced(HandoverRls, guard=LEFT_OUT)),
-    "+ hand-over": partial(_aligned, traced(HandoverRls)),
+    "+ detectors": partial(_aligned, traced(HandoverRls)),
     "the scene": partial(comparison.scene_trace, "handheld"),
 }
-"""From the paper's estimator to the scene handheld, one part after the other. All but the last know when the press begins."""
+"""From the paper's estimator to HandoverRls, one part after the other, and the scene. All but it know when the press begins."""
 KEY = """\
 median steady rms error, %, as one part is added after the other; in brackets: error before / error with this part
   paper        its estimator, on readings that are not aligned     + alignment  the matched pair of filters
-  one memory   forgetting 0.995 without a switch                   + noise      outliers out; forgets while it drifts
-  + instrument in place of least squares                           + detector   whitened CUSUM; an alarm begins anew
-  + hand-over  begins with the samples since the CUSUM was 0       the scene    its own gate and baseline"""
+  one memory   forgetting 0.995 without a switch                   + windows    outliers out; reads what agrees
+  + instrument in place of least squares                           + detectors  CUSUM and windows cut: HandoverRls
+  the scene    its own gate and baseline, and its own estimator, Handover"""
 
 
 def gains(seeds: int) -> dict[str, dict[str, float]]:

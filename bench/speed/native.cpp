@@ -263,7 +263,9 @@ int main(int argc, char** argv) {
   bench.add<Adaptive>("AdaptiveRls, alarm flickering", flicker);
   bench.add<Adaptive>("AdaptiveRls, idle", untouched);
   bench.add<Adaptive>("AdaptiveRls, 250 samples", changes, 250);
-  bench.add<Alone<Hand>>("HandoverRls", changes);
+  bench.add<Alone<AdaptiveWindow<double>>>("HandoverRls", changes);
+  bench.add<Alone<AdaptiveWindow<double>>>("HandoverRls, 250 samples", changes, 250);
+  bench.add<Alone<Hand>>("Handover, of the scenes", changes);
   bench.add<Alone<Line>>("VectorRls, slope and intercept", changes);
   bench.add<FixedTracker<double>>("scene fixed", readings);
   bench.add<PaperTracker<double>>("scene paper", readings);
