@@ -128,6 +128,11 @@ def check_console(text: str, folder: Path) -> None:
             )
 
 
+def test_how_it_works_is_short() -> None:
+    """Its constants are on the page of the numbers."""
+    assert len((DOCS / "how.md").read_text(encoding="utf-8").split()) <= 2000
+
+
 def test_the_page_has_the_udev_rule_of_the_driver() -> None:
     assert UDEV_RULE in (DOCS / "kit.md").read_text(encoding="utf-8")
 
