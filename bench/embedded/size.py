@@ -127,6 +127,7 @@ WORST_CASES = {
     "Sliding": "`SlidingTracker`",
     "PaperScene": "`PaperTracker`",
     "HandoverEstimator": "`Handover`",
+    "WindowEstimator": "`AdaptiveWindow`, 10 levels",
     "PaperSafe": "`AdaptiveRls`",
     "Paper": "`PaperRls`",
     "Fixed": "`FixedRls`",

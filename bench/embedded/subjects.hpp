@@ -28,6 +28,7 @@ struct Paper : Changes<embedded::PaperRls<float>> {};
 struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
 struct HandoverEstimator : Changes<embedded::Handover<float>> {};
+struct WindowEstimator : Changes<embedded::AdaptiveWindow<float>> {};
 template <const auto& settings, int Window>
 struct Line : VectorRls<float, 1, true, Constant<settings>, Window> {
   void update(float output, float regressor) { Line::VectorRls::update(output, {regressor}); }
@@ -164,6 +165,7 @@ void for_each(Visit visit) {
   visit("PaperSafe", PaperSafe());
   visit("PaperRuntime", PaperRuntime());
   visit("HandoverEstimator", HandoverEstimator());
+  visit("WindowEstimator", WindowEstimator());
   visit("SlopeAndIntercept", SlopeAndIntercept());
   visit("AlignStage", AlignStage());
   visit("MatchedPairStage", MatchedPairStage());

@@ -183,15 +183,27 @@ static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(Adapt
 struct Estimators {
   AdaptiveRls<float> paper;
   Handover<double> handover;
+  AdaptiveWindow<double> window;
   VectorRls<float, 2, true> plane;
 };
 constexpr AdaptiveRls<float> alone = {};
 constexpr AdaptiveRls<float> several[2] = {};
 constexpr Estimators every = {};
 constexpr Estimators in_array[2] = {{}, {}};
+constexpr float after_a_change() noexcept {
+  embedded::AdaptiveWindow<float> estimator;
+  constexpr float noise[] = {0.01f, -0.02f, 0.015f, 0.003f, -0.01f};
+  for (int i = 0; i < 60; ++i) {
+    estimator.update((i < 40 ? 2.0f : 3.0f) + noise[i % 5], 1.0f);
+  }
+  return estimator.ratio();
+}
+static_assert(after_a_change() > 2.98f && after_a_change() < 3.02f);
+static_assert(sizeof(embedded::AdaptiveWindow<float, 4>) < sizeof(embedded::AdaptiveWindow<float>) &&
+              noexcept(AdaptiveWindow<double>().update(0.0, 0.0)));
 constexpr Handover<float> with_settings({HandoverSettings<float>()}, 2.5f);
 static_assert(alone.ratio() == 1 && several[1].ratio() == 1 && every.handover.ratio() == 1 &&
-              in_array[1].plane.coefficients()[2] == 0 && with_settings.ratio() == 2.5f);
+              every.window.ratio() == 1 && in_array[1].plane.coefficients()[2] == 0 && with_settings.ratio() == 2.5f);
 
 // A fast converter, in ticks of 0.5 ms: the readings of a mean that is not complete are forgotten by tare().
 bool forgets_a_mean() noexcept {

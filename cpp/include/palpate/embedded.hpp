@@ -3,6 +3,7 @@
 
 // The estimators and scenes for small processors.
 
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/scenes.hpp>
 
 namespace palpate {
@@ -34,6 +35,12 @@ using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Constant<default
 /// As palpate::Handover, the estimator of the scene handheld.
 template <class Real>
 using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real>>>>;
+
+/// As palpate::AdaptiveWindow, for any two signals. A level more doubles the longest window, which has some 8 * 2^levels samples, and
+/// takes 28 numbers.
+template <class Real, int levels = 10>
+using AdaptiveWindow =
+    palpate::AdaptiveWindow<Real, Constant<defaults<AdaptiveWindowSettings<Real>>>, DyadicWindows<Real, levels>>;
 
 /// All that the scene handheld has on a computer, with the same bits: flags, level ratio, revision.
 template <class Real, class Time = Microseconds>
