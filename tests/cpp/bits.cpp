@@ -35,7 +35,7 @@ void print_bank(const char* name) {
   using Real = typename Estimator::real_type;
   constexpr int streams = 21;
   Hash hash;
-  Estimator bank[streams];
+  static Estimator bank[streams];  // on the stack of WebAssembly there is too little room
   for (int k = 0; k < Samples<Real>::size; ++k) {
     for (int s = 0; s < streams; ++s) {
       const Samples<Real> samples(20 + s);

@@ -53,7 +53,7 @@ class AdaptiveWindow : public Parameters {
   static constexpr int warm_up = 8;                ///< samples before the detector starts
   static constexpr int transient = 3;              ///< first innovations, dominated by the error of the initial ratio
   static constexpr int first = 16;                 ///< samples in which nothing is suspected
-  static constexpr Real still_usual = Real(0.99);  ///< of the usual information, for each sample with less
+  static constexpr Real still_usual = Real(0.98);  ///< of the usual information, for each sample with less
   static constexpr Real suspicion = 1;             ///< a side of the CUSUM above it: noise is not learned
 
   /// With the default settings.

@@ -76,6 +76,7 @@ class NoiseOfBlocks {
     }
   }
 
+  /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(noise_), visit(weight_), visit(count_);

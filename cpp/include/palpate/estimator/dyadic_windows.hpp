@@ -111,6 +111,7 @@ class DyadicWindows {
     return information() >= 0 && filled_ >= 0;
   }
 
+  /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     for (Level& level : levels_) {

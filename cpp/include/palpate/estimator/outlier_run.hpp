@@ -37,6 +37,7 @@ class OutlierRun {
   /// The sample before the one that is added next.
   constexpr const WeightedSample<Real>& last() const noexcept { return last_; }
 
+  /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     for (Real* number :

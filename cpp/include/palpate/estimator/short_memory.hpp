@@ -55,6 +55,7 @@ class ShortMemory {
     reads_ = 0;
   }
 
+  /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     for (Real* number : {&ratio_, &information_, &trend_, &own_miss_, &other_miss_, &same_, &reads_}) {

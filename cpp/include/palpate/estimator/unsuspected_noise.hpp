@@ -97,6 +97,7 @@ class UnsuspectedNoise {
   /// Whether a state that was not computed here can be one.
   constexpr bool possible() const noexcept { return 0 <= waiting_ && waiting_ <= patience; }
 
+  /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     for (Real* number : {&mean_magnitude_, &lag0_, &lag1_, &count_, &rho_, &before_, &until_forecast_, &waiting_,
