@@ -159,7 +159,7 @@ def test_things_that_are_no_recordings_are_named() -> None:
     assert len(CASES) >= 60
     with pytest.raises(
         SomeFailed,
-        match=r"3 of 3 recordings failed; the first: recording: got 1, without .*, allowed: ",
+        match=r"3 of 3 recordings failed; the first: recording: got <object .*, without .*, allowed: ",
     ) as caught:
-        touches([1, 2, 3])  # type: ignore[list-item]
+        touches([object(), object(), object()])  # type: ignore[list-item]
     assert len(caught.value.results) == 3

@@ -8,7 +8,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import palpate
 import pytest
 from palpate.recording_protocol import ArrayRecording, RecordingProtocol
@@ -53,7 +52,7 @@ def test_a_recording_without_a_member_is_refused_with_its_name(missing: str) -> 
         palpate.offline(incomplete)
 
 
-@pytest.mark.parametrize("wrong", [None, 3, object(), np.ones(4)])
+@pytest.mark.parametrize("wrong", [None, 3, object()])
 def test_an_object_that_is_no_recording_is_refused_with_all_missing_members(wrong: Any) -> None:
     with pytest.raises(
         TypeError, match=r"recording: got .*, without doubts, full_scale_pF, .*unit"
