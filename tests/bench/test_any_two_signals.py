@@ -96,7 +96,7 @@ def test_a_planted_fault_fails(
     monkeypatch: pytest.MonkeyPatch, follow: Follower, theme: str, failing: int
 ) -> None:
     rows = rows_with(monkeypatch, follow, theme)
-    assert [row.verdict for row in rows].count("FAILS") == failing
+    assert sum(not row.holds for row in rows) == failing
     assert any_two_signals.any_fails(rows)
 
 
