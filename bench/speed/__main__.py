@@ -33,7 +33,7 @@ LIMITS: list[tuple[str, str, float]] = [
     ("Python process, 250", "AdaptiveRls, 250 samples", 1.2),
     ("Python update", "math.hypot", 0.65),
     ("VectorRls, slope and intercept", "AdaptiveRls", 8.0),
-    ("Python VectorRls update, a tuple", "Python update", 1.5),
+    ("Python VectorRls update, a tuple", "Python update", 2.5),
     ("Python VectorRls update, an array", "Python update", 3.0),
     ("Python Bank of 64 AdaptiveRls", "AdaptiveRls", 1.5),
     ("Python Bank of 64 HandoverRls", "HandoverRls", 1.5),
