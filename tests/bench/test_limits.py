@@ -63,7 +63,7 @@ def test_the_interval_needs_the_same_noise_at_all_depths() -> None:
             estimator = palpate.HandoverRls()
             estimator.process(*given)
             hits[name] += abs(estimator.ratio - 2.5) < 1.96 * estimator.standard_error
-    assert 160 < hits["as it is"] < 184  # 172 +- 5
+    assert 140 < hits["as it is"] < 175  # 157 +- 6
     assert hits["divided"] > 178  # 190 +- 3
 
 
