@@ -250,7 +250,7 @@ def costs() -> dict[str, Cost]:
 
 
 def _handover_in_adaptive() -> float:
-    """Return the run time of the scenes' estimator, which has no class in Python, in that of the paper's: bench.speed."""
+    """Return how many times as long Handover, which has no class in Python, takes as AdaptiveRls, by bench.speed."""
     figures = json.loads((RESULTS / "speed.json").read_text(encoding="utf-8"))
     return float(figures["Handover, of the scenes"]["min"] / figures["AdaptiveRls"]["min"])
 

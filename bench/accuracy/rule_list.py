@@ -29,7 +29,7 @@ from bench.accuracy.signal_followers import Trace
 from bench.accuracy.signal_worlds import Signals
 
 CUT = 5.0
-"""Normal deviate of a cut, that of the core with its default settings; `palpate.HandoverRls` does not have it as a setting."""
+"""Normal deviate of a cut: the default of the core. `palpate.HandoverRls` has no such setting."""
 NEVER = math.inf
 
 
@@ -127,7 +127,7 @@ def of_windows(name: str, value: Any) -> tuple[Replacement, ...]:
 
 
 def part(variant: type) -> tuple[Replacement, ...]:
-    """Return a class in place of the one that it is derived from."""
+    """Return a subclass that is used in place of its base class."""
     return (Replacement(adaptive, variant.__bases__[0].__name__, variant),)
 
 

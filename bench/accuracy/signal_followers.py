@@ -126,7 +126,9 @@ def in_own_units(estimate: Method, signals: Signals) -> Array:
     return found
 
 
-WALK = 0.02  # standard deviation of a step of the ratio; that of the ratio of one sample is 1
+WALK = (
+    0.02  # standard deviation of a step of the ratio, in standard errors of the ratio of one sample
+)
 UNKNOWN = 1e12  # variance of a ratio before the first sample
 
 
@@ -152,7 +154,7 @@ def kalman_walk(signals: Signals) -> Trace:
     return without_alarm(found[0], found[1])
 
 
-# The limit is that of as few false alarms as palpate has; a lower one has smaller errors.
+# With this limit there are as few false alarms as palpate has. A lower limit has smaller errors.
 GLR_LIMIT, GLR_WINDOW, GLR_SHORTEST, GLR_CLIP = (33.0, 400, 4, 4.0)
 
 

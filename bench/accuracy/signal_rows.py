@@ -233,7 +233,7 @@ DRIFTS = slice(200, None)
 
 
 def drift(seeds: int) -> Iterator[Row]:
-    """Return the rows of a ratio that grows evenly; the rms error is over that of Rls(.98)."""
+    """Return the rows of a ratio that grows evenly. The rms error is divided by the error of Rls(.98)."""
     for drift_sd in (0.5, 1.0, 2.0, 5.0):
         made = [worlds.drifting(seed, drift_sd) for seed in range(seeds)]
         unit = rms(errors_of([(signals, plain(signals)) for signals in made], DRIFTS))

@@ -105,7 +105,7 @@ constexpr bool is_finite(Real value) noexcept {
   return value - value == 0;
 }
 
-/// What a running mean may lose: 0 in place of numbers near the smallest normal one, with which arithmetic takes ten times as long.
+/// value, or 0 if it is near the smallest normal number: arithmetic with subnormal numbers takes ten times as long.
 template <class Real>
 constexpr Real normal_or_0(Real value) noexcept {
   return magnitude(value) < 64 * std::numeric_limits<Real>::min() ? Real(0) : value;

@@ -35,7 +35,8 @@ constexpr double handover_share = 1.1558;
 constexpr double vector_share = 25.12;  ///< for 8 coefficients
 constexpr double window_share = 5.363;  ///< of AdaptiveWindow: its default is 11
 
-/// The windows are as many independent tests as one in so many samples: the default interval gives 5 normal deviates.
+/// The tests of the windows have as many false alarms as one independent test in so many samples. The default interval then
+/// gives a limit of 5 standard deviations.
 constexpr double samples_of_a_test = 5.733;
 
 /// Design of a two-sided CUSUM for standardised, uncorrelated innovations.
