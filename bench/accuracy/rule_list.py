@@ -163,10 +163,16 @@ class OutliersTaken(AdaptiveWindow):
 class WithoutLeverage(AdaptiveWindow):
     """All that is limited is an outlier."""
 
-    def _judge(self, sample: Sample) -> Judged:
-        judged = super()._judge(sample)
-        whitened = judged.innovation - self.noise.forecast()
-        return judged._replace(outlier=bool(judged.limited != whitened))
+    def _is_outlier(self, sample: Sample, whitened: Any, limit: Any) -> bool:
+        return True
+
+
+class EachIsConfirmed(AdaptiveWindow):
+    """A sample with more information than all before it is no outlier."""
+
+    def _is_outlier(self, sample: Sample, whitened: Any, limit: Any) -> bool:
+        alone = sample.weight * sample.regressor >= self._information()
+        return not alone and super()._is_outlier(sample, whitened, limit)
 
 
 class WithoutReturns(AdaptiveWindow):
@@ -352,6 +358,7 @@ RULES = (
     Rule("clip", "innovations are limited, outliers known", limits=Limits(clip=NEVER)),
     Rule("outliers out", "the ratio leaves them out", part(OutliersTaken)),
     Rule("leverage", "no outlier where the ratio is uncertain", part(WithoutLeverage)),
+    Rule("two agree", "of outliers with more information than all before", part(EachIsConfirmed)),
     Rule("slide", "a hand-over after outliers of one sign", constant("SLIDE", NEVER)),
     Rule("burst", "no hand-over for outliers unlike a change", part(WithoutBursts)),
     Rule("begin anew", "a burst is judged from the hand-over on", part(JudgedTogether)),

@@ -102,16 +102,26 @@ def burst(seed: int) -> Signals:
 
 
 def pulses(seed: int) -> Signals:
-    """Return pulses of 12 samples at the end of each 40, 240 in all.
+    """Return pulses of 12 samples at the end of each 92, 552 in all.
 
     The output has a noise of .01, the regressor one of .005 that the output does not have; between pulses this is all.
     """
     random = worlds.generator(seed, 205)
-    within = np.arange(240) % 40 >= 28
-    regressor = np.where(within, 1 + 0.05 * random.standard_normal(240), 0.0)
-    output = 2 * regressor + 0.01 * random.standard_normal(240)
-    regressor = regressor + 0.005 * random.standard_normal(240)
-    return Signals(output, regressor, np.full(240, 2.0), 0.01)
+    within = np.arange(552) % 92 >= 80
+    regressor = np.where(within, 1 + 0.05 * random.standard_normal(552), 0.0)
+    output = 2 * regressor + 0.01 * random.standard_normal(552)
+    regressor = regressor + 0.005 * random.standard_normal(552)
+    return Signals(output, regressor, np.full(552, 2.0), 0.01)
+
+
+def false_reading(seed: int) -> Signals:
+    """Return a ratio of 2 in noise, with one reading that is 4e5 and 5e5 times too large, 200 samples."""
+    random = worlds.generator(seed, 211)
+    regressor = random.uniform(0.5, 1.5, 200)
+    output = 2 * regressor + 0.01 * random.standard_normal(200)
+    regressor[100] *= 4e5
+    output[100] *= 5e5
+    return Signals(output, regressor, np.full(200, 2.0), 0.01)
 
 
 def noise_in_regressor(seed: int) -> Signals:
@@ -300,7 +310,8 @@ WORLDS = (
     World("no noise", exact, (holding(from_(40)), FALSE_ALARM)),
     World("late sine", late, (error(from_(60)), KNOWN, ALARMS)),
     World("offset", offset, (error(from_(60)), KNOWN, ALARMS)),
-    World("pulses", pulses, (error(from_(80)), holding(from_(80)), WIDTH, FALSE_ALARM)),
+    World("false reading", false_reading, (error(from_(100)), holding(from_(100)), FALSE_ALARM)),
+    World("pulses", pulses, (error(from_(200)), holding(from_(200)), WIDTH, FALSE_ALARM)),
     World("noise in x", noise_in_regressor, (error(from_(100)), holding(from_(100)))),
     World("step 2 sd", lambda seed: part_of(worlds.early_step(seed, 2.0), slice(220)), (error(AFTER_STEP), missed(60))),
     World("step .75 sd", small_step, (error(from_(550)), holding(from_(550)))),

@@ -63,6 +63,38 @@ def rows_type(kind: Any) -> type[np.floating[Any]]:
     return np.float32 if kind is palpate.HandoverRls32 else np.float64
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("at", [100, 1000])
+@pytest.mark.parametrize(("x_times", "y_times"), [(4e5, 5e5), (4e5, 1), (1e3, 1.1e3), (-30, 1)])
+def test_one_false_reading_of_any_size_does_not_change_the_ratio(
+    kind: Any, at: int, x_times: float, y_times: float
+) -> None:
+    """Nor does it make the samples after it say nothing: the ratio follows a step that comes later."""
+    x, noise = uniform(5, at + 200)
+    output = np.where(np.arange(len(x)) < at + 100, 2, 2.5) * x + 0.01 * noise
+    x[at] *= x_times
+    output[at] *= y_times
+    rows = kind().trace(output.astype(rows_type(kind)), x.astype(rows_type(kind)))
+    assert rows["ratio"][at] == rows["ratio"][at - 1]
+    before = slice(at, at + 100)
+    assert np.abs(rows["ratio"][before] - 2).max() < 0.01
+    assert np.flatnonzero(rows["alarm"])[0] == at + 104
+    assert abs(rows["ratio"][-1] - 2.5) < 3 * rows["standard_error"][-1] < 0.01
+
+
+@pytest.mark.parametrize(("length", "idle"), [(3, 20), (5, 100), (20, 100)])
+def test_pulses_between_idle_samples_that_are_noise(length: int, idle: int) -> None:
+    """The noise is 1 % of a pulse in both signals. Idle samples alone have a ratio of 0, since their noises are independent."""
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        size = 20 * (length + idle)
+        pulse = np.where(np.arange(size) % (length + idle) >= idle, 1.0, 0.0)
+        x = pulse + 0.01 * random.standard_normal(size)
+        rows = palpate.HandoverRls().trace(2 * pulse + 0.01 * random.standard_normal(size), x)
+        after_two = slice(2 * (length + idle), None)
+        assert np.abs(rows["ratio"][after_two] - 2).max() < 0.05
+
+
 def test_an_output_without_a_regressor_shows_no_change() -> None:
     """Its steps do not depend on the ratio; afterwards the ratio is what it was, and a change of it is found as before."""
     x, noise = uniform(7, 400)

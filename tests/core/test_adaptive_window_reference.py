@@ -25,6 +25,7 @@ NEAR = 1e-8
 SIZE = 160
 EVENTS = (
     "nothing", "step", "small step", "drift", "slide", "fast", "outliers", "burst", "more noise", "zeros", "zeros first", "late",
+    "pulses", "false readings",
 )  # fmt: skip
 
 
@@ -95,6 +96,8 @@ def any_two(
     if event == "zeros first":
         x[:20] = 0
     noises = coloured(random, size, rho)
+    if event == "pulses":
+        x *= np.where(np.arange(size) % 40 < 6, 1, 0.01)
     if event == "outliers":
         noises[random.integers(0, size, 5)] *= 40
     if event == "burst":
@@ -104,7 +107,12 @@ def any_two(
     y = ratios(random, size, event, noise) * x
     if event == "late":
         y = np.roll(y, 1)
-    return y + noise * noises, x
+    y += noise * noises
+    if event == "false readings":
+        wrong = random.integers(0, size, 6)
+        x[wrong] *= 10 ** random.uniform(0, 5, 6)
+        y[wrong] *= 10 ** random.uniform(0, 5, 6)
+    return y, x
 
 
 hands = st.builds(

@@ -20,6 +20,7 @@ FIRST = 16  # samples in which nothing is suspected
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
 TELLS = 64  # a sample says something of the ratio if so many times its information is that of a usual sample
 STILL_USUAL = 0.98  # of the usual information, for each sample that says nothing
+RARELY = 16  # of a sample with the usual information, a share of 1 / (1 + RARELY) counts in it
 SUSPICION = 1  # a side of the CUSUM above it: noise is not learned
 NORMAL = 1.96  # normal deviate of the 95 % interval
 ROUNDING = 2.0**-53  # of a double, relative
@@ -310,7 +311,8 @@ class AdaptiveWindow:
         self.first_ratio = settings.initial_ratio  # until the windows have one
         self.last = Sample(number(0), number(0), number(0))
         self.earlier = number(0)  # the ratio before the last change
-        self.usual_information = number(0)  # of a sample: the mean, weighted with the information
+        self.usual_information = number(0)  # of a sample
+        self.claim: Any = None  # ratio of the last outlier with more information than all before
         self.alarm = False
         self.seen = 0
 
@@ -351,6 +353,10 @@ class AdaptiveWindow:
             self.memory.add(sample, self._of_windows(), most, self.seen)
         self._take(sample, judged)
         self._learn(regressor, judged)
+        if judged.outlier and not self.decisions.above(
+            self._information(), sample.weight * regressor
+        ):
+            self.claim = sample.output / regressor
         self.memory.choose(regressor, self.last.regressor, self.seen)
         share = max(self.settings.smoothing, 1 / self.number(self.seen))
         self.instrument += share * (regressor - self.instrument)
@@ -404,13 +410,23 @@ class AdaptiveWindow:
         if self.seen < WARM_UP or not abs(whitened) > limit:
             return Judged(innovation, whitened, innovation, scale, outlier=False)
         limited = limit if whitened > 0 else -limit
-        # The ratio of all samples before is uncertain, and unknown if they have less information than this one.
-        information = self._information()
-        leverage = sample.weight * sample.regressor
-        outlier = self.decisions.above(information, leverage) and self.decisions.above(
-            whitened**2, limit**2 * (1 + leverage / information)
-        )
+        outlier = self._is_outlier(sample, whitened, limit)
         return Judged(innovation, limited, self.noise.forecast() + limited, scale, outlier)
+
+    def _is_outlier(self, sample: Sample, whitened: Any, limit: Any) -> bool:
+        """Return whether a sample is too far from the ratio of those before it, which is uncertain.
+
+        With more information than all before it, two that agree are none: the first pulses after noise.
+        """
+        before = self._information()
+        information = sample.weight * sample.regressor
+        if not self.decisions.above(whitened**2, limit**2 * (1 + information / before)):
+            return False
+        if self.decisions.above(before, information):
+            return True
+        return self.claim is None or self.decisions.above(
+            abs(sample.output - self.claim * sample.regressor), 2 * limit
+        )
 
     def _after_alarm(self) -> None:
         """Start the CUSUM again."""
@@ -450,9 +466,18 @@ class AdaptiveWindow:
         elif not judged.outlier:
             learns = not self.memory.is_read
             self.alarm = self.windows.add(sample, learns=learns, cut_square=self.settings.cut**2)
-            information = sample.weight * sample.regressor
-            share = information / self._information()
-            self.usual_information += share * (information - self.usual_information)
+            self._count_usual(sample.weight * sample.regressor)
+
+    def _count_usual(self, information: Any) -> None:
+        """Add a sample to the usual information: quickly if it is beyond it, but one alone makes no other unusual."""
+        usual = self.usual_information
+        if not usual > 0:
+            self.usual_information = information
+        elif self.decisions.above(information, TELLS * usual):
+            self.usual_information = self.number(TELLS) / 2 * usual
+        else:
+            share = information / (information + RARELY * usual)
+            self.usual_information += share * (information - usual)
 
     def _hand_over(self, since: list[Sample], last: Sample) -> None:
         """Keep only the samples since a change; the last one if they have no information."""

@@ -92,7 +92,7 @@ class AdaptiveWindow : public Parameters {
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_), visit(earlier_), visit(alarm_), visit(taken_), visit(seen_), visit(changed_),
-        visit(usual_information_), visit(instrument_.mean);
+        visit(usual_information_), visit(claimed_output_), visit(claimed_regressor_), visit(instrument_.mean);
     cusum_.visit_state(visit);
     noise_.visit_state(visit);
     run_.visit_state(visit);
@@ -191,10 +191,24 @@ class AdaptiveWindow : public Parameters {
     const Real limited = whitened > 0 ? limit : -limit;
     return {limited, noise_.of_whitened(limited), scale, true, is_outlier(whitened, limit, sample)};
   }
-  /// A sample may be as far from the ratio of those before it as that is uncertain, and anywhere if it has more information than they.
+  /// A sample may be as far from the ratio of those before it as that is uncertain.
   constexpr bool is_outlier(Real whitened, Real limit, const WeightedSample<Real>& sample) const noexcept {
-    const Real leverage = product(information_of(sample), windows_.covariance());
-    return windows_.excited() && leverage < 1 && product(whitened / limit, whitened / limit) > 1 + leverage;
+    const Real leverage = leverage_of(sample);
+    const bool far = windows_.excited() && product(whitened / limit, whitened / limit) > 1 + leverage;
+    return far && !(leverage >= 1 && is_confirmed(limit, sample));
+  }
+  /// Information of a sample, as a share of that of all before it.
+  constexpr Real leverage_of(const WeightedSample<Real>& sample) const noexcept {
+    return product(information_of(sample), windows_.covariance());
+  }
+  /// Whether it has the ratio of the last outlier that had more information than all before it. One alone may be a false reading, two that
+  /// agree are the first pulses after noise.
+  constexpr bool is_confirmed(Real limit, const WeightedSample<Real>& sample) const noexcept {
+    if (claimed_regressor_ == 0) {
+      return false;
+    }
+    const Real expected = product(claimed_output_ / claimed_regressor_, sample.regressor);
+    return magnitude(sample.output - expected) <= 2 * limit;
   }
 
   /// The detector starts again.
@@ -225,6 +239,7 @@ class AdaptiveWindow : public Parameters {
     remember(sample, judged);
     take(judged, sample, before);
     learn(judged, sample);
+    note_claim(judged, sample);
     memory_.choose(sample.regressor, before.regressor, seen_);
     instrument_.add(sample.regressor, seen_, settings.smoothing);
     ratio_ = memory_.is_read() ? memory_.ratio() : windows_.ratio();
@@ -256,7 +271,16 @@ class AdaptiveWindow : public Parameters {
       alarm_ = 1;
       changed_ = taken_ - windows_.samples();
     }
-    const Real information = information_of(sample), share = product(information, windows_.covariance());
+    count_usual(information_of(sample));
+  }
+  /// The usual information: a mean, in which a sample with more counts more. After noise the first pulses are the usual ones at once, but
+  /// one sample alone does not make all others unusual.
+  PALPATE_INLINE constexpr void count_usual(Real information) noexcept {
+    if (PALPATE_UNLIKELY(information > 64 * usual_information_)) {
+      usual_information_ = usual_information_ > 0 ? 32 * usual_information_ : information;
+      return;
+    }
+    const Real share = information / (information + 16 * usual_information_);
     usual_information_ += product(share, information - usual_information_);
   }
   /// An alarm by outliers that differ is a burst of noise: the detector starts again.
@@ -316,6 +340,13 @@ class AdaptiveWindow : public Parameters {
                seen_ - transient);
   }
 
+  constexpr void note_claim(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+    if (PALPATE_UNLIKELY(judged.outlier && leverage_of(sample) >= 1)) {
+      claimed_output_ = sample.output;
+      claimed_regressor_ = sample.regressor;
+    }
+  }
+
   constexpr Real of_windows() const noexcept {
     const RatioVariance<Real> variance = windows_.variance();
     if (!(variance.degrees_of_freedom >= Windows::fewest)) {
@@ -333,8 +364,9 @@ class AdaptiveWindow : public Parameters {
 
   Real ratio_, earlier_ = 0;  // now; before the last change
   Real alarm_ = 0;
-  Real taken_ = 0, seen_ = 0, changed_ = 0;  // samples; those that say something; those before the last change
-  Real usual_information_ = 0;               // of a sample: the mean, weighted with the information
+  Real taken_ = 0, seen_ = 0, changed_ = 0;          // samples; those that say something; those before the last change
+  Real usual_information_ = 0;                       // of a sample
+  Real claimed_output_ = 0, claimed_regressor_ = 0;  // of the last outlier with more information than all before it
   InstrumentalVariable<Real> instrument_;
   TwoSidedCusum<Real> cusum_{};
   UnsuspectedNoise<Real> noise_;
