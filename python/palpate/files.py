@@ -20,6 +20,11 @@ from palpate.errors import RecordingError
 Json = dict[str, Any]
 """The contents of a JSON or TOML file, or an entry of it."""
 LARGEST_TOML = 200_000  # characters
+DEEPEST_TOML = 32
+"""Most levels of a TOML file: dots in keys and open brackets. Python's parser needs quadratic time for
+dots, and a level of its stack for each bracket."""
+LONGEST_TOML_WORD = 100
+"""Most characters of a number, or of a name without quotes: an integer then fits into a float."""
 LARGEST_TABLE = 500_000_000
 """Largest table, bytes, also after decompression or from standard input: it is read as a whole."""
 REPLACE_S = 2.0
@@ -32,6 +37,19 @@ _PART = 1 << 22  # bytes
 _GZIP = b"\x1f\x8b"
 _DEVICE = re.compile(
     r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE
+)
+_TOML_MARKS = re.compile(
+    r'''
+    """(?:\\.|[^\\])*?"{3,5}          # text of several lines; two quotes more may end it
+    | \'{3}.*?\'{3,5}
+    | "(?:\\.|[^"\\\n])*"              # text
+    | '[^'\n]*'
+    | ["'].*                           # text without an end: the parser stops there
+    | \#[^\n]*
+    | (?P<word>[\w+-]+)
+    | [][{}.,\n]
+    ''',
+    re.DOTALL | re.VERBOSE,
 )
 _KINDS = {
     stat.S_IFIFO: "a pipe",
@@ -186,7 +204,7 @@ def parse_toml(text: str) -> Json:
     Raises
     ------
     ValueError
-        The text is not TOML, or too large.
+        The text is not TOML, is too large, has too many levels, or too long words.
 
     Examples
     --------
@@ -196,8 +214,39 @@ def parse_toml(text: str) -> Json:
     import tomllib
 
     if len(text) > LARGEST_TOML:
-        raise ValueError(f"got {len(text):,} characters, allowed: {LARGEST_TOML:,}")
+        raise ValueError(
+            f"got {len(text):,} characters, allowed: {LARGEST_TOML:,}: make it smaller"
+        )
+    _require_plain(text)
     return tomllib.loads(text)
+
+
+def _require_plain(text: str) -> None:
+    """Refuse a text in TOML with more than `DEEPEST_TOML` levels, or too long words or numbers."""
+    line = 1
+    level = 0
+    outer_levels = [0]  # of each open bracket, the level at which a key or value in it begins
+    for match in _TOML_MARKS.finditer(text):
+        mark = match[0]
+        if match["word"] and len(mark) > LONGEST_TOML_WORD:
+            size = f"a number or name of {len(mark):,} characters"
+            raise ValueError(
+                f"line {line}: got {size}, allowed: {LONGEST_TOML_WORD}: use a shorter one"
+            )
+        if mark == ".":
+            level += 1
+        elif mark in ("[", "{"):
+            level += 1
+            outer_levels.append(level)
+        elif mark in ("]", "}") and len(outer_levels) > 1:
+            outer_levels.pop()
+            level = outer_levels[-1]
+        elif mark in (",", "\n"):
+            level = outer_levels[-1]
+        line += mark.count("\n")
+        if level > DEEPEST_TOML:
+            levels = f"more than {DEEPEST_TOML} levels of dots and brackets"
+            raise ValueError(f"line {line}: got {levels}, allowed: {DEEPEST_TOML}: use fewer")
 
 
 @contextmanager

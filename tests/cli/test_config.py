@@ -9,6 +9,7 @@ from command_lines import commands, document, run
 from palpate.cli import config
 from palpate.cli.config import configurable_parameters
 from palpate.cli.main import COMMANDS
+from palpate.cli.paths import OUTPUT
 from project import FOUR
 
 
@@ -82,6 +83,14 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
         ("[replay\n", "palpate.toml: not TOML: "),
         ("[replay]\nsamples = 0\n", "0 is not in the range x>=1"),
         (
+            f"[replay]\njobs = {'[' * 900}\n",
+            "palpate.toml: not TOML: line 2: got more than 32 levels of dots and brackets, allowed: 32",
+        ),
+        (
+            f"[replay]\njobs = 0x{'f' * 9000}\n",
+            "palpate.toml: not TOML: line 2: got a number or name of 9,002 characters, allowed: 100",
+        ),
+        (
             "[kit.noise]\nreading = 4\n",
             "palpate.toml: [kit.noise]: got 'reading', allowed: source, firmware, capf",
         ),
@@ -99,6 +108,12 @@ def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Pat
     user, here = places
     guarded = (
         "live no-token true",
+        "live lsl 'lab'",
+        "live record 'run.csv'",
+        "live folder '/tmp'",
+        "record lsl 'lab'",
+        "calibrate plot 'fit.png'",
+        "calibrate report 'fit.html'",
         "convert force true",
         "doctor install-udev true",
         "kit.noise firmware 'x.hex'",
@@ -118,6 +133,16 @@ def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Pat
         user.unlink()
     here.write_text('[live]\nhost = "0.0.0.0"\n')
     assert "[live]: host: got it in the working folder" in run("live").stderr
+
+
+def test_where_a_command_writes_is_read_from_the_users_own_file() -> None:
+    outputs = set()
+    for _, command in commands():
+        for key, parameter in configurable_parameters(command).items():
+            if isinstance(parameter.type, type(OUTPUT)):
+                outputs.add(key)
+    assert outputs <= config.GUARDED, outputs - config.GUARDED
+    assert outputs == {"record", "plot", "report"}
 
 
 def test_where_defaults_are_from_is_printed_and_a_variable_of_no_option_is_refused(

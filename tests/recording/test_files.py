@@ -2,7 +2,9 @@
 
 import errno
 import os
+import re
 import stat
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -133,7 +135,41 @@ def test_a_file_is_synced_before_and_after_it_gets_its_name(
     assert synced == [(file, b"old"), (file, b"new"), (folder, b"new")]
 
 
-def test_the_limit_of_a_calibration_file() -> None:
-    parse_toml("#\n" * 100_000)
-    with pytest.raises(ValueError, match="got 200,001 characters, allowed: 200,000"):
-        parse_toml("#\n" * 100_000 + "#")
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("#\n" * 100_000 + "#", "got 200,001 characters, allowed: 200,000: make it smaller"),
+        ("a." * 90_000 + "a = 1", "line 1: got more than 32 levels"),
+        ('"".' * 60_000 + "a = 1", "line 1: got more than 32 levels"),
+        ("a = {b = {" + "c." * 30_000 + "d = 1}}", "line 1: got more than 32 levels"),
+        ("[" + "a." * 90_000 + "a]", "line 1: got more than 32 levels"),
+        ("a = 1\nb = " + "[" * 900, "line 2: got more than 32 levels"),
+        ("a = " + "[" * 33 + "]" * 33, "line 1: got more than 32 levels"),
+        ("a = " + "{a = " * 900, "line 1: got more than 32 levels"),
+        ("a = " + '["]]", ' * 900, "line 1: got more than 32 levels"),
+        ("a = 0x" + "f" * 9_000, "line 1: got a number or name of 9,002 characters, allowed: 100"),
+        ("a = " + '"""x\\' * 30_000, "Unescaped"),
+        ("'''x" * 40_000 + "''", "Expected '='"),
+    ],
+    ids=str.__len__,
+)
+def test_a_hostile_toml_is_refused_before_it_is_parsed(text: str, message: str) -> None:
+    """None of them takes longer than to read the text once: dots and brackets are counted first."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        parse_toml(text)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "[" * 32 + "]" * 32,
+        '"""' + ".[" * 40 + '\\"."""""',
+        "'''" + "{." * 40 + "'''",
+        "[" + "1.5, " * 20_000 + "]",
+    ],
+    ids=["brackets", "text", "literal", "numbers"],
+)
+def test_a_toml_that_only_looks_deep_is_read(value: str) -> None:
+    document = parse_toml("#\n" * 1_000 + f"a = {value} # {'.' * 40}\n[c.d]\ne = 1\n")
+    assert document["c"] == {"d": {"e": 1}}
+    assert tomllib.loads(f"a = {value}")["a"] == document["a"]

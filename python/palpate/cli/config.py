@@ -15,9 +15,22 @@ from palpate.cli.output import print_message
 from palpate.messages import listed, nearest, quoted, unlike
 
 NAME = "palpate.toml"
-GUARDED = frozenset({"no-token", "host", "firmware", "force", "install-udev"})
-"""Options that weaken security, run a firmware or replace files: refused in the palpate.toml of the
-working folder, which may come from somebody else."""
+GUARDED = frozenset(
+    {
+        "no-token",
+        "host",
+        "lsl",
+        "firmware",
+        "record",
+        "folder",
+        "plot",
+        "report",
+        "force",
+        "install-udev",
+    }
+)
+"""Options that let others in, run a firmware, or say where files are written or replaced: refused in
+the palpate.toml of the working folder, which may come from somebody else."""
 
 Values = dict[str, object]
 """A table of TOML: key and value."""
