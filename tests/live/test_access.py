@@ -1,21 +1,32 @@
 """Who may open the page, what a connection may do, and that neither stops the recording."""
 
 import asyncio
+import json
+import os
+import signal
 import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import palpate
 import pytest
+import uvicorn
 from live_bench import HOST, ORIGIN, OWN, PORT
-from live_server import Live
-from palpate.live import commands, feed, files, measurement
+from live_browser import Browser
+from live_server import PATIENCE_S, Live
+from palpate.live import commands, feed, files, measurement, peers
 from palpate.live.access import HEADERS, Gatekeeper, new_token
 from palpate.live.app import PageApp
+from recording_bench import soon
 
 TOKEN = "Q4h-Zk_0aBcDeFgHiJkLmNoPqRsTuVwX"
-COOKIE = f"palpate-{PORT}={TOKEN}"
+OTHER_UID = 65534
+"""Another user of the machine: nobody."""
 
 
 async def _page(scope: Any, _: Any, send: Any) -> None:
@@ -70,50 +81,56 @@ def test_only_the_page_itself_may_ask(headers: dict[str, str], wanted: int, sock
 
 def test_at_every_address_any_name_is_valid_with_the_token() -> None:
     app = Gatekeeper(_page, "0.0.0.0", PORT, TOKEN)
+    page = f"/{TOKEN}/"
     assert status(app, host=f"192.0.2.7:{PORT}") == 403
-    assert status(app, host=f"192.0.2.7:{PORT}", cookie=COOKIE) == 200
+    assert status(app, "http", page, host=f"192.0.2.7:{PORT}") == 200
     assert (
-        status(Gatekeeper(_page, "192.0.2.7", PORT, TOKEN), host="192.0.2.8", cookie=COOKIE) == 400
+        status(Gatekeeper(_page, "192.0.2.7", PORT, TOKEN), "http", page, host="192.0.2.8") == 400
     )
 
 
 @pytest.mark.parametrize(
-    ("cookie", "wanted"),
+    ("site", "dest", "wanted"),
     [
-        (COOKIE, 200),
-        (f"theme=dark; {COOKIE}; _xsrf=2|a|b", 200),
-        (f"palpate-{PORT + 1}={TOKEN}", 403),
-        (f"{COOKIE}x", 403),
-        ("", 403),
-        ("\xff; =; ;;", 403),
+        ("same-origin", "script", 200),
+        ("none", "document", 200),  # typed, or from a bookmark
+        ("cross-site", "document", 200),  # the file that leads the browser to the page
+        ("same-site", "script", 403),  # a server on another port of this machine
+        ("cross-site", "image", 403),
+        ("cross-site", "iframe", 403),
+        ("cross-site", "", 403),
     ],
 )
-def test_the_cookie_has_the_token(cookie: str, wanted: int) -> None:
-    app = Gatekeeper(_page, HOST, PORT, TOKEN)
-    assert status(app, cookie=cookie) == wanted
-    assert status(app, "websocket", cookie=cookie, origin=ORIGIN) == wanted
+def test_other_pages_in_the_browser_may_only_open_it(site: str, dest: str, wanted: int) -> None:
+    app = Gatekeeper(_page, HOST, PORT)
+    assert status(app, **{"sec-fetch-site": site, "sec-fetch-dest": dest}) == wanted
 
 
-def test_the_token_in_the_address_becomes_a_cookie_and_a_ticket_is_valid_once() -> None:
-    ticket = new_token()
-    app = Gatekeeper(_page, HOST, PORT, TOKEN, ticket)
-    for given_, wanted in [
-        ("wrong", 403),
-        (TOKEN, 303),
-        (TOKEN, 303),
-        (ticket, 303),
-        (ticket, 403),
+@pytest.mark.parametrize(
+    ("path", "wanted"),
+    [
+        (f"/{TOKEN}/", 200),
+        (f"/{TOKEN}/ws", 200),
+        (f"/{TOKEN}", 303),
+        (f"/{TOKEN}x/", 403),
+        (f"/{TOKEN[:-1]}/", 403),
+        (f"//{TOKEN}/", 403),
+        (f"/x/{TOKEN}/", 403),
+        ("/", 403),
         ("", 403),
-    ]:
-        answer = asked(app, "http", "/", f"token={given_}".encode())
-        assert answer["status"] == wanted
-        headers = dict(answer["headers"])
-        assert {name.lower().encode() for name in HEADERS} <= set(headers)
-        if wanted == 303:
-            assert headers[b"location"] == b"/"
-            assert {COOKIE, "HttpOnly", "SameSite=strict"} <= set(
-                headers[b"set-cookie"].decode().split("; ")
-            )
+        ("/\xff/", 403),
+    ],
+)
+def test_the_path_has_the_token(path: str, wanted: int) -> None:
+    app = Gatekeeper(_page, HOST, PORT, TOKEN)
+    answer = asked(app, "http", path)
+    assert answer.get("status", 200) == wanted
+    assert status(app, "websocket", path, origin=ORIGIN) == wanted
+    headers = dict(answer.get("headers", []))
+    assert {name.lower().encode() for name in HEADERS} <= set(headers)
+    assert b"set-cookie" not in headers
+    if wanted == 303:
+        assert headers[b"location"] == f"/{TOKEN}/".encode()
 
 
 def test_only_files_of_the_page_are_served() -> None:
@@ -126,6 +143,7 @@ def test_only_files_of_the_page_are_served() -> None:
     for path, wanted in [("/", 200), ("/page.js", 200), ("/charts/plot.js", 200), ("/recording/run.csv", 404), ("/page.py", 404), ("/../server.py", 404),
                          ("/charts/../../server.py", 404), ("/index.html", 404), ("/recording/..%2Fsecret.csv", 404)]:  # fmt: skip
         assert (status(app, "http", path), status(locked, "http", path)) == (wanted, 403)
+        assert status(locked, "http", f"/{TOKEN}{path}") == wanted
 
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
@@ -149,3 +167,190 @@ def test_half_a_request_a_long_one_and_nonsense_do_not_stop_the_recording(tmp_pa
         assert live.end() == 130
         assert slow.recv(1) == b""
     assert palpate.check(tmp_path / "run.csv").clean
+
+
+def test_another_server_of_this_machine_gets_no_token(
+    serve: Callable[..., Live], page: Browser
+) -> None:
+    """A cookie knows no port; the page therefore has none, and says nobody where it was."""
+    live = serve()
+    page.driver.get(live.address)
+    page.until(lambda: page["simulated"].is_displayed())
+    heard = []
+    with socket.create_server((HOST, 0)) as other:
+        page.run(f"open('http://{HOST}:{other.getsockname()[1]}/')")
+        client, _ = other.accept()
+        with client:
+            heard.append(client.recv(65536).decode())
+    assert "GET / HTTP/1.1" in heard[0]
+    assert "cookie" not in heard[0].lower()
+    assert live.token not in heard[0]
+    assert page.driver.get_cookies() == []
+    live.end()
+
+
+@contextmanager
+def user(uid: int) -> Iterator[None]:
+    """Let sockets and files be opened as another user; the kernel then names that user."""
+    if os.geteuid() != 0:
+        pytest.skip("only root can act as another user")
+    os.seteuid(uid)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+
+
+def answer_to(live: Live, request: str, uid: int = 0) -> bytes:
+    """Return the first bytes that a user gets for a request; none: the connection was closed."""
+    with user(uid):
+        client = socket.create_connection((HOST, live.port), timeout=PATIENCE_S)
+    with client, suppress(ConnectionError):
+        client.sendall(request.encode())
+        return client.recv(4096)
+    return b""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux says whose a connection is")
+def test_another_user_gets_nothing_even_with_the_token(tmp_path: Path) -> None:
+    """Page, web socket, and the refusal of a wrong token."""
+    with Live(told=subprocess.PIPE) as live:
+        head = f"Host: {HOST}:{live.port}\r\nOrigin: {live.origin.rstrip('/')}\r\n"
+        page = f"GET /{live.token}/ HTTP/1.1\r\n{head}\r\n"
+        upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+        web_socket = f"GET /{live.token}/ws HTTP/1.1\r\n{head}{upgrade}{key}\r\n"
+        guessed = f"GET /x/ HTTP/1.1\r\n{head}\r\n"
+        for request, own in ((page, b"200 OK"), (web_socket, b"101 Sw"), (guessed, b"403 Fo")):
+            assert answer_to(live, request)[9:15] == own
+            assert answer_to(live, request, OTHER_UID) == b""
+        live.process.send_signal(signal.SIGINT)
+        _, told = live.process.communicate(timeout=PATIENCE_S)
+    refusal = f"refused a connection of user {OTHER_UID}, allowed: only your own and root's"
+    assert told.count(refusal) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux says whose a connection is")
+def test_the_user_of_a_connection() -> None:
+    for family, address in ((socket.AF_INET, "127.0.0.1"), (socket.AF_INET6, "::1")):
+        with socket.socket(family) as listening:
+            listening.bind((address, 0))
+            assert not peers.lists_users(listening)
+            listening.listen()
+            assert peers.lists_users(listening)
+            with socket.create_connection(listening.getsockname()[:2]) as client:
+                ends = client.getsockname(), client.getpeername()
+                assert peers.uid_of_peer(*ends) == os.getuid()
+                assert peers.uid_of_peer(ends[0], (address, 1)) is None
+            assert peers.uid_of_peer(*ends) is None  # closed: the kernel would say root
+    with socket.socket() as listening:
+        listening.bind((HOST, 0))
+        listening.listen()
+        with user(OTHER_UID), closing(socket.socket(socket.AF_INET6)) as client:
+            client.connect((f"::ffff:{HOST}", listening.getsockname()[1]))
+            accepted, _ = listening.accept()
+            with accepted:
+                ends = accepted.getpeername(), accepted.getsockname()
+                assert peers.uid_of_peer(*ends) == OTHER_UID
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """An event loop whose clock the test can set forward."""
+
+    later_s = 0.0
+
+    def time(self) -> float:
+        """Return the time of its clock."""
+        return super().time() + self.later_s
+
+
+@contextmanager
+def connections(count: int, told: list[str]) -> Iterator[tuple[VirtualLoop, list[socket.socket]]]:
+    """Open connections that send nothing to a door, in a loop with a virtual clock."""
+    loop = VirtualLoop()
+    config = uvicorn.Config(_page, log_config=None)
+    door = peers.Door(None, told.append)
+
+    def connection() -> peers.Connection:
+        return peers.Connection(
+            door, config=config, server_state=uvicorn.server.ServerState(), app_state={}, _loop=loop
+        )
+
+    server = loop.run_until_complete(loop.create_server(connection, HOST, 0))
+    clients = []
+    for _ in range(count):
+        clients.append(socket.create_connection(server.sockets[0].getsockname()))
+        turn(loop)
+    yield loop, clients
+    for client in clients:
+        client.close()
+    server.close()
+    loop.run_until_complete(server.wait_closed())
+    turn(loop)
+    loop.close()
+
+
+def turn(loop: VirtualLoop) -> None:
+    """Let the loop do what is due."""
+    loop.run_until_complete(asyncio.sleep(0.01))
+
+
+def is_closed(client: socket.socket) -> bool:
+    """Return whether the server has closed a connection."""
+    client.setblocking(False)
+    try:
+        return client.recv(1) == b""
+    except BlockingIOError:
+        return False
+
+
+def test_a_connection_without_the_token_is_closed_after_a_time() -> None:
+    told: list[str] = []
+    with connections(2, told) as (loop, [silent, slow]):
+        slow.sendall(b"GET / HTTP/1.1\r\nHost: ")
+        loop.later_s = peers.WAIT_S - 1
+        turn(loop)
+        assert not is_closed(silent)
+        loop.later_s = peers.WAIT_S + 1
+        turn(loop)
+        assert is_closed(silent)
+        assert is_closed(slow)
+    assert told == []
+
+
+def test_the_oldest_of_too_many_connections_is_closed() -> None:
+    told: list[str] = []
+    with connections(peers.MOST_WAITING + 3, told) as (_, clients):
+        assert [is_closed(client) for client in clients].count(True) == 3
+        assert all(map(is_closed, clients[:3]))
+    assert told == ["more than 64 connections without a request: the oldest were closed"]
+
+
+def test_idle_connections_leave_descriptors_to_the_recording(tmp_path: Path) -> None:
+    """Of a user who is let in: those of other users are closed at once."""
+    resource = pytest.importorskip("resource")
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    path = tmp_path / "run.csv"
+    with ExitStack() as end:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (256, most[1]))
+        try:
+            live = end.enter_context(
+                Live("--no-token", "--record", str(path), told=subprocess.PIPE)
+            )
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, most)
+        for _ in range(400):
+            end.enter_context(socket.create_connection((HOST, live.port), timeout=PATIENCE_S))
+        rows = checkpoint(path)
+        soon(lambda: checkpoint(path) > rows)
+        assert live.asks("/") == 200
+        live.process.send_signal(signal.SIGINT)
+        _, told = live.process.communicate(timeout=PATIENCE_S)
+    assert palpate.check(path).clean
+    assert told.count("connections without a request") == 1
+    assert len(told) < 1000, told
+
+
+def checkpoint(path: Path) -> int:
+    """Return how many rows the last checkpoint of a recording has."""
+    return int(json.loads(path.with_suffix(".json").read_text())["checkpoint"]["rows"])

@@ -30,7 +30,7 @@ def test_what_is_refused_before_anything_is_measured() -> None:
 
 def test_the_token_is_in_the_printed_address() -> None:
     with Live() as live:
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", live.address)
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", live.address)
         assert live.asks("/") == 403
         assert live.asks("/", live.token) == 200
         with Live() as other:

@@ -309,11 +309,10 @@ async def _messages(
     live: Live, enough: Callable[[dict[str, Any]], bool]
 ) -> tuple[dict[str, Any], list[bytes]]:
     """Return the last message of each type that a page gets, and the frames of rows, until a state is enough."""
-    cookie = {"Cookie": f"palpate-{live.port}={live.token}"}
     last: dict[str, Any] = {"state": {"state": "begun"}}
     frames: list[bytes] = []
-    address, origin = f"{live.origin.replace('http', 'ws')}ws", live.origin.rstrip("/")
-    async with connect(address, origin=origin, additional_headers=cookie) as socket:  # type: ignore[arg-type]
+    address, origin = f"{live.address.replace('http', 'ws')}ws", live.origin.rstrip("/")
+    async with connect(address, origin=origin) as socket:  # type: ignore[arg-type]
         while not enough(last):
             message = await asyncio.wait_for(socket.recv(), 60)
             if isinstance(message, bytes):

@@ -182,17 +182,22 @@ HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
 
 
 def request(data: bytes) -> None:
-    """Request the page or its web socket: a query on the first line, headers on the next lines.
+    """Request the page or its web socket: a path on the first line, headers on the next lines.
 
     No access without the token if there is one, nor with another host name, nor from a page of another origin.
     """
-    query, *lines = data.split(b"\n")
+    path, *lines = data.split(b"\n")
     headers = [
         (name.strip().lower(), value.strip())
         for name, _, value in (line.partition(b"=") for line in lines)
     ]
     for kind in ("http", "websocket"):
-        scope = {"type": kind, "path": "/", "query_string": query, "headers": headers}
+        scope = {
+            "type": kind,
+            "path": f"/{path.decode('latin-1')}",
+            "query_string": b"",
+            "headers": headers,
+        }
         assert not _passed(scope, TOKEN)
         if _passed(scope, None):
             host, *_ = [value.decode("latin-1") for name, value in headers if name == b"host"]

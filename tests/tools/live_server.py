@@ -1,11 +1,13 @@
 """A running `palpate live`."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
 from contextlib import closing
 from http.client import HTTPConnection
+from pathlib import Path
 from typing import Self
 from urllib.parse import urlsplit
 
@@ -17,14 +19,25 @@ class Live:
     """A server in a separate process."""
 
     def __init__(
-        self, *options: str, source: str = SOURCE, port: int = 0, told: int = subprocess.DEVNULL
+        self,
+        *options: str,
+        source: str = SOURCE,
+        port: int = 0,
+        told: int = subprocess.DEVNULL,
+        browser: Path | None = None,
     ) -> None:
-        command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json"]
+        command = [sys.executable, "-m", "palpate", "live", source, "--json", "--port", str(port)]
+        environment = dict(os.environ)
+        if browser:
+            environment |= {"BROWSER": str(browser), "DISPLAY": ":none"}
+        else:
+            command.append("--no-open")
         self.process = subprocess.Popen(
-            [*command, "--port", str(port), *options],
+            [*command, *options],
             stdout=subprocess.PIPE,
             stderr=told,
             text=True,
+            env=environment,
         )
         assert self.process.stdout
         self.address: str = json.loads(self.process.stdout.readline())["address"]
@@ -37,7 +50,7 @@ class Live:
     @property
     def origin(self) -> str:
         """Address without the token."""
-        return self.address.split("?")[0]
+        return f"http://{urlsplit(self.address).netloc}/"
 
     def __enter__(self) -> Self:
         """Return the server."""
@@ -58,13 +71,11 @@ class Live:
     @property
     def token(self) -> str:
         """Token of the address."""
-        return self.address.partition("?token=")[2]
+        return urlsplit(self.address).path.strip("/")
 
     def asks(self, path: str, token: str = "") -> int:
-        """Ask with this token as the page's cookie; return the status."""
+        """Ask with this token; return the status."""
         connection = HTTPConnection(urlsplit(self.address).netloc, timeout=PATIENCE_S)
-        connection.request(
-            "GET", path, headers={"Cookie": f"palpate-{self.port}={token}"} if token else {}
-        )
+        connection.request("GET", f"/{token}{path}" if token else path)
         with closing(connection):
             return connection.getresponse().status

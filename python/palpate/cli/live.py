@@ -4,16 +4,16 @@ import logging
 import os
 import signal
 import sys
-import webbrowser
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 from click.core import ParameterSource
 
 from palpate.calibration.assessment import calibration_doubts
+from palpate.cli.browser import browser
 from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
 from palpate.cli.output import (
     json_option,
@@ -128,11 +128,12 @@ def live_command(
     for module in ("starlette", "uvicorn", "websockets"):
         need(module, "live")
     require_free(with_sidecar(file) if file else [], force=None)
-    from palpate.live.access import new_token
+    from palpate.live.access import is_loopback
     from palpate.live.app import PageApp
     from palpate.live.commands import Workbench
     from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, opener
+    from palpate.live.peers import door_for
     from palpate.live.server import address_of, listen, serve
 
     token = _token(host, no_token=no_token)
@@ -172,8 +173,12 @@ def live_command(
         measurement.start()
         close_unless_started.pop_all()
     debug = output_settings().debug
-    with _closing(measurement), listening, library_logs(debug=debug):
-        ticket = new_token() if token else None
+    with (
+        _closing(measurement),
+        listening,
+        library_logs(debug=debug),
+        ExitStack() as close_browser,
+    ):
         page = PageApp(bench)
         used_port = listening.getsockname()[1]
         address = address_of(listening, host, token)
@@ -181,8 +186,10 @@ def live_command(
         print_result(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
-            webbrowser.open(address_of(listening, host, ticket))
-        serve(page.app(host, used_port, token, ticket), listening)
+            close_browser.enter_context(browser(address, page.was_shown))
+        own_user_only = token is not None and is_loopback(host)
+        door = door_for(listening, _print_line, own_user_only=own_user_only)
+        serve(page.app(host, used_port, token), listening, door)
 
 
 def _print_line(message: str) -> None:
@@ -272,6 +279,21 @@ def _closing(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[N
         measurement.close()
 
 
+class OnceHandler(logging.StreamHandler[TextIO]):
+    """Writes each line once: what fails with every connection would fill the terminal."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._written: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a record, unless its line was written before."""
+        line = self.format(record)
+        if line not in self._written:
+            self._written.add(line)
+            super().emit(record)
+
+
 class OneLineFormatter(logging.Formatter):
     """Writes an error as one line, without its traceback."""
 
@@ -288,7 +310,7 @@ class OneLineFormatter(logging.Formatter):
 @contextmanager
 def library_logs(*, debug: bool) -> Iterator[None]:
     """Print the logs of libraries: errors as one line, or all from warnings on with tracebacks."""
-    handler = logging.StreamHandler()
+    handler = logging.StreamHandler() if debug else OnceHandler()
     if not debug:
         handler.setLevel(logging.ERROR)
         handler.setFormatter(OneLineFormatter())

@@ -21,6 +21,8 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 NO_TOKEN = "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
+ADMIT = "palpate.admit"
+"""Key in the state of a request: the function to call once its connection has shown the token."""
 # "[": Starlette before 1.9 cuts [::1]:8746 at its first colon
 _LOOPBACK = ["localhost", "127.0.0.1", "[::1]", "["]
 _ANYWHERE = ("0.0.0.0", "::")
@@ -49,19 +51,12 @@ class Gatekeeper:
     """Refuses requests that do not come from the page."""
 
     # `Host` must be a name of the server: another name is a sign of DNS rebinding. `Origin` must be the page's own where
-    # the browser sends it; a web socket always needs it. The token must be in the query of the first request; then a cookie
-    # stores it. The ticket is valid instead, once: a browser gets it on its command line, which other users can see.
+    # the browser sends it; a web socket always needs it. `Sec-Fetch-Site` of a browser names the page that asks: only the
+    # page itself may, and a tab that opens it. The token is the first part of the path, and all addresses in the page are
+    # relative: a cookie would also go to other servers of this machine, since it knows no port.
 
-    def __init__(
-        self,
-        app: ASGIApp,
-        host: str,
-        port: int,
-        token: str | None = None,
-        ticket: str | None = None,
-    ) -> None:
-        self._app, self._token, self._ticket = app, token, ticket
-        self._cookie = f"palpate-{port}"
+    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None) -> None:
+        self._app, self._token = app, token
         # At every address any Host is valid: the names under which other computers reach it are not known, and a token is needed.
         names = ["*"] if host in _ANYWHERE else [f"[{host}]" if ":" in host else host]
         names += _LOOPBACK if is_loopback(host) else []
@@ -75,30 +70,32 @@ class Gatekeeper:
             await self._hosts(scope, receive, _with_headers(send))
 
     async def _enter(self, scope: Scope, receive: Receive, send: Send) -> None:
-        asked = HTTPConnection(scope)
-        origins = asked.headers.getlist("origin")
+        refusal = _stranger(HTTPConnection(scope), scope["type"])
+        first, slash, _ = scope["path"].removeprefix("/").partition("/")
+        if self._token and not _equal(first, self._token):
+            refusal = refusal or NO_TOKEN
         answer: ASGIApp = self._app
-        if origins != [f"http://{asked.headers['host']}"] and (
-            origins or scope["type"] == "websocket"
-        ):
-            answer = PlainTextResponse("Origin: not this page's own\n", 403)
-        elif (
-            self._token
-            and scope["type"] == "http"
-            and self._admits(asked.query_params.get("token", ""))
-        ):
-            redirect = RedirectResponse("/", 303)
-            redirect.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
-            answer = redirect
-        elif self._token and not _equal(asked.cookies.get(self._cookie, ""), self._token):
-            answer = PlainTextResponse(f"{NO_TOKEN}\n", 403)
+        if refusal:
+            answer = PlainTextResponse(f"{refusal}\n", 403)
+        elif self._token and not slash:
+            answer = RedirectResponse(f"/{self._token}/", 303)
+        elif self._token:
+            scope = {**scope, "root_path": f"/{self._token}"}
+        if not refusal and ADMIT in scope.get("state", {}):
+            scope["state"][ADMIT]()
         await answer(scope, receive, send)
 
-    def _admits(self, given: str) -> bool:
-        if self._ticket and _equal(given, self._ticket):
-            self._ticket = None
-            return True
-        return _equal(given, self._token or "")
+
+def _stranger(asked: HTTPConnection, kind: str) -> str:
+    """Return why a request is not one of the page itself; "": it is."""
+    origins = asked.headers.getlist("origin")
+    if origins != [f"http://{asked.headers['host']}"] and (origins or kind == "websocket"):
+        return "Origin: not this page's own"
+    site = asked.headers.get("sec-fetch-site", "none")
+    opens_a_tab = asked.headers.get("sec-fetch-dest") == "document"
+    if kind == "http" and site not in ("none", "same-origin") and not opens_a_tab:
+        return "Sec-Fetch-Site: another page asks; open the address in a tab of its own"
+    return ""
 
 
 def _equal(given: str, secret: str) -> bool:

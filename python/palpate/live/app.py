@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import threading
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
@@ -55,19 +56,18 @@ class PageApp:
 
     def __init__(self, bench: Workbench) -> None:
         self.pages: set[Page] = set()
+        self.was_shown = threading.Event()
         self._bench, self._measurement = bench, bench.measurement
         self._number = self._measurement.number
         self._told: dict[str, str] = {}
 
-    def app(
-        self, host: str, port: int, token: str | None = None, ticket: str | None = None
-    ) -> ASGIApp:
+    def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control; see `Gatekeeper`."""
         routes: list[BaseRoute] = [
             Route(path, partial(_file, *content)) for path, content in page_files().items()
         ]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
+        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:
@@ -143,6 +143,7 @@ class PageApp:
             page.tell(kind, message)
         page.show_touches(self._bench.documents[TOUCHES]())
         self.pages.add(page)
+        self.was_shown.set()
         try:
             async with _beside(page.send()):
                 async for message in socket.iter_text():

@@ -3,13 +3,17 @@
 import asyncio
 import socket
 import sys
+from functools import partial
+from typing import cast
 
 import uvicorn
 from starlette.types import ASGIApp
 
 from palpate.live.commands import LONGEST
+from palpate.live.peers import Connection, Door
 
 _GRACE_S = 1
+_BACKLOG = 32  # connections that are accepted in one go, before the door sees them
 _SWITCH_S = (
     1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
 )
@@ -44,18 +48,19 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
     """Return the address of the page."""
     name = host if host not in ("0.0.0.0", "::") else _own_address()
     name = f"[{name}]" if ":" in name else name
-    query = f"?token={token}" if token else ""
-    return f"http://{name}:{listening.getsockname()[1]}/{query}"
+    path = f"{token}/" if token else ""
+    return f"http://{name}:{listening.getsockname()[1]}/{path}"
 
 
-def serve(app: ASGIApp, listening: socket.socket) -> None:
+def serve(app: ASGIApp, listening: socket.socket, door: Door) -> None:
     """Serve until SIGINT or SIGTERM, in the main thread."""
     # The previous handlers of the signals run after the last page is closed.
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=cast("type[asyncio.Protocol]", partial(Connection, door)),
         ws="websockets-sansio",
         lifespan="on",
+        backlog=_BACKLOG,
         log_config=None,
         access_log=False,
         server_header=False,
