@@ -21,7 +21,7 @@ from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
-from palpate.files import Json
+from palpate.files import Json, read_bytes
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
@@ -30,6 +30,7 @@ from palpate.sources.options import Options, number, option, whole_number, yes_n
 
 DEVICES = Path("/sys/bus/iio/devices")
 NAME = "ad7746"
+LARGEST = 4096  # Bytes of a file of the kernel, which is one page at most.
 # `in_capacitanceN_offset` of one step of the CAPDAC: 21 pF / 127, in codes, rounded by the driver.
 CODES_PER_STEP = 338646
 # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
@@ -338,7 +339,7 @@ def kernel_devices(root: Path = DEVICES) -> list[Path]:
 
 def read_text(path: Path) -> str:
     """Return the text of one of the kernel's files."""
-    return path.read_text(encoding="utf-8", errors="replace").strip()
+    return read_bytes(path, LARGEST).decode(errors="replace").strip()
 
 
 def write_text(path: Path, text: str) -> None:

@@ -20,6 +20,7 @@ T = TypeVar("T")
 D = TypeVar("D")
 Check = Callable[[str, Any], T]  # (name, value) of an option -> checked value, or ValueError.
 
+LONGEST = 10_000  # characters of the name of a source, with its options
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 # A scheme has two letters or more: C:\ is a drive. A long path of Windows begins with \\?\.
 _NAME = re.compile(r"(?:([a-z][a-z0-9+.-]+):)?((?:\\\\\?\\)?[^?]*)\??(.*)", re.DOTALL)
@@ -49,7 +50,7 @@ def split(uri: str) -> SourceName:
     Raises
     ------
     ValueError
-        An option is not NAME=VALUE, or is there twice.
+        The name is too long; an option is not NAME=VALUE, or is there twice.
 
     Examples
     --------
@@ -58,6 +59,8 @@ def split(uri: str) -> SourceName:
     >>> split("run.csv?rate=38.4")
     SourceName(scheme='', address='run.csv', options={'rate': '38.4'})
     """
+    if len(uri) > LONGEST:
+        raise ValueError(f"source: got {len(uri):,} characters, allowed: {LONGEST:,}: shorten it")
     match = _NAME.fullmatch(uri)
     if os.path.exists(uri) or not match:  # noqa: PTH110  Path's raises for a long name
         return SourceName("", uri, {})
