@@ -5,13 +5,14 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Self
 
 import palpate
 import pytest
@@ -263,35 +264,43 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return super().time() + self.later_s
 
 
-@contextmanager
-def connections(count: int, told: list[str]) -> Iterator[tuple[VirtualLoop, list[socket.socket]]]:
-    """Open connections that send nothing to a door, in a loop with a virtual clock."""
-    loop = VirtualLoop()
-    config = uvicorn.Config(_page, log_config=None)
-    door = peers.Door(None, told.append)
+class AtDoor:
+    """A server that only notes the paths of requests, in a loop with a virtual clock."""
 
-    def connection() -> peers.Connection:
+    def __init__(self, uids: frozenset[int] | None = None) -> None:
+        self.loop = VirtualLoop()
+        self.told: list[str] = []
+        self.paths: list[str] = []
+        self._config = uvicorn.Config(self._app, log_config=None, interface="asgi3")
+        self._door = peers.Door(uids, self.told.append)
+        serving = self.loop.create_server(self._connection, HOST, 0)
+        self._server = self.loop.run_until_complete(serving)
+        self.address = self._server.sockets[0].getsockname()
+
+    def _connection(self) -> peers.Connection:
+        state = uvicorn.server.ServerState()
         return peers.Connection(
-            door, config=config, server_state=uvicorn.server.ServerState(), app_state={}, _loop=loop
+            self._door, config=self._config, server_state=state, app_state={}, _loop=self.loop
         )
 
-    server = loop.run_until_complete(loop.create_server(connection, HOST, 0))
-    clients = []
-    for _ in range(count):
-        clients.append(socket.create_connection(server.sockets[0].getsockname()))
-        turn(loop)
-    yield loop, clients
-    for client in clients:
-        client.close()
-    server.close()
-    loop.run_until_complete(server.wait_closed())
-    turn(loop)
-    loop.close()
+    async def _app(self, scope: Any, _: Any, send: Any) -> None:
+        self.paths.append(scope["path"])
+        await send({"type": "http.response.start", "status": 204})
+        await send({"type": "http.response.body"})
 
+    def turn(self) -> None:
+        """Do what is due."""
+        self.loop.run_until_complete(asyncio.sleep(0.01))
 
-def turn(loop: VirtualLoop) -> None:
-    """Let the loop do what is due."""
-    loop.run_until_complete(asyncio.sleep(0.01))
+    def __enter__(self) -> Self:
+        """Return the server."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self._server.close()
+        self.turn()
+        self.loop.close()
 
 
 def is_closed(client: socket.socket) -> bool:
@@ -304,25 +313,43 @@ def is_closed(client: socket.socket) -> bool:
 
 
 def test_a_connection_without_the_token_is_closed_after_a_time() -> None:
-    told: list[str] = []
-    with connections(2, told) as (loop, [silent, slow]):
+    with AtDoor() as server, ExitStack() as end:
+        silent = end.enter_context(socket.create_connection(server.address))
+        slow = end.enter_context(socket.create_connection(server.address))
         slow.sendall(b"GET / HTTP/1.1\r\nHost: ")
-        loop.later_s = peers.WAIT_S - 1
-        turn(loop)
+        server.turn()
+        server.loop.later_s = peers.WAIT_S - 1
+        server.turn()
         assert not is_closed(silent)
-        loop.later_s = peers.WAIT_S + 1
-        turn(loop)
+        server.loop.later_s = peers.WAIT_S + 1
+        server.turn()
         assert is_closed(silent)
         assert is_closed(slow)
-    assert told == []
+    assert server.told == []
 
 
 def test_the_oldest_of_too_many_connections_is_closed() -> None:
-    told: list[str] = []
-    with connections(peers.MOST_WAITING + 3, told) as (_, clients):
+    with AtDoor() as server, ExitStack() as end:
+        clients = []
+        for _ in range(peers.MOST_WAITING + 3):
+            clients.append(end.enter_context(socket.create_connection(server.address)))
+            server.turn()
         assert [is_closed(client) for client in clients].count(True) == 3
         assert all(map(is_closed, clients[:3]))
-    assert told == ["more than 64 connections without a request: the oldest were closed"]
+    assert server.told == ["more than 64 connections without a request: the oldest were closed"]
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_request_whose_connection_is_already_reset(own: bool) -> None:
+    """The kernel does not say any more whose it was, but its data can be read: it is refused."""
+    uids = frozenset({os.getuid()})
+    with AtDoor(uids if own else None) as server:
+        client = socket.create_connection(server.address)
+        client.sendall(b"GET /x HTTP/1.1\r\nHost: x\r\n\r\n")
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.close()
+        server.turn()
+        assert server.paths == ([] if own else ["/x"])
 
 
 def test_idle_connections_leave_descriptors_to_the_recording(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import signal
 import stat
 import sys
 import threading
+import webbrowser
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -58,7 +59,7 @@ def test_the_address_is_printed_again_if_the_page_was_not_shown(
     was_shown: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[str] = []
-    monkeypatch.setattr(browser.webbrowser, "open", opened.append)
+    monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setattr(browser, "REMIND_S", 0.0)
     shown = threading.Event()
     if was_shown:

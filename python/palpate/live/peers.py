@@ -97,8 +97,7 @@ class Door:
     def enter(self, transport: asyncio.Transport) -> None:
         """Let a new connection wait for its token, or close it."""
         if self._uids is not None:
-            peer = transport.get_extra_info("peername")
-            uid = uid_of_peer(peer, transport.get_extra_info("sockname"))
+            uid = _uid_of(transport)
             if uid not in self._uids:
                 transport.abort()
                 self._say_once(
@@ -158,6 +157,13 @@ class Connection(H11Protocol):
         """Forget it."""
         self._door.leave(self.transport)
         super().connection_lost(exc)
+
+
+def _uid_of(transport: asyncio.Transport) -> int | None:
+    peer = transport.get_extra_info("peername")
+    if peer is None:  # it was reset before it was accepted, but its data can still be read
+        return None
+    return uid_of_peer(peer, transport.get_extra_info("sockname"))
 
 
 def _user_text(uid: int | None) -> str:
