@@ -133,6 +133,9 @@ def test_what_weakens_security_is_read_from_the_users_own_file(places: tuple[Pat
         user.unlink()
     here.write_text('[live]\nhost = "0.0.0.0"\n')
     assert "[live]: host: got it in the working folder" in run("live").stderr
+    here.write_text('[record]\nsource = "lsl:lab"\n')
+    message = "[record]: source: got it in the working folder, allowed: SOURCE in the command line"
+    assert message in run("record", "-o", "run.csv").stderr
 
 
 def test_where_a_command_writes_is_read_from_the_users_own_file() -> None:

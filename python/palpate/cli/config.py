@@ -67,8 +67,9 @@ class DefaultsTable:
                 continue
             if key not in options:
                 raise self._error(unlike(key, [*options, *inner_commands]))
-            if key in GUARDED and not self.is_trusted:
-                allowed = f"--{key} in the command line, or this key in {config_paths()[0]}"
+            if _is_guarded(key, value) and not self.is_trusted:
+                written = "SOURCE" if key == "source" else f"--{key}"
+                allowed = f"{written} in the command line, or this key in {config_paths()[0]}"
                 raise self._error(f"{key}: got it in the working folder, allowed: {allowed}")
             if isinstance(value, dict):
                 raise self._error(f"{key}: got a table, allowed: a value or a list of values")
@@ -80,6 +81,11 @@ class DefaultsTable:
 
     def _error(self, message: str) -> click.UsageError:
         return click.UsageError(f"{self.place}: [{self.section}]: {message}")
+
+
+def _is_guarded(key: str, value: object) -> bool:
+    """Return whether the working folder may not set this; a source of LSL listens in the network."""
+    return key in GUARDED or (key == "source" and str(value).lower().startswith("lsl:"))
 
 
 def config_paths() -> list[Path]:
