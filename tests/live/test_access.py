@@ -23,9 +23,14 @@ from live_server import PATIENCE_S, Live
 from palpate.live import feed, measurement, peers
 from palpate.live.access import HEADERS, Gatekeeper
 from palpate.live.app import PageApp
+from palpate.live.server import WS
 from recording_bench import soon
 
 TOKEN = "Q4h-Zk_0aBcDeFgHiJkLmNoPqRsTuVwX"
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+)
 OTHER_UID = 65534
 """Another user of the machine: nobody."""
 
@@ -217,9 +222,7 @@ def test_another_user_gets_nothing_even_with_the_token(tmp_path: Path) -> None:
     with Live(told=subprocess.PIPE) as live:
         head = f"Host: {HOST}:{live.port}\r\nOrigin: {live.origin.rstrip('/')}\r\n"
         page = f"GET /{live.token}/ HTTP/1.1\r\n{head}\r\n"
-        upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-        web_socket = f"GET /{live.token}/ws HTTP/1.1\r\n{head}{upgrade}{key}\r\n"
+        web_socket = f"GET /{live.token}/ws HTTP/1.1\r\n{head}{UPGRADE}\r\n"
         guessed = f"GET /x/ HTTP/1.1\r\n{head}\r\n"
         for request, own in ((page, b"200 OK"), (web_socket, b"101 Sw"), (guessed, b"403 Fo")):
             assert answer_to(live, request)[9:15] == own
@@ -265,13 +268,14 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 class AtDoor:
-    """A server that only notes the paths of requests, in a loop with a virtual clock."""
+    """A server that only notes the requests with the token, in a loop with a virtual clock."""
 
     def __init__(self, uids: frozenset[int] | None = None) -> None:
         self.loop = VirtualLoop()
         self.told: list[str] = []
         self.paths: list[str] = []
-        self._config = uvicorn.Config(self._app, log_config=None, interface="asgi3")
+        app = Gatekeeper(self._app, HOST, PORT, TOKEN)
+        self._config = uvicorn.Config(app, log_config=None, interface="asgi3", ws=WS)
         self._door = peers.Door(uids, self.told.append)
         serving = self.loop.create_server(self._connection, HOST, 0)
         self._server = self.loop.run_until_complete(serving)
@@ -283,10 +287,12 @@ class AtDoor:
             self._door, config=self._config, server_state=state, app_state={}, _loop=self.loop
         )
 
-    async def _app(self, scope: Any, _: Any, send: Any) -> None:
+    async def _app(self, scope: Any, receive: Any, send: Any) -> None:
         self.paths.append(scope["path"])
-        await send({"type": "http.response.start", "status": 204})
-        await send({"type": "http.response.body"})
+        if scope["type"] == "websocket":
+            await send({"type": "websocket.accept"})
+            while (await receive())["type"] != "websocket.disconnect":
+                pass
 
     def turn(self) -> None:
         """Do what is due."""
@@ -328,6 +334,28 @@ def test_a_connection_without_the_token_is_closed_after_a_time() -> None:
     assert server.told == []
 
 
+def request(path: str, token: str = TOKEN, more: str = "") -> str:
+    """Return a request of the page."""
+    return f"GET /{token}/{path} HTTP/1.1\r\nHost: {OWN}\r\nOrigin: {ORIGIN}\r\n{more}\r\n"
+
+
+def test_a_page_with_the_token_stays() -> None:
+    with AtDoor() as server, ExitStack() as end:
+        page, stranger = (
+            end.enter_context(socket.create_connection(server.address)) for _ in range(2)
+        )
+        page.sendall(request("ws", more=UPGRADE).encode())
+        stranger.sendall(request("ws", token="x", more=UPGRADE).encode())
+        server.turn()
+        assert page.recv(4096).startswith(b"HTTP/1.1 101 ")
+        assert stranger.recv(4096).startswith(b"HTTP/1.1 403 ")
+        server.loop.later_s = peers.WAIT_S + 1
+        server.turn()
+        assert not is_closed(page)
+        assert is_closed(stranger)
+        assert server.paths == [f"/{TOKEN}/ws"]
+
+
 def test_the_oldest_of_too_many_connections_is_closed() -> None:
     with AtDoor() as server, ExitStack() as end:
         clients = []
@@ -345,11 +373,11 @@ def test_a_request_whose_connection_is_already_reset(own: bool) -> None:
     uids = frozenset({os.getuid()})
     with AtDoor(uids if own else None) as server:
         client = socket.create_connection(server.address)
-        client.sendall(b"GET /x HTTP/1.1\r\nHost: x\r\n\r\n")
+        client.sendall(request("x").encode())
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.close()
         server.turn()
-        assert server.paths == ([] if own else ["/x"])
+        assert server.paths == ([] if own else [f"/{TOKEN}/x"])
 
 
 def test_idle_connections_leave_descriptors_to_the_recording(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import asyncio
 import socket
 import sys
 from functools import partial
-from typing import cast
+from typing import Literal, cast
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -12,6 +12,8 @@ from starlette.types import ASGIApp
 from palpate.live.commands import LONGEST
 from palpate.live.peers import Connection, Door
 
+WS: Literal["websockets-sansio"] = "websockets-sansio"
+"""The implementation of web sockets."""
 _GRACE_S = 1
 _BACKLOG = 32  # connections that are accepted in one go, before the door sees them
 _SWITCH_S = (
@@ -58,7 +60,7 @@ def serve(app: ASGIApp, listening: socket.socket, door: Door) -> None:
     config = uvicorn.Config(
         app,
         http=cast("type[asyncio.Protocol]", partial(Connection, door)),
-        ws="websockets-sansio",
+        ws=WS,
         lifespan="on",
         backlog=_BACKLOG,
         log_config=None,
