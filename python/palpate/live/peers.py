@@ -133,10 +133,10 @@ def door_for(
     listening: socket.socket, notify: Callable[[str], None], *, own_user_only: bool
 ) -> Door:
     """Return the door of a listening socket; the own user only where the system says who connects."""
-    if own_user_only and lists_users(listening):
-        return Door(frozenset({os.getuid(), _ROOT}), notify)
     if own_user_only and sys.platform == "linux":
-        notify("this system does not say of which user a connection is: the token alone is checked")
+        if lists_users(listening):
+            return Door(frozenset({os.getuid(), _ROOT}), notify)
+        notify("this system does not say of which user a connection is: only the token is checked")
     return Door(None, notify)
 
 
