@@ -19,6 +19,7 @@ from bench.accuracy.signal_followers import (
     Trace,
     handover,
     handover_trace,
+    one_regressor,
     plain,
     vector_trace,
 )
@@ -207,9 +208,21 @@ def small(seeds: int) -> Iterator[Row]:
         made = [worlds.small_step(seed, size_sd) for seed in range(2 * seeds)]
         name = f"step of {size_sd:g} sd after 1,000: at +300"
         yield beside_rivals("small", name, "85 % held, rms .12", made, small_step_end)
+        yield of_vectors(
+            "small", f"step of {size_sd:g} sd, VectorRls(1): +100 to +300", made, SINCE
+        )
     made = [worlds.hedge(seed) for seed in range(seeds)]
     name = "hedge ratio .8 -> 1.3 after 1,000"
     yield beside_rivals("small", name, "95 % found, 85 % held", made, hedge_ratio)
+
+
+SINCE = slice(1100, None)
+
+
+def of_vectors(theme: str, name: str, made: list[Signals], part: slice) -> Row:
+    """Return the row of the coverage of VectorRls in signals that its memory follows late."""
+    share = coverage([(signals, one_regressor(signals)) for signals in made], part)
+    return Row(theme, name, f"{percent(share)} held", "50 % held", share >= 0.5, {})
 
 
 def small_step_end(runs: Runs) -> Score:
@@ -246,6 +259,7 @@ def drift(seeds: int) -> Iterator[Row]:
 
         name = f"drift of {drift_sd:g} sd in 1,000"
         yield beside_rivals("drift", name, "2.5, 70 % held", made, against_plain)
+        yield of_vectors("drift", f"{name}, VectorRls(1)", made, DRIFTS)
 
 
 def slides(seeds: int) -> Iterator[Row]:

@@ -13,7 +13,7 @@ from bench.accuracy.signal_followers import Follower, Trace
 from bench.accuracy.signal_rows import Row
 from bench.accuracy.signal_worlds import Signals
 
-ROWS = {"late": 3, "early": 4, "small": 4, "drift": 4, "slides": 3, "slow-noise": 5, "white": 4, "grown": 3, "width": 8,
+ROWS = {"late": 3, "early": 4, "small": 7, "drift": 8, "slides": 3, "slow-noise": 5, "white": 4, "grown": 3, "width": 8,
         "constant-200": 15, "constant-40": 15}  # fmt: skip
 OTHER_SEED = 2
 

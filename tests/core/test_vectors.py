@@ -199,6 +199,28 @@ def test_correlated_noise_is_no_change_and_widens_what_is_slow(intercept: bool, 
         assert slow > 2 * fast
 
 
+@pytest.mark.parametrize(("shift", "per_sample"), [(1.0, 0.0), (0.0, 0.002)])
+def test_the_interval_holds_while_the_coefficients_follow_a_small_change(
+    shift: float, per_sample: float
+) -> None:
+    """A step of one standard deviation, and a drift by two in 1,000 samples, of which the fit is late by 200 samples.
+
+    A fit of the newest samples shows it. Without it no interval of the drift would hold.
+    """
+    held = []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        regressor = random.uniform(0.5, 1.5, 1300)
+        k = np.arange(1300)
+        true = 2 + shift * (k >= 1000) + per_sample * k
+        rows = palpate.VectorRls(1).trace(
+            true * regressor + random.standard_normal(1300), regressor
+        )
+        error = rows["coefficients"][1050::50, 0] - true[1050::50]
+        held.append(np.abs(error) < 1.96 * rows["standard_errors"][1050::50, 0])
+    assert np.mean(held) > 0.7
+
+
 def test_the_standard_error_contains_rounding() -> None:
     random = np.random.default_rng(9)
     regressors = random.standard_normal((1000, 2))

@@ -61,7 +61,7 @@ def test_the_bits_are_as_they_were() -> None:
     assert hashes == {
         "bits": "9e203e94a97c",
         "hostile": "5dde9f8a9bb1",
-        "vectors": "e8278bf0d841",
+        "vectors": "86ff9831bc0b",
         "scenes": "9c6143cbb91f",
     }
 

@@ -76,8 +76,15 @@ class _Fit:
         self.information = self.information + information * np.eye(len(self.moments), dtype=int)
         self.moments = self.information @ self.coefficients
 
-    def errors(self, prior: Any, factors: list[Decimal]) -> tuple[Any, Any]:
-        """Return the variances of the coefficients and the degrees of freedom; `prior`: information without a sample."""
+    def number(self) -> Any:
+        """Return the number of samples with equal weights that have the same variance."""
+        return self.count**2 / self.count_squares
+
+    def errors(self, prior: Any, factors: list[Decimal], recent: "_Fit") -> tuple[Any, Any]:
+        """Return the variances of the coefficients and the degrees of freedom.
+
+        `prior`: information without a sample. `recent`: a fit of the newest samples, which may show more than noise.
+        """
         size = len(self.moments)
         inverse = solved(
             self.information, np.eye(size, dtype=int).astype(object) + 0 * self.information
@@ -87,6 +94,9 @@ class _Fit:
         if not (self.count > size + 3.5 and left > 0):
             return np.full(size, np.nan), 0.0
         variances = np.diag(inverse @ self.squares @ inverse) * self.residuals / left * factors
+        apart = (recent.coefficients - self.coefficients) ** 2
+        of_noise = variances * (self.number() / recent.number() - 1)
+        variances = variances + np.maximum(apart - of_noise, 0 * apart)
         variances = variances + (EPS * self.coefficients) ** 2 * self.count_squares / 12
         unknown: Any = Decimal("nan")
         variances = np.where(prior * np.diag(inverse) < Decimal("0.01"), variances, unknown)
@@ -217,6 +227,7 @@ class _Vector:
         self.detector = detector
         self.guarded = max(initial, self.least)
         self.fit = _Fit(self.guarded, np.array([Decimal(0)] * size, object))
+        self.recent, self.recent_guarded = self.fit, self.guarded
         self.influences = Influences(size)
         self.samples: list[Any] = []
         self.held = 0
@@ -231,9 +242,9 @@ class _Vector:
         if judged.watched:
             self.detector.watch(judged, rest)
         if not (self.detector.alarm and self.adapts(sample, judged.scale)):
-            self.follow(following, judged, weight)
+            self.follow(following, sample, judged, weight)
         self.detector.learn(judged, rest, weight)
-        variances, degrees = self.fit.errors(self.guarded, self.influences.factors())
+        variances, degrees = self.fit.errors(self.guarded, self.influences.factors(), self.recent)
         errors = variances ** Decimal("0.5") if degrees else variances
         statistic = max(self.detector.sides)
         return self.fit.coefficients, errors, innovation, statistic, degrees, self.detector.alarm
@@ -243,6 +254,7 @@ class _Vector:
         if self.fast:
             self.fit = self.fit.add(self.fast, sample)[2]
             self.guard(self.fast)
+            self.follow_recent(sample)
             return True
         last = self.samples[-self.held :]
         found = _handed_over(self.fit, last, self.least, scale, self.detector)
@@ -251,9 +263,10 @@ class _Vector:
             return False
         self.held, self.fit = found
         self.guarded = 2 * self.least
+        self.recent, self.recent_guarded = self.fit, self.guarded
         return True
 
-    def follow(self, following: _Fit, judged: _Judged, weight: Any) -> None:
+    def follow(self, following: _Fit, sample: Any, judged: _Judged, weight: Any) -> None:
         """Take the fit with the sample, unless it is an outlier."""
         if judged.outlier and not self.fast:
             return
@@ -262,13 +275,24 @@ class _Vector:
             self.influences.add(change * following.count / judged.scale)
         self.fit = following
         self.guard(self.forgetting)
+        self.follow_recent(sample)
 
     def guard(self, forgetting: Any) -> None:
         """Keep the least information."""
-        self.guarded *= forgetting
-        if self.guarded < self.least:
-            self.fit.strengthened(2 * self.least - self.guarded)
-            self.guarded = 2 * self.least
+        self.guarded = self.guard_of(self.fit, self.guarded * forgetting)
+
+    def follow_recent(self, sample: Any) -> None:
+        """Add a sample to the fit with a quarter of the memory."""
+        forgetting = 1 - 4 / (self.fit.count + 8 * len(self.fit.moments))
+        self.recent = self.recent.add(forgetting, sample)[2]
+        self.recent_guarded = self.guard_of(self.recent, self.recent_guarded * forgetting)
+
+    def guard_of(self, fit: _Fit, guarded: Any) -> Any:
+        """Keep the least information of a fit; return how much it has now."""
+        if guarded >= self.least:
+            return guarded
+        fit.strengthened(2 * self.least - guarded)
+        return 2 * self.least
 
 
 def vector_rls(

@@ -60,8 +60,8 @@ struct Prediction {
 /// coefficients explain the samples since a side was low, the alarm was noise. Otherwise there is a hand-over: the
 /// coefficients are computed again from the last samples, as many as make the change most likely.
 ///
-/// A hand-over adds each of the last Window samples to a new fit: with 32 it takes as long as 13 to 18 other samples, with 8
-/// as long as 5. A smaller Window needs less memory, too; `alarmed` has no hand-over. Figures: docs/embedded.md.
+/// A hand-over adds each of the last Window samples to a new fit: with 32 it takes as long as 8 other samples, with 8 as long
+/// as 3. A smaller Window needs less memory, too; `alarmed` has no hand-over. Figures: docs/embedded.md.
 template <class Real, int Regressors, bool Intercept = false, class Parameters = Kept<VectorSettings<Real>>,
           int Window = 32>
 class VectorRls : public Parameters {
@@ -90,7 +90,9 @@ class VectorRls : public Parameters {
   constexpr explicit VectorRls(const Parameters& parameters, Real covariance = default_covariance) noexcept
       : Parameters(parameters),
         guarded_(larger(1 / covariance, settings.min_information)),
-        fits_{Fit(guarded_), Fit(guarded_)} {}
+        fits_{Fit(guarded_), Fit(guarded_)},
+        recent_guarded_(guarded_),
+        recent_(guarded_) {}
 
   /// One sample. What is not finite is refused, and so are magnitudes from 1e16 (float) or 1e140 (double) on.
   constexpr VectorStep<Real> update(Real output, const Real (&values)[Regressors]) noexcept {
@@ -135,6 +137,7 @@ class VectorRls : public Parameters {
     visit(either_), visit(guarded_), visit(seen_);
     noise_.visit_state(visit);
     influence_.visit_state(visit);
+    recent_.visit_state(visit), visit(recent_guarded_);
     whole(held_), whole(next_), whole(alarm_);
     for (Sample& sample : samples_) {
       for (Real& value : sample.regressors) {
@@ -151,26 +154,30 @@ class VectorRls : public Parameters {
   /// The standard errors, for Student's t with the degrees of freedom that are returned. NaN where the samples do not
   /// determine a coefficient. All NaN, and 0 degrees of freedom, before Size + 4 samples, in total and since a change.
   ///
-  /// They contain the correlation of the influences on a coefficient, and the rounding of a coefficient by each sample:
-  /// a variance of (eps coefficient)^2 / 12.
+  /// They contain the correlation of the influences on a coefficient, what the newest quarter of the samples shows beyond noise, and the
+  /// rounding of a coefficient by each sample: a variance of (eps coefficient)^2 / 12.
   constexpr Real standard_errors(Real (&result)[Size]) const noexcept {
     const Real left = samples_left(result);
     for (int i = 0; i < Size; ++i) {
       const Real rounded = product(std::numeric_limits<Real>::epsilon(), fit().coefficients[i]);
       const Real of_noise = product(product(result[i], fit().residuals / left), influence_.factor(i));
-      const Real variance = of_noise + product(product(rounded, rounded), fit().count_squares / 12);
+      const Real apart = recent_.coefficients[i] - fit().coefficients[i];
+      const Real variance =
+          of_noise + moved(apart, of_noise) + product(product(rounded, rounded), fit().count_squares / 12);
       result[i] = left > 0 ? square_root(variance) : not_a_number<Real>;
     }
     return left > 0 ? product(left, fit().count / fit().count_squares) : Real(0);
   }
   /// The output that these regressors predict, and the standard error of the prediction by all variances and covariances
-  /// of the coefficients, and by the correlation of the influences on the one where it is largest; the noise of a single output is not in it. The error is NaN where the samples do not determine
-  /// the prediction, which may be known although no coefficient is: that of regressors like those of the samples.
+  /// of the coefficients, by the correlation of the influences on the one where it is largest, and by what the newest samples predict
+  /// instead; the noise of a single output is not in it. The error is NaN where the samples do not determine the prediction,
+  /// which may be known although no coefficient is: that of regressors like those of the samples.
   constexpr Prediction<Real> predict(const Real (&values)[Regressors]) const noexcept {
     const Sample sample = sample_of(Real(0), values);
-    Real value = 0, factor = 1, variances[Size] = {};
+    Real value = 0, apart = 0, factor = 1, variances[Size] = {};
     for (int i = 0; i < Size; ++i) {
       value += product(sample.regressors[i], fit().coefficients[i]);
+      apart += product(sample.regressors[i], recent_.coefficients[i] - fit().coefficients[i]);
       factor = sample.regressors[i] != 0 ? larger(factor, influence_.factor(i)) : factor;
     }
     const Real left = samples_left(variances);
@@ -178,8 +185,9 @@ class VectorRls : public Parameters {
       return {value, not_a_number<Real>};
     }
     const Real scale = size_of(sample);
-    const Real variance = product(product(leverage(sample, scale), fit().residuals / left), factor);
-    return {value, product(scale, square_root(variance))};
+    const Real of_noise = product(product(leverage(sample, scale), fit().residuals / left), factor);
+    const Real shown = scale > 0 ? apart / scale : Real(0);
+    return {value, product(scale, square_root(of_noise + moved(shown, of_noise)))};
   }
   /// The largest side of the CUSUM, in standard deviations.
   constexpr Real statistic() const noexcept {
@@ -209,6 +217,16 @@ class VectorRls : public Parameters {
     }
     return sum < limit;
   }
+
+  /// By how much the square of what separates the recent fit from the other one is larger than noise makes it. The recent one has a
+  /// share of the samples: its variance is the inverse share of the other one's variance.
+  constexpr Real moved(Real apart, Real variance) const noexcept {
+    const Real share = product(number_of(recent_) / fit().count, fit().count_squares / fit().count);
+    const Real shown = product(apart, apart) - product(variance, 1 / share - 1);
+    return shown > 0 ? shown : Real(0);
+  }
+  /// The number of samples with equal weights that have the same variance.
+  static constexpr Real number_of(const Fit& fit) noexcept { return product(fit.count, fit.count / fit.count_squares); }
 
   /// The sum of the weights without the coefficients that the samples determine; 0 where no error is known. In `result`:
   /// the variances of the coefficients for noise of variance 1.
@@ -361,8 +379,22 @@ class VectorRls : public Parameters {
         influence_.add(before.coefficients, next.coefficients, product(next.count, judged.inverse));
       }
       second_ = !second_;
-      guard(settings.steady);
+      guard(settings.steady, fit(), guarded_);
+      follow_recent();
     }
+  }
+  /// Add the last sample to the recent fit, whose memory is a quarter of the other one's, but some samples more at first.
+  constexpr void follow_recent() noexcept {
+    const Real forgetting = 1 - 4 / (fit().count + 8 * Size);
+    recent_.add(forgetting, resolution, remembered(1));
+    guard(forgetting, recent_, recent_guarded_);
+    if (PALPATE_UNLIKELY(!recent_.finite())) {
+      forget_recent();
+    }
+  }
+  constexpr void forget_recent() noexcept {
+    recent_ = fit();
+    recent_guarded_ = guarded_;
   }
 
   /// Update the noise model: not while a change is suspected. With `alarmed` always: a scale that is too small would
@@ -390,11 +422,11 @@ class VectorRls : public Parameters {
     return with_sign(limited, regressor) > 0;
   }
 
-  PALPATE_INLINE constexpr void guard(Real forgetting) noexcept {
-    guarded_ = product(forgetting, guarded_);
-    if (PALPATE_UNLIKELY(guarded_ < settings.min_information)) {
-      fit().strengthen(2 * settings.min_information - guarded_);
-      guarded_ = 2 * settings.min_information;
+  constexpr void guard(Real forgetting, Fit& fit, Real& guarded) noexcept {
+    guarded = product(forgetting, guarded);
+    if (PALPATE_UNLIKELY(guarded < settings.min_information)) {
+      fit.strengthen(2 * settings.min_information - guarded);
+      guarded = 2 * settings.min_information;
     }
   }
 
@@ -403,7 +435,8 @@ class VectorRls : public Parameters {
   constexpr bool adapts(Real scale) noexcept {
     if (settings.alarmed > 0) {
       fit().add(settings.alarmed, resolution, remembered(1));
-      guard(settings.alarmed);
+      guard(settings.alarmed, fit(), guarded_);
+      follow_recent();
     } else if (!hands_over(product(scale, scale))) {
       alarm_ = false;
       start_sides();
@@ -443,6 +476,7 @@ class VectorRls : public Parameters {
     }
     fit() = best;
     guarded_ = 2 * settings.min_information;
+    forget_recent();
     return true;
   }
   /// The last one, and those before it that wait.
@@ -463,6 +497,8 @@ class VectorRls : public Parameters {
 
   Real guarded_;                                         // information that each direction has at least
   Fit fits_[2];                                          // the present one, and the next: no number is copied
+  Real recent_guarded_;                                  // as guarded_, of the recent fit
+  Fit recent_;                                           // of the newest quarter of the samples
   Real rise_[Size] = {}, fall_[Size] = {}, either_ = 0;  // sides of the CUSUM
   Real seen_ = 0;                                        // samples that say something about the noise
   UnsuspectedNoise<Real> noise_;
