@@ -86,7 +86,7 @@ struct AdaptiveKind : KindOf<Real, palpate::AdaptiveRls, palpate::SwitchedForget
   }
 };
 
-/// The estimator of the scenes handheld and sliding, whose settings they take.
+/// The estimator of the scene handheld, which takes its settings.
 template <class Real>
 using DefaultHandover = palpate::Handover<Real>;
 template <class Real>
@@ -110,7 +110,7 @@ struct HandoverKind : KindOf<Real, DefaultHandover, HandoverWithoutCusum> {
   }
 };
 
-/// HandoverRls.
+/// HandoverRls, and the estimator of the scene sliding, which takes its settings.
 template <class Real>
 struct WindowKind {
   using Core = OneRatio<palpate::AdaptiveWindow<Real>>;

@@ -22,10 +22,11 @@ inline py::dtype tracker_row_dtype() {
 using FixedScene = palpate::FixedTracker<double>;
 using PaperScene = palpate::PaperTracker<double>;
 using HandheldScene = palpate::HandheldTracker<double>;
+using SlidingScene = palpate::SlidingTracker<double>;
 
 using LevelSettings = palpate::LevelRatioSettings<double>;
 
-using AnyRun = std::variant<Run<FixedScene>, Run<PaperScene>, Run<HandheldScene>>;
+using AnyRun = std::variant<Run<FixedScene>, Run<PaperScene>, Run<HandheldScene>, Run<SlidingScene>>;
 
 template <class Core>
 constexpr bool has_gate = !std::is_same_v<decltype(Core::gate), palpate::AlwaysContact<double>>;
@@ -47,11 +48,15 @@ Settings settings_of() {
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
     settings.add("period", 0);
+  }
+  if constexpr (Core::levels) {
     settings.add("confirmed", core.settings.confirmed);
+  }
+  if constexpr (is_aligned<Core>) {
     settings.add("averaged", core.settings.averaged);
-    const bool levels = std::is_same_v<Core, HandheldScene>;
-    settings.add("contact_exponent", levels ? LevelSettings().contact_exponent : 0);
-    settings.add("age", LevelSettings().age);
+  }
+  if constexpr (Core::levels) {
+    settings.add_fields<LevelSettings>(false);
   }
   settings.add_all(Kind::defaults());
   return settings;
@@ -74,6 +79,8 @@ AnyRun run_of(const Settings& s) {
     host_stamps = s["host_stamps"] != 0;
     period = s["period"];
     require(period >= 0 && period <= 1e9, "period", period, "0 <= period <= 1e9, s");
+  }
+  if constexpr (Core::levels) {
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }
@@ -91,7 +98,7 @@ constexpr Scene scenes[] = {
     {"fixed", &settings_of<FixedKind<double>, FixedScene>, &run_of<FixedKind<double>, FixedScene>},
     {"paper", &settings_of<AdaptiveKind<double>, PaperScene>, &run_of<AdaptiveKind<double>, PaperScene>},
     {"handheld", &settings_of<Robust, HandheldScene>, &run_of<Robust, HandheldScene>},
-    {"sliding", &settings_of<Robust, palpate::SlidingTracker<double>>, &run_of<Robust, HandheldScene>},
+    {"sliding", &settings_of<WindowKind<double>, SlidingScene>, &run_of<WindowKind<double>, SlidingScene>},
 };
 
 inline py::list scene_names() {

@@ -227,7 +227,7 @@ Parameters
 scene : str
     "fixed": clean changes of capacitance, always in contact. "paper": baseline, contact, and the paper's estimator
     for 250 samples. "handheld": the channels aligned, `HandoverRls`, 6.5 s; a test of the model, and a revised result
-    after the release. "sliding": as handheld, but a touch ends at its release only.
+    after the release. "sliding": as handheld, but the ratio may move, and a touch ends at its release only.
 **settings
     The length of a touch, `seconds` or `samples` (int); both None: it ends at its release only. `full_scale` (pF): a
     reading of this size is saturated and left out. `release`: share of the press below which a touch ends.
@@ -235,7 +235,8 @@ scene : str
     no touch is "late". `confirmed`: seconds that a change needs with the probe down to be the result. `averaged`: seconds
     over which the readings of a converter with more than 3 in them are averaged. `contact_exponent`: force ~ depth^p of
     the level ratio, 1 for flat bumps, 1.5 for domes. `age`: seconds from where the press has settled to the end of a
-    touch. At 0 the last four are off. And the parameters of the scene's estimator. TypeError: not of this scene.
+    touch. At 0 the last four are off; "sliding" has only `averaged` of them. And the parameters of
+    the scene's estimator. TypeError: not of this scene.
 
 Examples
 --------

@@ -32,34 +32,39 @@ class _Common(TypedDict, total=False):
     seconds: float | None
     full_scale: float
     initial_ratio: float
+
+class _Prior(_Common, total=False):
     initial_covariance: float
     max_covariance: float
 
-class _FixedSettings(_Common, total=False):
+class _FixedSettings(_Prior, total=False):
     forgetting: float
 
 class _Gated(_Common, total=False):
     release: float
-    steady: float
 
-class _PaperSettings(_Gated, total=False):
+class _PaperSettings(_Prior, _Gated, total=False):
+    steady: float
     alarmed: float
     drift: float
     threshold: float
     clear_level: float
 
-class _HandheldSettings(_Gated, total=False):
+class _SlidingSettings(_Gated, total=False):
     host_stamps: bool
     period: float
-    confirmed: float
     averaged: float
-    contact_exponent: float
-    age: float
     false_alarm_interval: float
     smallest_shift: float
     clip: float
     smoothing: float
     guard: float
+
+class _HandheldSettings(_Prior, _SlidingSettings, total=False):
+    confirmed: float
+    contact_exponent: float
+    age: float
+    steady: float
 
 class _AnySettings(_FixedSettings, _PaperSettings, _HandheldSettings): ...
 
@@ -201,10 +206,10 @@ class Bank(_Resettable):
 class Tracker:
     @overload
     def __init__(
-        self,
-        scene: Literal["handheld", "sliding"] = "handheld",
-        **settings: Unpack[_HandheldSettings],
+        self, scene: Literal["handheld"] = "handheld", **settings: Unpack[_HandheldSettings]
     ) -> None: ...
+    @overload
+    def __init__(self, scene: Literal["sliding"], **settings: Unpack[_SlidingSettings]) -> None: ...
     @overload
     def __init__(self, scene: Literal["fixed"], **settings: Unpack[_FixedSettings]) -> None: ...
     @overload

@@ -151,13 +151,14 @@ def test_each_of_three_numbers_makes_another_threshold() -> None:
         assert palpate.HandoverRls(**base).threshold == first
 
 
-@pytest.mark.parametrize("scene", ["handheld", "sliding"])
-def test_a_tracker_has_a_threshold_of_its_own(scene: str) -> None:
+@pytest.mark.parametrize(("scene", "interval"), [("handheld", 1.1558e4), ("sliding", 5.363e4)])
+def test_a_tracker_has_a_threshold_of_its_own(scene: str, interval: float) -> None:
     chosen = {"false_alarm_interval": 1e4, "smallest_shift": 2.0}
     tracker = palpate.Tracker(scene, **chosen)  # type: ignore[call-overload]
-    design = cusum(**chosen | {"false_alarm_interval": 1.1558e4})
+    design = cusum(**chosen | {"false_alarm_interval": interval})
     assert tracker.threshold == pytest.approx(design.threshold, rel=EPS)
-    assert tracker.threshold < palpate.HandoverRls(**chosen).threshold
+    is_window = tracker.threshold == palpate.HandoverRls(**chosen).threshold
+    assert is_window == (scene == "sliding")
 
 
 def test_an_estimator_without_alarms_has_none() -> None:

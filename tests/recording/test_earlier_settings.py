@@ -49,6 +49,18 @@ def test_chosen_ones_are_replayed_with_the_goal_they_were_for(tmp_path: Path) ->
     assert 0 < again.threshold - design.threshold < 0.2
 
 
+def test_settings_that_sliding_no_longer_has_are_left_out(tmp_path: Path) -> None:
+    gone = {"steady": 0.9995, "confirmed": 0.0, "contact_exponent": 0.0, "age": 0.0}
+    prior = {"initial_covariance": 1e10, "max_covariance": 1e12}
+    path = edited(tmp_path, "sliding", **gone, **prior, guard=5.0, clip=4.0)
+    again = document("replay", path)
+    assert again["settings"]["clip"] == 4.0
+    assert not (gone | prior | {"guard": 0.0}).keys() & again["settings"].keys()
+    assert again["touches"]
+    chosen = {"scene": "sliding", "steady": 0.9995, "guard": 3.0}
+    assert renamed(chosen) == {"scene": "sliding", "guard": 3.0}
+
+
 def test_no_alarm_stays_none(tmp_path: Path) -> None:
     path = edited(tmp_path, "handheld", drift=0.75, threshold="inf")
     found = document("replay", path)

@@ -84,6 +84,8 @@ struct Handheld : Paper<Real, Time, Settings> {
 /// Scene "sliding": a probe that slides over tissue.
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Sliding : Handheld<Real, Time, Settings> {
+  /// of the ratio, which may move
+  using estimator = AdaptiveWindow<Real, KeptAs<Settings, AdaptiveWindowSettings<Real>>>;
   /// begin and end of a touch
   using contact = Contact<Real, KeptAs<Settings, ContactSettings<Real>, sliding_contact<Real>>>;
   template <class Estimator>

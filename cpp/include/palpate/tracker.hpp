@@ -3,6 +3,7 @@
 
 // Tracker: all stages of a scene, from two readings to the result of a touch. The scenes themselves: scenes.hpp.
 
+#include <palpate/estimator/adaptive_window.hpp>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/judge/judge.hpp>
 #include <palpate/stage/contact_detector.hpp>
@@ -51,8 +52,8 @@ using Estimates =
              bool(of<Estimator>().update(Real(), Real()).accepted), bool(of<Estimator>().update(Real(), Real()).alarm),
              Real(of<Estimator>().ratio()), Real(of<Estimator>().covariance()));
 template <class Estimator>
-using GoesBack = decltype(of<Estimator>().restore(typename Estimator::Snapshot(of<const Estimator>().snapshot())),
-                          of<const Estimator>().mean_regressor());
+using Judged = decltype(of<const Estimator>().mean_regressor(), of<const Estimator>().count(),
+                        of<const Estimator>().mean_square());
 
 template <class Scene>
 using IsScene = std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::align,
@@ -110,9 +111,10 @@ struct SceneChecks : SceneIs<Scene> {
   static_assert(!Judge::judges || has<Matches, Align>,
                 "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
                 "NoJudge");
-  static_assert(!Judge::judges || (knows_its_error<Estimator> && has<GoesBack, Estimator>),
-                "palpate::Tracker: a Judge needs an estimator with the standard error of Handover, mean_regressor(), "
-                "Snapshot, snapshot() and restore(snapshot); else use NoJudge");
+  static_assert(
+      !Judge::judges || (knows_its_error<Estimator> && has<Judged, Estimator>),
+      "palpate::Tracker: a Judge needs an estimator with the standard error of Handover or of AdaptiveWindow, "
+      "mean_regressor(), mean_square() and count(); else use NoJudge");
 };
 
 /// The parts of a Tracker, after their checks.

@@ -10,6 +10,16 @@ from palpate.files import Json
 _DEFAULT = (0.75, 10.0, 3.0)  # drift, threshold and clip, where nobody chose them
 _INTERVALS = (10.0, 1e12)  # samples, that the estimators allow
 _FINITE = 1000.0  # a larger threshold was for no alarm
+# of the scene sliding, whose estimator was that of handheld, and had this guard
+_OF_HANDHELD = (
+    "steady",
+    "initial_covariance",
+    "max_covariance",
+    "confirmed",
+    "contact_exponent",
+    "age",
+)
+_GUARD = 5.0
 
 
 def renamed(settings: Mapping[str, Any]) -> Json:
@@ -27,15 +37,24 @@ def renamed(settings: Mapping[str, Any]) -> Json:
     >>> round(found["false_alarm_interval"]), found["smallest_shift"]
     (1354, 1.0)
     """
-    if settings.get("scene") == "paper" or not settings.keys() & {"drift", "threshold"}:
-        return dict(settings)
     now = dict(settings)
+    if settings.get("scene") == "sliding" and "steady" in settings:
+        now = _of_windows(settings)
+    if settings.get("scene") == "paper" or not settings.keys() & {"drift", "threshold"}:
+        return now
     chosen = (now.pop("drift", 0.75), now.pop("threshold", 10.0), now.get("clip", 3.0))
     if chosen == _DEFAULT:
         return now
     if not all(_is_number(value) for value in chosen):
         return dict(settings)
     return now | _goal(*chosen)
+
+
+def _of_windows(settings: Mapping[str, Any]) -> Json:
+    now = {name: value for name, value in settings.items() if name not in _OF_HANDHELD}
+    if now.get("guard") == _GUARD:
+        del now["guard"]
+    return now
 
 
 def _goal(drift: float, threshold: float, clip: float) -> dict[str, float]:

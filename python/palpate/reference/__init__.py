@@ -1,7 +1,8 @@
 """Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `adaptive_window` is the estimator `HandoverRls`;
-`matched_pair`, `Baseline`, `Contact` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene.
+`matched_pair`, `Baseline`, `Contact` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene;
+`sliding` is the scene of this name.
 """
 
 from palpate.reference.adaptive import AdaptiveWindowTrace, adaptive_window
@@ -9,7 +10,7 @@ from palpate.reference.align import Pairs, matched_pair
 from palpate.reference.fit import Fit, Misfit
 from palpate.reference.idle import Baseline, Contact
 from palpate.reference.paper import Trace, adaptive_rls, rls
-from palpate.reference.tracker import Rows, Touch, handheld
+from palpate.reference.tracker import Rows, Touch, handheld, sliding
 
 __all__ = [
     "AdaptiveWindowTrace",
@@ -26,4 +27,5 @@ __all__ = [
     "handheld",
     "matched_pair",
     "rls",
+    "sliding",
 ]

@@ -312,27 +312,30 @@ class AdaptiveWindow:
         self.last = Sample(number(0), number(0), number(0))
         self.earlier = number(0)  # the ratio before the last change
         self.usual_information = number(0)  # of a sample
+        self.mean_square = number(0)  # of the window, weighted with the information
         self.claim: Any = None  # ratio of the last outlier with more information than all before
         self.alarm = False
+        self.counts = False  # the last sample is one of those of the ratio
         self.seen = 0
 
     def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
         """Take a sample; return a row of `AdaptiveWindowTrace`."""
         self.decisions.margin = np.inf
         sample = Sample(self._weight(regressor), output, regressor)
-        if not self._information() > 0 and regressor != 0:
+        if not self.information() > 0 and regressor != 0:
             self.first_ratio = output / regressor
             self.memory.restart(self.first_ratio, self.number(0))
         innovation = output - regressor * self.ratio
         if self._tells(sample):
             self._follow(sample)
         else:
+            self.counts = False
             self.usual_information *= self.number(STILL_USUAL)
             self._after_alarm()
-        information = self._information()
+        information = self.information()
         covariance = 1 / information if information > 0 else self.number("inf")
         error = self.standard_error()
-        state = (self.ratio, covariance, innovation, self._statistic(), error)
+        state = (self.ratio, covariance, innovation, self.statistic(), error)
         return (*state, self.alarm, self.decisions.margin)
 
     def _tells(self, sample: Sample) -> bool:
@@ -346,6 +349,7 @@ class AdaptiveWindow:
         """Judge a sample, follow it, and learn the noise."""
         regressor = sample.regressor
         judged = self._judge(sample)
+        self.counts = not judged.outlier
         self._watch(sample, judged)
         self.seen += 1
         if not judged.outlier or self.outliers.of_one_sign() > 2 or self.memory.is_read:
@@ -354,7 +358,7 @@ class AdaptiveWindow:
         self._take(sample, judged)
         self._learn(regressor, judged)
         if judged.outlier and not self.decisions.above(
-            self._information(), sample.weight * regressor
+            self.information(), sample.weight * regressor
         ):
             self.claim = sample.output / regressor
         self.memory.choose(regressor, self.last.regressor, self.seen)
@@ -370,16 +374,23 @@ class AdaptiveWindow:
             return self.number("nan")
         return root(square + (self.number(ROUNDING) * self.ratio) ** 2)
 
-    def _sides(self) -> tuple[Side, Side]:
-        """Return CUSUM sides at 0: of a rise of the ratio, and of a fall."""
-        return Side(self.number(0)), Side(self.number(0))
+    def motion(self) -> Any:
+        """Return how far the ratio moves from sample to sample; 0 where it is at rest."""
+        moves = self.memory.is_read or self.windows.moves()
+        return self.memory.trend if moves else self.number(0)
 
-    def _statistic(self) -> Any:
+    def information(self) -> Any:
+        """Return the information of the windows."""
+        return self.windows.all().information
+
+    def statistic(self) -> Any:
+        """Return the larger CUSUM side."""
         rise, fall = self.sides
         return max(rise.statistic, fall.statistic)
 
-    def _information(self) -> Any:
-        return self.windows.all().information
+    def _sides(self) -> tuple[Side, Side]:
+        """Return CUSUM sides at 0: of a rise of the ratio, and of a fall."""
+        return Side(self.number(0)), Side(self.number(0))
 
     def _of_windows(self) -> Any:
         """Return the ratio of the windows."""
@@ -418,7 +429,7 @@ class AdaptiveWindow:
 
         With more information than all before it, two that agree are none: the first pulses after noise.
         """
-        before = self._information()
+        before = self.information()
         information = sample.weight * sample.regressor
         if not self.decisions.above(whitened**2, limit**2 * (1 + information / before)):
             return False
@@ -453,7 +464,7 @@ class AdaptiveWindow:
 
     def _take(self, sample: Sample, judged: Judged) -> None:
         """Hand over at an alarm, otherwise add the sample to the windows; an alarm by a burst starts the CUSUM again."""
-        above = self.decisions.above(self._statistic(), self.settings.threshold)
+        above = self.decisions.above(self.statistic(), self.settings.threshold)
         slides = self.outliers.is_slide()
         if above and self.outliers.is_burst():
             self.sides = self._sides()
@@ -466,7 +477,10 @@ class AdaptiveWindow:
         elif not judged.outlier:
             learns = not self.memory.is_read
             self.alarm = self.windows.add(sample, learns=learns, cut_square=self.settings.cut**2)
-            self._count_usual(sample.weight * sample.regressor)
+            information = sample.weight * sample.regressor
+            self._count_usual(information)
+            share = information / self.information()
+            self.mean_square += share * (information - self.mean_square)
 
     def _count_usual(self, information: Any) -> None:
         """Add a sample to the usual information: quickly if it is beyond it, but one alone makes no other unusual."""
@@ -503,7 +517,7 @@ class AdaptiveWindow:
         if self.alarm:
             noise.waiting = []
         elif self.seen > TRANSIENT:
-            statistic = self._statistic()
+            statistic = self.statistic()
             suspected = self.seen >= FIRST and self.decisions.above(statistic, SUSPICION)
             rise = (judged.limited > 0) != (regressor < 0)
             one = Innovation(judged.limited, judged.counted, noise.before, rise, judged.outlier)
@@ -512,7 +526,7 @@ class AdaptiveWindow:
 
     def _of_windows_square(self) -> Any:
         """Return the variance of the ratio of the windows, wider where few contrasts show the noise; None if unknown."""
-        if not self._information() > 0:
+        if not self.information() > 0:
             return None
         variance = self.windows.variance()
         if variance is None:

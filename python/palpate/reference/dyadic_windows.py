@@ -270,11 +270,13 @@ class Windows:
         if not pooled.freedom > 0 or self.decisions.above(FEWEST, pooled.freedom):
             return None
         information = self.all().information
-        moving = self.number(0)
-        if self.decisions.above(self.moves_until, information):
-            moving = self.slope * information / 2
+        moving = self.slope * information / 2 if self.moves() else self.number(0)
         moved = moving**2 + self._moved_square(pooled.noise)
         return Variance(pooled.noise / information, pooled.freedom, moved)
+
+    def moves(self) -> bool:
+        """Return whether the ratio may still move as it did at the last change."""
+        return self.decisions.above(self.moves_until, self.all().information)
 
     def _newest_first(self) -> Iterator[tuple[int, int, Block]]:
         """Yield the level, the place in it, and each block."""

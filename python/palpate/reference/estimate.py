@@ -1,5 +1,6 @@
 """Reference of the estimate of one touch: the estimator, its standard error, and the mean time of its samples."""
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -38,6 +39,11 @@ class Errors(NamedTuple):
     shared: float
     rounding: float
 
+    def of_readings(self, ratio: float) -> float:
+        """Return the variance of C1 - r C2 by the noise of both readings, pF^2."""
+        hard_noise, soft_noise = self.noises
+        return hard_noise**2 + ratio**2 * soft_noise**2 + self.rounding
+
 
 def estimator(noise: float = 1.0) -> _Handover:
     """Return the estimator of the scene; below a noise of 1e-5 the initial covariance follows from it."""
@@ -63,6 +69,8 @@ class Estimate:
         Whether the result is the one before a change that was not confirmed.
     before, after : (float, float)
         Ratio and standard error before a change that was confirmed, and after one that was not; nan: there was none.
+    margin : float
+        inf: the decisions are not watched.
 
     Examples
     --------
@@ -83,6 +91,7 @@ class Estimate:
     lifted: bool = False
     before: tuple[float, float] = (np.nan, np.nan)
     after: tuple[float, float] = (np.nan, np.nan)
+    margin: float = np.inf
     _unconfirmed: dict[str, Any] | None = None  # before a change
     _begun_s: float = 0.0  # the first change, and the last one
     _changed_s: float = 0.0
@@ -192,10 +201,6 @@ class Estimate:
                 return state if self._alarmed else None
         return None
 
-    def waiting(self) -> _Handover | None:
-        """Return the estimator before a change that is not confirmed yet."""
-        return self._unconfirmed["_state"] if self._unconfirmed else None
-
     def note(self, state: _Handover, errors: Errors) -> None:
         """Note the ratio before a change, if its samples are not few; of several, the farthest from the ratio now counts."""
         if state.weight < SETTLED or state.noise.weight < FEWEST:
@@ -212,7 +217,17 @@ class Estimate:
         self.before = self.before if different else (np.nan, np.nan)
         return different
 
-    def go_back(self, errors: Errors) -> bool:
+    def end(self, errors: Callable[[float], Errors]) -> bool:
+        """At the end: return whether the ratio changed; before a change that is not confirmed is the result."""
+        changed = self._go_back(errors(self.ratio))
+        if self.lifted:
+            return changed
+        waiting = self._unconfirmed["_state"] if self._unconfirmed else None
+        if waiting:
+            self.note(waiting, errors(float(waiting.ratio)))
+        return self.apart(self.standard_error(errors(self.ratio)))
+
+    def _go_back(self, errors: Errors) -> bool:
         """At the end: take the result before a change that is not confirmed; return whether the change was large."""
         kept = self._unconfirmed
         few = kept is not None and kept["_state"].weight < self._state.weight
@@ -248,8 +263,8 @@ class Estimate:
         state, noise = self._state, self._state.noise
         if not self.samples:
             return float("nan")
-        (hard_noise, soft_noise), shared, rounding = errors
-        readings = hard_noise**2 + self.ratio**2 * soft_noise**2 + rounding
+        _, shared, rounding = errors
+        readings = errors.of_readings(self.ratio)
         if noise.weight >= FEWEST and state.weight >= SETTLED:
             own = noise.long_run_variance()
         else:

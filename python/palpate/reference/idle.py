@@ -221,6 +221,8 @@ class Contact:
         Values that confirm an end, or a touch between two baselines.
     pressed_again : int
         How often the probe was pressed again while the release was not over.
+    release : float
+        Share of the height below which a touch ends.
 
     Examples
     --------
@@ -239,6 +241,7 @@ class Contact:
     last: float = 0.0
     in_a_row: int = 0
     pressed_again: int = 0
+    release: float = RELEASE
 
     @property
     def suspects(self) -> bool:
@@ -264,7 +267,7 @@ class Contact:
         touching = self.state == "contact"
         if touching:
             self.highest = max(self.highest, height)
-        share = RELEASE if touching else IDLE_SHARE
+        share = self.release if touching else IDLE_SHARE
         low = change < max(share * self.highest, (SLACK + 1) * noise)
         self.in_a_row = self.in_a_row + 1 if low else 0
         if waited_s >= PATIENCE_S:  # the baseline jumped, or a press lasts
@@ -272,7 +275,7 @@ class Contact:
             self.fall = 3 * LIMIT
             return
         if not touching:
-            self.age = self.age + 1 if change > RELEASE * self.highest else 0
+            self.age = self.age + 1 if change > self.release * self.highest else 0
             self.pressed_again += self.age == CONFIRM
         if self.in_a_row == CONFIRM:
             self.calm_down("released" if touching else "idle")

@@ -1,7 +1,8 @@
-"""Reference of the scene "handheld": all stages, from readings to touches."""
+"""Reference of the scenes "handheld" and "sliding": all stages, from readings to touches."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,8 +11,9 @@ from palpate.reference.align import Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
-from palpate.reference.idle import Idle
+from palpate.reference.idle import RELEASE, Contact, Idle
 from palpate.reference.level import Sweep
+from palpate.reference.moving import MovingEstimate
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
@@ -154,6 +156,7 @@ def _recovers(before: Known, after: Known) -> bool:
 
 
 SECONDS = 6.5  # length of a touch
+LATE_RELEASE = 0.3  # share of the height, which varies where the probe slides
 TILTED = 4.0  # errors of both ratios by which they differ
 
 
@@ -180,6 +183,8 @@ class Touch:
         Ratio and standard error after a change that was not confirmed.
     tilted : bool
         Whether both ratios differ.
+    margin : float
+        Of the decision of the estimator that was nearest to its limit, as `Decisions.margin`; inf: not known.
 
     Examples
     --------
@@ -208,6 +213,7 @@ class Touch:
     before: tuple[float, float] = (np.nan, np.nan)
     after: tuple[float, float] = (np.nan, np.nan)
     tilted: bool = False
+    margin: float = np.inf
 
 
 class CodeStep:
@@ -244,6 +250,9 @@ class CodeStep:
             if self._times == 3 and not self._fine and noise <= 0.51 * self._step
             else 0.0
         )
+
+
+AnyEstimate: TypeAlias = Estimate | MovingEstimate
 
 
 class Rows(NamedTuple):
@@ -294,8 +303,46 @@ def handheld(
         In the order of time; one that is running at the end is ended there.
     rows : Rows
     """
+
+    def begin(start: int, noise: float) -> Estimate:
+        return Estimate(start, sweep=Sweep(contact_exponent, age), _state=estimator(noise))
+
+    return _tracked(_Tracker(begin, age=age), t_hard, t_soft, hard, soft)
+
+
+def sliding(
+    t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+) -> tuple[list[Touch], Rows]:
+    """Find touches whose ratio may move: reference of `palpate.Tracker("sliding")`.
+
+    Parameters
+    ----------
+    t_hard, t_soft : array_like of int, shape (n,), ns
+    hard, soft : array_like, shape (n,), pF
+        Readings; nan or infinite: a missing one.
+
+    Returns
+    -------
+    touches : list of Touch
+        In the order of time; one that is running at the end is ended there.
+    rows : Rows
+
+    Examples
+    --------
+    >>> press = np.repeat([0.0, 0.25, 0.0], [60, 600, 30])
+    >>> t = 26_000_000 * np.arange(690)
+    >>> [touch], _ = sliding(t, t + 13_000_000, 9 + 2.5 * press, 8 + press)
+    >>> touch.start, touch.samples > 590, round(touch.ratio, 3)
+    (60, True, 2.5)
+    """
+    state = _Tracker(lambda start, _: MovingEstimate(start), release=LATE_RELEASE, seconds=np.inf)
+    return _tracked(state, t_hard, t_soft, hard, soft)
+
+
+def _tracked(
+    state: "_Tracker", t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+) -> tuple[list[Touch], Rows]:
     raw = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
-    state = _Tracker(contact_exponent, age)
     rows = []
     for values, reading in zip(raw, means(t_hard, t_soft, hard, soft), strict=True):
         rows.append(state.feed(values, reading) if reading else state.wait(values))
@@ -305,15 +352,22 @@ def handheld(
 
 
 class _Tracker:
-    """The stages with what they have in common."""
+    """The stages with what they have in common; `begin`: a touch, with its first reading and the noise of the soft channel."""
 
-    def __init__(self, exponent: float, age: float) -> None:
+    def __init__(
+        self,
+        begin: Callable[[int, float], AnyEstimate],
+        *,
+        release: float = RELEASE,
+        age: float = 0.0,
+        seconds: float = SECONDS,
+    ) -> None:
         self.touches: list[Touch] = []
-        self._exponent, self._age = exponent, age
+        self._begin, self._age, self._seconds = begin, age, seconds
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
-        self._idle = Idle()
-        self._touch: Estimate | None = None  # the last one
+        self._idle = Idle(gate=Contact(release=release))
+        self._touch: AnyEstimate | None = None  # the last one
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found
         self._known: tuple[Known, Known] | None = None  # before the last touch, until it is revised
@@ -349,9 +403,7 @@ class _Tracker:
                 max(self._readings + 1 - age * self._size, 0),
                 max(number + 1 - age, 0),
             )
-            self._touch = Estimate(
-                begin, sweep=Sweep(self._exponent, self._age), _state=estimator(noise)
-            )
+            self._touch = self._begin(begin, noise)
             self._begin_ns = time_ns
             self._running, self._known = True, None
         elif event in ("released", "idle"):
@@ -399,7 +451,7 @@ class _Tracker:
             self._touch.refused += 1
         settled, _, settled_s = self._touch.sweep.settled()
         aged = self._age and settled and since_s - settled_s >= self._age
-        if aged or (time_ns - self._before_ns) / 1e9 >= SECONDS:
+        if aged or (time_ns - self._before_ns) / 1e9 >= self._seconds:
             self.finish(full=bool(aged) or not self._age)
         return alarm
 
@@ -422,10 +474,7 @@ class _Tracker:
         if not self._running or self._touch is None:
             return
         self._running, touch = False, self._touch
-        changed = touch.go_back(self._errors(touch.ratio))
-        if not touch.lifted:
-            self._note(touch.waiting())
-            changed = touch.apart(touch.standard_error(self._errors(touch.ratio)))
+        changed = touch.end(self._errors)
         errors = self._errors(touch.ratio)
         hard_noise, soft_noise = (max(noise, self._one_code()) for noise in errors.noises)
         misfit = touch.fit.result(hard_noise, soft_noise, touch.ratio)
@@ -447,6 +496,7 @@ class _Tracker:
             misfit,
             before=touch.before,
             after=touch.after,
+            margin=touch.margin,
         )
         self.touches.append(self._levelled(found, revised=False))
 
@@ -492,7 +542,7 @@ class _Tracker:
 
     def _note(self, before: _Handover | None) -> None:
         """Note the ratio before a change."""
-        if before and self._touch:
+        if before and isinstance(self._touch, Estimate):
             self._touch.note(before, self._errors(float(before.ratio)))
 
     def _revise(self, number: int) -> bool:

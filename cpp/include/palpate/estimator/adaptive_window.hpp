@@ -50,7 +50,8 @@ class AdaptiveWindow : public Parameters {
  public:
   using real_type = Real;  ///< float or double
   using Parameters::settings;
-  static constexpr int warm_up = 8;                ///< samples before the detector starts
+  static constexpr Real default_covariance = Real(1e10);  ///< of the initial ratio, which says nothing, 1/pF^2
+  static constexpr int warm_up = 8;                       ///< samples before the detector starts
   static constexpr int transient = 3;              ///< first innovations, dominated by the error of the initial ratio
   static constexpr int first = 16;                 ///< samples in which nothing is suspected
   static constexpr Real still_usual = Real(0.98);  ///< of the usual information, for each sample with less
@@ -81,8 +82,8 @@ class AdaptiveWindow : public Parameters {
     return follow(sample, innovation);
   }
 
-  /// Forget all samples; the settings stay.
-  constexpr void reset(Real ratio = Real(1)) noexcept {
+  /// Forget all samples; the settings stay. The covariance of the ratio has no effect: the first sample replaces it.
+  constexpr void reset(Real ratio = Real(1), Real = default_covariance) noexcept {
     *this = AdaptiveWindow(static_cast<const Parameters&>(*this), ratio);
   }
 
@@ -92,7 +93,8 @@ class AdaptiveWindow : public Parameters {
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_), visit(earlier_), visit(alarm_), visit(taken_), visit(seen_), visit(changed_),
-        visit(usual_information_), visit(claimed_output_), visit(claimed_regressor_), visit(instrument_.mean);
+        visit(usual_information_), visit(mean_square_), visit(claimed_output_), visit(claimed_regressor_),
+        visit(instrument_.mean);
     cusum_.visit_state(visit);
     noise_.visit_state(visit);
     run_.visit_state(visit);
@@ -116,6 +118,14 @@ class AdaptiveWindow : public Parameters {
   constexpr Real since_change() const noexcept { return taken_ - changed_; }
   /// Variance of the innovations, pF^2; 0 before the first one that is counted.
   constexpr Real innovation_variance() const noexcept { return noise_.variance(); }
+  /// Samples from which the ratio was computed, about.
+  constexpr Real count() const noexcept { return memory_.is_read() ? Real(1) : information() / mean_square_; }
+  /// How far the ratio moves from sample to sample; 0 where it is at rest.
+  constexpr Real motion() const noexcept { return memory_.is_read() || windows_.moves() ? memory_.trend() : Real(0); }
+  /// Mean of the last regressors, pF.
+  constexpr Real mean_regressor() const noexcept { return instrument_.mean; }
+  /// Mean square of the regressors, pF^2.
+  constexpr Real mean_square() const noexcept { return mean_square_; }
   /// Whether there may be a standard error.
   constexpr bool settled() const noexcept { return windows_.excited(); }
   /// Standard error of the ratio: +-1.96 of it is the 95 % interval, which is wider than normal where few blocks show the noise. NaN
@@ -243,7 +253,7 @@ class AdaptiveWindow : public Parameters {
     memory_.choose(sample.regressor, before.regressor, seen_);
     instrument_.add(sample.regressor, seen_, settings.smoothing);
     ratio_ = memory_.is_read() ? memory_.ratio() : windows_.ratio();
-    const Real gain = product(sample.weight, windows_.covariance());
+    const Real gain = judged.outlier ? Real(0) : product(sample.weight, windows_.covariance());
     return {ratio_, innovation, gain, alarm(), true, judged.outlier, memory_.is_read()};
   }
 
@@ -271,7 +281,9 @@ class AdaptiveWindow : public Parameters {
       alarm_ = 1;
       changed_ = taken_ - windows_.samples();
     }
-    count_usual(information_of(sample));
+    const Real information = information_of(sample);
+    count_usual(information);
+    mean_square_ += product(product(information, windows_.covariance()), information - mean_square_);
   }
   /// The usual information: a mean, in which a sample with more counts more. After noise the first pulses are the usual ones at once, but
   /// one sample alone does not make all others unusual.
@@ -366,6 +378,7 @@ class AdaptiveWindow : public Parameters {
   Real alarm_ = 0;
   Real taken_ = 0, seen_ = 0, changed_ = 0;          // samples; those that say something; those before the last change
   Real usual_information_ = 0;                       // of a sample
+  Real mean_square_ = 0;                             // the same in the window: the mean, weighted with the information
   Real claimed_output_ = 0, claimed_regressor_ = 0;  // of the last outlier with more information than all before it
   InstrumentalVariable<Real> instrument_;
   TwoSidedCusum<Real> cusum_{};

@@ -93,10 +93,12 @@ class DyadicWindows {
     return product(Real(base), blocks) + filled_;
   }
 
+  /// Whether the ratio may still move as it did at the last change.
+  constexpr bool moves() const noexcept { return information() < moves_until_; }
   /// Variance of ratio(), by the blocks that are there and by what earlier ones have shown.
   constexpr RatioVariance<Real> variance() const noexcept {
     const PooledNoise<Real> pooled = noise_of_all();
-    const Real moving = information() < moves_until_ ? product(slope_, information()) / 2 : Real(0);
+    const Real moving = moves() ? product(slope_, information()) / 2 : Real(0);
     return {pooled.noise() / information(), pooled.degrees_of_freedom,
             product(moving, moving) + moved_square(pooled.noise())};
   }

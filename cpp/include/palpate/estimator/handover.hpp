@@ -161,6 +161,8 @@ class Handover : public Parameters {
   constexpr Real leverage() const noexcept { return sums_.squares / sums_.information / sums_.information; }
   /// Variance of the mean of many innovations, times their number, pF^2; only if settled().
   constexpr Real long_run_variance() const noexcept { return noise_.long_run_variance(); }
+  /// Mean square of the regressors, pF^2.
+  constexpr Real mean_square() const noexcept { return sums_.information / sums_.count; }
   /// Mean of the last regressors, pF.
   constexpr Real mean_regressor() const noexcept { return instrument_.mean; }
   /// Standard error of the ratio, s sqrt(sum(w^2)) / R with s^2 the long-run variance of the innovations; only if settled(). It includes

@@ -24,6 +24,8 @@ class ShortMemory {
   constexpr bool is_read() const noexcept { return reads_ > 0; }
   /// The ratio, less what it is behind.
   constexpr Real ratio() const noexcept { return ratio_ + product(forgetting / (1 - forgetting), trend_); }
+  /// Mean step of the ratio, a sample.
+  constexpr Real trend() const noexcept { return trend_; }
   /// Mean square of what it did not predict.
   constexpr Real miss() const noexcept { return own_miss_; }
 

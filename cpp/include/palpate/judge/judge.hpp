@@ -12,11 +12,19 @@ namespace palpate {
 inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
-// An estimator that has no snapshot gets the sentence of Tracker, not an error of its own.
+// The estimate before a sample. An estimator without snapshots does not go back to it.
+template <class Estimator, class = void>
+struct Before {
+  struct Snapshot {
+    typename Estimator::real_type ratio;
+  };
+  static constexpr bool goes_back = false;
+};
 template <class Estimator>
-typename Estimator::Snapshot snapshot_of(int) noexcept;
-template <class Estimator>
-int snapshot_of(...) noexcept;
+struct Before<Estimator, std::void_t<typename Estimator::Snapshot>> {
+  using Snapshot = typename Estimator::Snapshot;
+  static constexpr bool goes_back = true;
+};
 }  // namespace detail
 
 /// A sample of a touch as a judge sees it: the changes of both channels.
@@ -65,7 +73,8 @@ struct NoJudge {
 /// whether a change of the ratio is one of the object or of the lift; and what the baseline after the touch corrects.
 template <class Estimator, class Time, class Level = LevelRatio<typename Estimator::real_type>>
 class Judge {
-  using Snapshot = decltype(detail::snapshot_of<Estimator>(0));
+  using Before = detail::Before<Estimator>;
+  using Snapshot = typename Before::Snapshot;
 
  public:
   using Real = typename Estimator::real_type;    ///< float or double
@@ -82,7 +91,7 @@ class Judge {
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
     evidence_.test.reset();
-    pending_.reset();
+    changes_.reset();
     earlier_ = after_ = level_ = {};
     tilted_ = lifted_ = drifts_ = false;
     begin_ = time;
@@ -93,7 +102,13 @@ class Judge {
   }
 
   /// The estimate before a sample, which an alarm with it makes the last one before a change.
-  static constexpr Snapshot before(const Estimator& estimator) noexcept { return estimator.snapshot(); }
+  static constexpr Snapshot before(const Estimator& estimator) noexcept {
+    if constexpr (Before::goes_back) {
+      return estimator.snapshot();
+    } else {
+      return {estimator.ratio()};
+    }
+  }
 
   /// The estimator has taken a sample. `confirmed`: seconds that a change needs; 0: it is at once the result.
   template <class Step, class Errors>
@@ -105,12 +120,16 @@ class Judge {
       evidence_.level.restart();
       evidence_.test.restart(step.ratio / before.ratio - 1);
     }
-    if (PALPATE_UNLIKELY(step.drifts && !(drifts_ && pending_.waits()))) {
-      keep(before, sample.time, estimator, confirmed, false);
-    }
-    drifts_ = step.drifts;
-    if (PALPATE_UNLIKELY(pending_.follow(sample.time, sample.soft, confirmed))) {
-      note_change(estimator, errors);
+    if constexpr (Before::goes_back) {
+      if (PALPATE_UNLIKELY(step.drifts && !(drifts_ && changes_.waits()))) {
+        keep(before, sample.time, estimator, confirmed, false);
+      }
+      drifts_ = step.drifts;
+      if (PALPATE_UNLIKELY(changes_.follow(sample.time, sample.soft, confirmed))) {
+        note_change(estimator, errors);
+      }
+    } else {
+      changes_.follow(step.alarm || step.drifts, estimator, evidence_);
     }
     const bool counts = step.gain != 0;  // in the sums
     evidence_.reviser.follow(sample.number, estimator.count(), step.alarm, counts);
@@ -136,7 +155,7 @@ class Judge {
   /// error.
   template <class Errors>
   constexpr Real ended(Estimator& estimator, const Errors& errors) noexcept {
-    lifted_ = pending_.holds(estimator);
+    lifted_ = changes_.holds(estimator);
     bool changed = lifted_ ? go_back(estimator, errors) : has_changed(estimator, errors);
     const Real code = codes.coarser(errors.hard.noise(), errors.soft.noise());
     misfits_ =
@@ -167,7 +186,7 @@ class Judge {
     if (!evidence_.reviser.waits() || estimator.mean_regressor() == 0) {
       return false;
     }
-    const Real size = square_root(estimator.information() / estimator.count());
+    const Real size = square_root(estimator.mean_square());
     const Real mean = estimator.mean_regressor() > 0 ? size : -size;
     revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean);
     const Real drift = revision_.significant ? Real(0) : misfits_.open_drift;  // else the baselines explain it
@@ -234,9 +253,13 @@ class Judge {
   }
 
   /// At a hand-over, and where a drift begins: the estimate before it.
-  constexpr void keep(const Snapshot& before, Time time, const Estimator& now, Real confirmed, bool alarm) noexcept {
-    if (confirmed > 0) {
-      pending_.keep(time, now, before, evidence_, alarm);
+  constexpr void keep([[maybe_unused]] const Snapshot& before, [[maybe_unused]] Time time,
+                      [[maybe_unused]] const Estimator& now, [[maybe_unused]] Real confirmed,
+                      [[maybe_unused]] bool alarm) noexcept {
+    if constexpr (Before::goes_back) {
+      if (confirmed > 0) {
+        changes_.keep(time, now, before, evidence_, alarm);
+      }
     }
   }
 
@@ -244,10 +267,10 @@ class Judge {
   /// a few samples is none.
   template <class Errors>
   constexpr void note_change(const Estimator& now, const Errors& errors) noexcept {
-    if (!pending_.estimator.settled()) {
+    if (!changes_.estimator.settled()) {
       return;
     }
-    const Estimate<Real> before{pending_.estimator.ratio(), errors.of(pending_.estimator)};
+    const Estimate<Real> before{changes_.estimator.ratio(), errors.of(changes_.estimator)};
     const Real apart = magnitude(before.ratio - now.ratio());
     if (!(earlier_.standard_error > 0) || apart > magnitude(earlier_.ratio - now.ratio())) {
       earlier_ = before;
@@ -257,19 +280,19 @@ class Judge {
   /// The change was an effect of the lift, or too late. Returns whether it is large enough for a flag.
   template <class Errors>
   constexpr bool go_back(Estimator& estimator, const Errors& errors) noexcept {
-    const Real before = pending_.estimator.ratio();
+    const Real before = changes_.estimator.ratio();
     const bool changed = magnitude(estimator.ratio() / before - 1) > least_change;
     after_ = changed ? Estimate<Real>{estimator.ratio(), errors.of(estimator)} : Estimate<Real>();
     earlier_ = {};
-    estimator = pending_.estimator;
-    evidence_ = pending_.evidence;
+    estimator = changes_.estimator;
+    evidence_ = changes_.evidence;
     return changed;
   }
 
   /// Whether the ratio changed within the touch.
   template <class Errors>
   constexpr bool has_changed(const Estimator& estimator, const Errors& errors) noexcept {
-    if (pending_.waits()) {
+    if (changes_.waits()) {
       note_change(estimator, errors);
     }
     return differs(estimator, errors, earlier_);
@@ -299,7 +322,9 @@ class Judge {
   }
 
   Evidence evidence_;
-  PendingChange<Real, Time, Estimator, Snapshot, Evidence> pending_;
+  std::conditional_t<Before::goes_back, PendingChange<Real, Time, Estimator, Snapshot, Evidence>,
+                     LastHold<Estimator, Evidence>>
+      changes_;
   Time begin_;  // of the touch
   Misfits<Real> misfits_;
   typename Reviser<Real>::Result revision_;

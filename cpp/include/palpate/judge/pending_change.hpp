@@ -67,5 +67,43 @@ class PendingChange {
   bool waits_ = false, alarmed_ = false, down_ = false;
 };
 
+/// For an estimator that follows a ratio that moves, and cannot go back: the state of the last hold, a copy after every few samples
+/// in which the ratio does not move. If it moves in the last few samples of a touch, and the hold is not longer ago than a lift takes,
+/// the hold is the result: this was an effect of the lift, or came too late to be measured.
+template <class Estimator, class Evidence>
+class LastHold {
+  static constexpr std::uint8_t few = 16;   // samples, with which nothing is tested
+  static constexpr std::uint8_t lift = 48;  // samples: longer than a second, with those of the hold since the copy
+
+ public:
+  Estimator estimator;  ///< of the hold
+  Evidence evidence;    ///< of the hold
+
+  constexpr void reset() noexcept {
+    since_ = age_ = 0;
+    known_ = false;
+  }
+  /// Whether the ratio moved after the hold, and still does.
+  constexpr bool waits() const noexcept { return known_ && since_ < few; }
+  /// Whether the result is the hold.
+  constexpr bool holds(const Estimator&) const noexcept { return waits() && age_ < lift; }
+  /// After each sample: whether the ratio moves.
+  PALPATE_INLINE constexpr void follow(bool moves, const Estimator& now, const Evidence& collected) noexcept {
+    since_ = static_cast<std::uint8_t>(moves ? 0 : since_ + 1);
+    age_ = static_cast<std::uint8_t>(age_ + (age_ < lift));
+    if (PALPATE_UNLIKELY(since_ == few || since_ == 2 * few)) {
+      estimator = now;
+      evidence = collected;
+      known_ = true;
+      since_ = few;
+      age_ = 0;
+    }
+  }
+
+ private:
+  std::uint8_t since_ = 0, age_ = 0;  // samples since it moved, up to twice `few`; since the copy, up to `lift`
+  bool known_ = false;
+};
+
 }  // namespace PALPATE_NAMESPACE
 }  // namespace palpate

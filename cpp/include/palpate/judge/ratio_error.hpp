@@ -16,11 +16,16 @@ template <class Estimator, class Real = typename Estimator::real_type>
 using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Estimator>().leverage()),
                           Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
                           Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
+template <class Estimator, class Real = typename Estimator::real_type>
+using ScattersInBlocks = decltype(Real(of<Estimator>().standard_error()), Real(of<Estimator>().covariance()),
+                                  Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().mean_square()),
+                                  Real(of<Estimator>().motion()));
 }  // namespace detail
 
-/// Whether an estimator has a standard error: the members of Handover of which one is made.
+/// Whether an estimator has a standard error: the members of Handover of which one is made, or those of AdaptiveWindow.
 template <class Estimator>
-inline constexpr bool knows_its_error = detail::has<detail::Scatters, const Estimator>;
+inline constexpr bool knows_its_error =
+    detail::has<detail::Scatters, const Estimator> || detail::has<detail::ScattersInBlocks, const Estimator>;
 
 /// The error of the ratio of an estimator, from the noise of the readings and of the estimator, and from the errors of
 /// the baselines, which are common to all samples of a touch.
@@ -71,12 +76,34 @@ struct RatioError {
     const Real readings =
         of_ratio(estimator, product(hard.noise(), hard.noise()), product(soft.noise(), soft.noise())) +
         rounding(estimator);
-    const Real seen = estimator.settled()
-                          ? estimator.long_run_variance()
-                          : readings + 4 * positive_part(estimator.innovation_variance() - readings / 2);
-    const Real own = product(seen > readings ? seen : readings, estimator.leverage());
-    const Real square = own + product(shared_variance, estimator.count()) / estimator.information() + open;
+    const Real square = own(estimator, readings) + by_all(estimator, shared_variance) + open;
     return square > 0 && is_finite(square) ? square_root(square) : not_a_number<Real>;
+  }
+
+  static constexpr Real delay = Real(1.5);  ///< pairs from the middle of an aligned one to its last reading
+
+  /// Of the ratio, by the noise: of the readings and of the innovations; and by its motion since the middle of the pair.
+  static constexpr Real own(const Estimator& estimator, Real readings) noexcept {
+    if constexpr (detail::has<detail::Scatters, const Estimator>) {
+      const Real seen = estimator.settled() ? estimator.long_run_variance() : of_few(estimator, readings);
+      return product(seen > readings ? seen : readings, estimator.leverage());
+    } else {
+      const Real error = estimator.standard_error(), square = product(error, error);
+      const Real least = product(error >= 0 ? readings : of_few(estimator, readings), estimator.covariance());
+      const Real behind = product(delay, estimator.motion());
+      return (square > least ? square : least) + product(behind, behind);
+    }
+  }
+  static constexpr Real of_few(const Estimator& estimator, Real readings) noexcept {
+    return readings + 4 * positive_part(estimator.innovation_variance() - readings / 2);
+  }
+  /// Of the ratio, by a variance that all samples share.
+  static constexpr Real by_all(const Estimator& estimator, Real variance) noexcept {
+    if constexpr (detail::has<detail::Scatters, const Estimator>) {
+      return product(variance, estimator.count()) / estimator.information();
+    } else {
+      return variance / estimator.mean_square();
+    }
   }
 
   /// Of a running touch; NaN: too few samples, or the estimator has no standard error.
