@@ -1,4 +1,4 @@
-"""Required results of the scene handheld, each with its limit.
+"""Required results of the scenes handheld and sliding, each with its limit.
 
     python -m bench.accuracy.must_hold [--seeds 100] [THEME ...]
 
@@ -38,6 +38,7 @@ from bench.accuracy.presses import (
     running,
     spline_ratio,
 )
+from bench.accuracy.slides import LIGHT_PF, SLIDES, Slide, after_slides, largest_error
 
 
 @dataclass(frozen=True)
@@ -311,6 +312,32 @@ def readings(seeds: int) -> Iterator[Row]:
         yield rms_row(name, found, limit, beside=flags(found))
 
 
+# A probe that slides from object to object.
+
+
+def slides(seeds: int) -> Iterator[Row]:
+    """Return the rows of the running ratio during a slide, of the results after it, and of a gauge that lags."""
+    for depth, depth_pF in (("firm", DEPTH_PF), ("light", LIGHT_PF)):
+        for slide in SLIDES:
+            name = f"slide of {100 * slide.share:g} % in {slide.duration_s:g} s, {depth}: "
+            largest, share, count = largest_error(slide, depth_pF, seeds)
+            beside = f"{count} intervals"
+            yield Row(name + "largest error", largest, slide.limit(depth_pF))
+            yield Row(name + "intervals hold", 100 * share, 60, at_least=True, beside=beside)
+    for slide in (Slide(0.0, 1.5, 0.0), *SLIDES):
+        share = 100 * slide.share
+        name = f"result after a slide of {share:g} % in {slide.duration_s:g} s"
+        found = list(after_slides(slide, seeds))
+        yield rms_row(name, found, 0.01, beside=flags(found))
+        flagged = 100 * float(np.mean([bool(r.flags) for r in found]))
+        yield Row(name + ": with a flag", flagged, 0.5, beside=flags(found))
+    for lag_s in (0.026, 0.052, 0.1):
+        found = list(after_slides(Slide(0.0, 1.5, 0.0), seeds, lag_s))
+        share = 100 * float(np.mean([r.silent for r in found]))
+        name = f"silent: soft gauge lags {1000 * lag_s:g} ms"
+        yield Row(name, share, SILENT_PERCENT, beside=flags(found))
+
+
 # Healthy touches: their flags, their 95 % intervals, and whether each has a standard error.
 
 FEWEST_PAIRS = 3
@@ -504,6 +531,7 @@ THEMES: dict[str, Callable[[int], Iterator[Row]]] = {
     "running": in_touch,
     "physics": physics,
     "readings": readings,
+    "slides": slides,
     "intervals": intervals,
     "idle": idle,
     "alarms": alarms,

@@ -91,9 +91,12 @@ def afterwards(run: Simulation, *, host_stamps: bool = False) -> Result:
     )
 
 
-def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
+def found(
+    run: Simulation, *, host_stamps: bool = False, scene: "_Scene" = "handheld"
+) -> palpate.Touch | None:
     """Return the longest touch that begins in the first press, or a little before it."""
-    return longest(palpate.touches(run, host_stamps=host_stamps), run, lambda touch: touch)
+    touches = palpate.touches(run, host_stamps=host_stamps, scene=scene)
+    return longest(touches, run, lambda touch: touch)
 
 
 def longest(touches: list[T], run: Simulation, live: Callable[[T], palpate.Touch]) -> T | None:

@@ -171,7 +171,7 @@ class EachIsConfirmed(AdaptiveWindow):
     """A sample with more information than all before it is no outlier."""
 
     def _is_outlier(self, sample: Sample, whitened: Any, limit: Any) -> bool:
-        alone = sample.weight * sample.regressor >= self._information()
+        alone = sample.weight * sample.regressor >= self.information()
         return not alone and super()._is_outlier(sample, whitened, limit)
 
 

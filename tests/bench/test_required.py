@@ -10,6 +10,7 @@ from palpate.simulation.scenarios import PROBE
 from bench.accuracy import must_hold, presses, reliability
 from bench.accuracy.must_hold import Row
 from bench.accuracy.reliability import FREE, STAGE, level_ratio
+from bench.accuracy.slides import SLIDES, Slide, after_slides, largest_error
 
 
 @pytest.mark.parametrize(
@@ -54,6 +55,23 @@ def test_themes_have_rows(theme: str) -> None:
     rows = must_hold.rows_of(theme, 1)
     assert all(math.isfinite(row.value) for row in rows if "coverage" not in row.name)
     assert rows[-1].name.startswith(f"{theme}: lowest coverage") == (theme in must_hold.COVERED)
+
+
+@pytest.mark.parametrize(
+    "slide", SLIDES, ids=lambda slide: f"{slide.share} in {slide.duration_s} s"
+)
+def test_a_slide_is_followed_with_an_interval_that_holds(slide: Slide) -> None:
+    """`Slide.limit` derives the limit; five pairs until a hand-over exceed it."""
+    largest, share, _ = largest_error(slide, presses.DEPTH_PF, 8)
+    assert largest <= slide.limit(presses.DEPTH_PF)
+    assert share >= 0.6
+
+
+@pytest.mark.parametrize("lag_s", [0.026, 0.052, 0.1])
+def test_a_gauge_that_lags_is_not_silent_where_the_probe_is_lifted(lag_s: float) -> None:
+    found = list(after_slides(Slide(0.0, 1.5, 0.0), 8, lag_s))
+    assert not any(result.silent for result in found)
+    assert all("lag" in result.flags for result in found)
 
 
 def study(name: str) -> tuple["pd.Series[float]", "pd.Series[float]"]:
