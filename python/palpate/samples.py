@@ -88,6 +88,9 @@ Columns = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArr
 """Times, ns, and readings, pF, of both channels, hard and soft; each of shape (n,)."""
 DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
+SHORTEST_PAIR_S = 1 / 120
+PAIR_S = 0.025
+_MEMORY = 64  # pairs
 REFUSED = Status.EXCITATION | Status.LOST
 RETAKEN = (
     "something was touched while the baseline was measured, or for half a minute, or it jumped; "
@@ -232,3 +235,28 @@ def require_scale(scene: "_Scene", unit: str, names: Collection[str]) -> None:
 def _has_status(block: Block, flags: Status) -> NDArray[np.bool_]:
     """Return which samples have any of these flags; bool, shape (n,)."""
     return np.asarray((block["status"] & int(flags)) != 0)
+
+
+def memory_s(period_s: float) -> float:
+    """Return the longest time without samples over which a baseline is valid, s.
+
+    Its level is a mean over 64 pairs. Over as many pairs, a drift too small to be seen in them
+    moves the signal by 0.7 of its noise at most, which is no contact; over more it may be one.
+
+    Parameters
+    ----------
+    period_s : float
+        As in `pair_of`.
+    """
+    return _MEMORY * pair_of(period_s)
+
+
+def pair_of(period_s: float) -> float:
+    """Return the time from pair to pair in a tracker, s: it takes means of a fast converter.
+
+    Parameters
+    ----------
+    period_s : float
+        Time from pair to pair of the converter, s; 0: unknown.
+    """
+    return period_s if period_s > SHORTEST_PAIR_S else PAIR_S

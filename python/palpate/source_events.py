@@ -22,6 +22,10 @@ class GapCause(Enum):
         The range of the converter was moved.
     WIRING
         A wire came off or was put on again.
+    SLEPT
+        The computer slept.
+    STOPPED
+        The program stood still: it was stopped, or the computer was too busy.
     UPSTREAM
         The sender of the samples reports a gap of its own source.
     RECORDED
@@ -35,6 +39,8 @@ class GapCause(Enum):
     RESTARTED = "restarted"
     RANGE = "range"
     WIRING = "wiring"
+    SLEPT = "slept"
+    STOPPED = "stopped"
     UPSTREAM = "upstream"
     RECORDED = "recorded"
     OTHER = "other"

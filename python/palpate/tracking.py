@@ -20,7 +20,7 @@ from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
 from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
-from palpate.samples import RETAKEN, Instrument, require_scale, settings_for
+from palpate.samples import RETAKEN, Instrument, pair_of, require_scale, settings_for
 from palpate.touch import Touch
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def baseline_takes(period_s: float) -> str:
     text = "a baseline takes 32 pairs without contact"
     if not period_s > 0:
         return text
-    pair_s = period_s if period_s > 1 / 120 else 0.025  # a mean of a fast converter
+    pair_s = pair_of(period_s)
     return f"{text}, {32 * pair_s:.2g} s here"
 
 

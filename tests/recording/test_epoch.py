@@ -1,6 +1,5 @@
 """Recordings of several boards on one time axis: the signal itself says when it was measured."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from palpate.ad7746.bus import RealClock
 from palpate.ad7746.simulator.chip import SimulatedChip
 from palpate.ad7746.simulator.evalboard import SimulatedBoard
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
-from palpate.clocks import epoch_at
+from palpate.clocks import epoch_at, fine_ns, on_monotonic
 from palpate.recording import sidecar
 from project import FOUR
 
@@ -42,11 +41,11 @@ def told_utc_ns(recording: palpate.Recording, path: Path, zero_s: float) -> NDAr
     """Return when each reading was taken, by its own value: the sum with the CAPDAC rises steadily."""
     document = sidecar.load(path) or {}
     whole_pF = recording.hard + DAC_STEP_PF * document["device"]["configuration"]["hard"]["capdac"]
-    return np.asarray(epoch_at(0).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
+    return np.asarray(epoch_at(on_monotonic(0)).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
 
 
 def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
-    zero_s = time.monotonic()
+    zero_s = fine_ns() / 1e9
     paths = [tmp_path / "first.csv", tmp_path / "second.csv"]
     recordings = [recorded(path, zero_s) for path in paths]
     for path, recording in zip(paths, recordings, strict=True):
@@ -60,7 +59,7 @@ def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
 
 def test_a_wall_clock_that_was_moved_is_said(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    recorded(path, time.monotonic())
+    recorded(path, fine_ns() / 1e9)
     document = sidecar.load(path) or {}
     document["clock"]["zero_utc_ns_at_end"] += 3_600_000_000_000
     sidecar.save(path.with_suffix(".json"), document)

@@ -32,12 +32,17 @@ class RealClock:
 
     def __init__(self, speed: float = 1.0) -> None:
         self.speed: float = speed
+        self._skipped_ns = 0
 
     def now_ns(self) -> int:
         """Return the time, ns."""
         if self.speed == 1:
-            return fine_ns()
-        return round(fine_ns() * self.speed)
+            return fine_ns() + self._skipped_ns
+        return round(fine_ns() * self.speed) + self._skipped_ns
+
+    def skip(self, seconds: float) -> None:
+        """Advance by this time at once."""
+        self._skipped_ns += round(seconds * 1e9)
 
     def sleep(self, seconds: float) -> None:
         """Wait for this time."""
@@ -57,6 +62,10 @@ class VirtualClock:
     def sleep(self, seconds: float) -> None:
         """Advance by this time at once."""
         self._now_ns += max(round(seconds * 1e9), 0)
+
+    def skip(self, seconds: float) -> None:
+        """Advance by this time at once."""
+        self.sleep(seconds)
 
 
 class NotReady(DeviceRefused):

@@ -13,7 +13,7 @@ from palpate import number_format
 from palpate.ad7746.registers import NOISE_PF
 from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.samples import Status
-from palpate.sources import Gap
+from palpate.sources import Gap, GapCause
 from palpate.stream import Batch, Listener, Stream
 
 CHANNELS = ("hard", "soft")
@@ -90,8 +90,10 @@ class SignalFollower(Listener):
         self.seen = SignalSeen()
 
     def gap(self, gap: Gap) -> None:
-        """Judge the baseline after a gap."""
+        """Judge the baseline after a gap; over a pause of the computer the level may have moved far."""
         self._guards, self._measurement.forced = True, False
+        if gap.cause in (GapCause.SLEPT, GapCause.STOPPED):
+            self._level = np.full(2, math.nan)
 
     def batch(self, batch: Batch) -> None:
         """Take the next batch."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.recording.rows import Codes
-from palpate.samples import Block, Status, refused_samples
+from palpate.samples import Block, Status, memory_s, refused_samples
 
 
 @dataclass
@@ -79,9 +79,9 @@ class Survey:
 
     @property
     def pause_note(self) -> str:
-        """A note on a pause without a mark, above a second and 20 periods; "" if there is none."""
+        """A note on a pause without a mark that a baseline does not last; "" if there is none."""
         seconds, seq = self.pause
-        if not seconds > max(1.0, 20 * self.period_s):
+        if not seconds > memory_s(self.period_s):
             return ""
         pause = f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why"
         valid = "the earlier baseline is not valid, and the touches after it may be wrong"

@@ -101,6 +101,7 @@ class Recorder:
         self.popped: Callable[[], None] = lambda: None
         self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
+        self._find_zero_at_end = zero_ns
         self._ring = SampleRing(capacity_for(Instrument.of(device).period_s))
         # Samples that were read before, and a note on where they begin.
         self._earlier: tuple[Block, str] | None = None
@@ -173,13 +174,13 @@ class Recorder:
             self._wake.set()
         return taken
 
-    def gap(self, text: str) -> None:
+    def gap(self, text: str, kind: MarkKind = "gap") -> None:
         """Mark that the earlier baseline is not valid any more; from the thread that pushes.
 
         The mark is at the last sample before it, as for a tare, and is in the sidecar before any
-        later row is in the file.
+        later row is in the file. With the kind "mark" it only says what happened there.
         """
-        self._gaps.append(SidecarMark.at(self._last, text, "gap"))
+        self._gaps.append(SidecarMark.at(self._last, text, kind))
 
     def note(self, text: str) -> None:
         """Add a note to the sidecar; from any thread.
@@ -253,8 +254,8 @@ class Recorder:
         end: Json = {"dropped": self.dropped, "counters": counters()}
         if error:
             end["error"] = error
-        zero_ns = self._clock.get("zero_monotonic_ns")
-        if zero_ns is not None:
+        zero_ns = self._find_zero_at_end()
+        if "zero_monotonic_ns" in self._clock and zero_ns is not None:
             self._clock = {**self._clock, "zero_utc_ns_at_end": epoch_at(zero_ns).utc_ns}
         self._writer.end(self._entries, end)
 

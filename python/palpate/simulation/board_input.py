@@ -18,6 +18,8 @@ from palpate.simulation.readings import ConverterModel, Stamps
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.signals import random_of
 
+PAUSED_PF_PER_S = (2e-5, 1e-5)
+"""Drift of the hard and the soft bump while the computer pauses: a probe that warms up."""
 PARASITIC_PF = (6.3, 5.1)  # of the hard and the soft bump; the CAPDACs compensate it
 
 
@@ -64,20 +66,25 @@ def simulated_board(
     *,
     bus_kHz: float = BUS_KHZ,
     idle_s: float = 0.0,
+    paused_s: Callable[[], float] = lambda: 0.0,
 ) -> SimulatedBoard:
-    """Return a board whose bumps follow a scenario from now on."""
+    """Return a board whose bumps follow a scenario from now on.
+
+    `paused_s` returns how long the computer has paused, s: the hand waits meanwhile, and the
+    baselines drift.
+    """
     if parts := unsupported(scenario):
         allowed = "allowed on a board: its own; use palpate.simulation.run"
         raise ValueError(f"scenario: got {parts}, {allowed}")
     random = np.random.default_rng(seed)
     start_s = clock.now_ns() / 1e9 + idle_s
     truth = TrueCapacitance(scenario, random, seed)
-    chip = SimulatedChip(_bumps(truth, start_s), seed=seed, wiring=wiring)
+    chip = SimulatedChip(_bumps(truth, start_s, paused_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
 
         def since_s() -> float:
-            return max(clock.now_ns() / 1e9 - start_s, 0.0)
+            return max(clock.now_ns() / 1e9 - start_s - paused_s(), 0.0)
 
         chip.disturbance = _disturbance(scenario, chip, random, since_s, seed)
     return SimulatedBoard(chip, clock, bus_kHz=bus_kHz)
@@ -114,12 +121,16 @@ def _disturbance(
     return disturbance
 
 
-def _bumps(truth: TrueCapacitance, start_s: float) -> BumpCapacitance:
+def _bumps(
+    truth: TrueCapacitance, start_s: float, paused_s: Callable[[], float]
+) -> BumpCapacitance:
     def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
         channel = bump - 1
-        middle_s = (begin_s + end_s) / 2 - start_s
+        pause_s = paused_s()
+        middle_s = (begin_s + end_s) / 2 - start_s - pause_s
         middles = np.array([max(middle_s, 0.0)])
         changes = truth.mean_pF(channel, middles, end_s - begin_s)
-        return PARASITIC_PF[channel] + float(changes[0])
+        drift_pF = PAUSED_PF_PER_S[channel] * pause_s
+        return PARASITIC_PF[channel] + float(changes[0]) + drift_pF
 
     return mean_pF

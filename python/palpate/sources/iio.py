@@ -8,7 +8,6 @@ channel, and sleeps for a fixed time.
 import errno
 import math
 import statistics
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from typing import NamedTuple, Self
 from palpate.ad7746 import registers
 from palpate.ad7746.bus import Meanings, translated
 from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT
+from palpate.clocks import fine_ns, on_monotonic
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.files import Json, read_bytes
 from palpate.messages import quoted
@@ -60,7 +60,7 @@ class IioOptions(Options):
     hard_input: int = option(whole_number(1, 2), 1)
     centre: bool = option(yes_no, False)
     root: Path = DEVICES
-    clock_ns: Callable[[], int] = time.monotonic_ns
+    clock_ns: Callable[[], int] = fine_ns
 
 
 class TimedCode(NamedTuple):
@@ -180,7 +180,7 @@ class IioSource(Stoppable, SampleSource):
     def samples(self) -> Iterator[Sample | SourceEvent]:
         """Yield the pairs; one that cannot be read is LOST, `STREAK` of them are an error."""
         start_ns = self._clock_ns()
-        self.zero_ns = start_ns if self._clock_ns is time.monotonic_ns else None
+        self.zero_ns = on_monotonic(start_ns) if self._clock_ns is fine_ns else None
         streak = 0
         for seq in count():
             if self._stopped.is_set():

@@ -1,16 +1,19 @@
 """A simulated board as a source: a scenario as its input, read by the real driver."""
 
+import math
 import re
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any, NamedTuple
 
-from palpate.ad7746.bus import Clock, RealClock, VirtualClock
+from palpate.ad7746.bus import RealClock, VirtualClock
 from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
+from palpate.clocks import ClockReading, ClockWatch, Pause
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.files import Json
 from palpate.messages import quoted, unlike
@@ -28,11 +31,27 @@ _NAMES = {PROBE.ratio(modulus): name for name, modulus in SORBOTHANE_MPA.items()
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
+class TimeFaultKind(StrEnum):
+    """What happens to the computer, and to its clocks; the amount is in seconds."""
+
+    SLEEP = "sleep"
+    STOP = "stop"  # of the program
+    CLOCK_SET = "clock set"
+
+
+@dataclass
+class TimeFault:
+    """A simulated fault of the computer: its kind and amount, s."""
+
+    kind: TimeFaultKind
+    amount: float
+
+
 class Incident(NamedTuple):
-    """A fault and its time, s after the start."""
+    """A fault of the board or of the computer, and its time, s after the start."""
 
     time_s: float
-    fault: Fault
+    fault: Fault | TimeFault
 
 
 class Truth(NamedTuple):
@@ -45,7 +64,9 @@ class Truth(NamedTuple):
 
 def parse_faults(name: str, value: Any) -> tuple[Incident, ...]:
     """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a dash is a blank of a kind."""
-    kinds = {_simplified(kind): kind for kind in FaultKind}
+    kinds: dict[str, FaultKind | TimeFaultKind] = {}
+    for kind in (*FaultKind, *TimeFaultKind):
+        kinds[_simplified(kind)] = kind
     incidents = []
     for text in _simplified(str(value)).split(","):
         match = _FAULT.fullmatch(text)
@@ -54,13 +75,23 @@ def parse_faults(name: str, value: Any) -> tuple[Incident, ...]:
             raise ValueError(f"{name}: got {quoted(text)}, allowed: {allowed}")
         amount = match["amount"] or "1"
         try:
-            fault = Fault(kinds[match["kind"]], float(amount))
+            fault = _fault(kinds[match["kind"]], float(amount))
         except ValueError:
             raise ValueError(
                 f"{name}: got amount {quoted(amount)}, allowed: a number, or inf"
             ) from None
         incidents.append(Incident(number(0)(f"{name}'s time", match["time"]), fault))
     return tuple(sorted(incidents, key=lambda incident: incident.time_s))
+
+
+def _fault(kind: FaultKind | TimeFaultKind, amount: float) -> Fault | TimeFault:
+    """Return a fault; ValueError if the computer cannot have it."""
+    if isinstance(kind, FaultKind):
+        return Fault(kind, amount)
+    least_s = -math.inf if kind == TimeFaultKind.CLOCK_SET else 0.0
+    if not (math.isfinite(amount) and amount >= least_s):
+        raise ValueError(amount)
+    return TimeFault(kind, amount)
 
 
 def _simplified(kind: str) -> str:
@@ -90,7 +121,10 @@ class SimSource(BoardSource):
         speed = options.speed
         self.live = speed is not None
         self.real_time = speed == 1
-        self.clock: Clock = RealClock(speed) if speed else VirtualClock()
+        self.clock: RealClock | VirtualClock = RealClock(speed) if speed else VirtualClock()
+        self._time_faults = Pause()  # so far
+        if any(isinstance(incident.fault, TimeFault) for incident in options.fault):
+            self.clocks = ClockWatch(self._read_clocks)
         self.truths = _truths(scenario, options.idle)
         self.kit = simulated_board(
             scenario,
@@ -99,6 +133,7 @@ class SimSource(BoardSource):
             WIRINGS[options.wiring],
             bus_kHz=options.bus_kHz,
             idle_s=options.idle,
+            paused_s=lambda: self._paused_s,
         )
         self._name = name
         self._options = options
@@ -122,15 +157,44 @@ class SimSource(BoardSource):
             if not isinstance(item, Sample):
                 continue
             now = self.clock.now_ns()
-            elapsed_s = (now - self._begun_ns) / 1e9
+            elapsed_s = (now - self._begun_ns) / 1e9 - self._paused_s
             if self._options.paced:
                 wait_s = begun_s + elapsed_s - time.monotonic()
                 begun_s += max(-wait_s - _BEHIND_S, 0)
                 time.sleep(max(wait_s, 0))
             while self._incidents and elapsed_s >= self._incidents[0].time_s:
-                self.kit.faults.append(self._incidents.pop(0).fault)
-            if now >= self._end_ns:
+                self._begin_fault(self._incidents.pop(0).fault)
+            if now >= self._end_ns + self._paused_s * 1e9:
                 return
+
+    def _begin_fault(self, fault: Fault | TimeFault) -> None:
+        """Let the board fail at its next request, or the computer now."""
+        if isinstance(fault, Fault):
+            self.kit.faults.append(fault)
+            return
+        slept_s, stood_s, set_s = self._time_faults
+        match fault.kind:
+            case TimeFaultKind.SLEEP:
+                slept_s += fault.amount
+            case TimeFaultKind.STOP:
+                stood_s += fault.amount
+            case TimeFaultKind.CLOCK_SET:
+                set_s += fault.amount
+        paused_before_s = self._paused_s
+        self._time_faults = Pause(slept_s, stood_s, set_s)
+        self.clock.skip(self._paused_s - paused_before_s)
+
+    @property
+    def _paused_s(self) -> float:
+        """How long the computer has slept or stood still."""
+        return self._time_faults.slept_s + self._time_faults.stood_s
+
+    def _read_clocks(self) -> ClockReading:
+        """Return clocks of the computer on which only the time of faults passes."""
+        _, stood_s, set_s = self._time_faults
+        fine_s = self._paused_s
+        times_ns = [round(1e9 * each_s) for each_s in (stood_s, fine_s, fine_s + set_s)]
+        return ClockReading(*times_ns)
 
     def describe(self) -> Json:
         """Return the description of the driver, with the settings of the simulation."""

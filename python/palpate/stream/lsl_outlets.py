@@ -148,7 +148,7 @@ class Outlets(Listener):
     def _send_samples(self, batch: Batch) -> NDArray[np.float64]:
         """Return the time stamps."""
         samples = batch.samples
-        if self._last_s is None:
+        if self._last_s is None or self._gap_texts:  # the computer may have slept
             epoch = self._stream.epoch
             assert epoch is not None  # of a source in real time, after its first sample
             self._zero_ns = epoch.monotonic_ns + ahead_ns(self._pylsl)

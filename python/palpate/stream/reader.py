@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.clocks import ClockWatch, ahead_of_monotonic_ns, fine_ns
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import Codes, codes_of
@@ -17,7 +18,10 @@ from palpate.source_events import Conditions, Gap, SourceEvent
 from palpate.sources import Source
 from palpate.sources.base import first_wrong
 from palpate.stream.buffers import Backlog, SampleQueue
+from palpate.stream.pauses import PauseGaps, clock_set
 
+_SLEPT_NS = 1_000_000  # less is an error of two readings of clocks
+_SETTLED = 32  # pairs whose mean is the time from pair to pair, if the source does not say it
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000
 # These may be on their way when the source is interrupted; its last events come after them.
@@ -32,9 +36,10 @@ class Reader:
     ) -> None:
         self.read = self.lost = self.late = 0  # as in `StreamCounters`
         self.last: Sample | None = None
-        # `time.monotonic_ns()` at t = 0. None: the source has no times of this computer, or has
-        # given no sample yet.
-        self.zero_ns: int | None = None
+        # `time.monotonic_ns()` at t = 0, and `ahead_of_monotonic_ns()`, at the first sample
+        self._zero_ns: int | None = None
+        self._ahead_ns = 0
+        self._first_ns = 0  # time of the first sample
         # Held while samples are counted and stored: a caller that has it sees complete samples,
         # and may change the recorder.
         self.lock: RLock = RLock()
@@ -46,6 +51,13 @@ class Reader:
         self._codes = Codes()
         self._outlives_recording = outlives
         self._stopping = Event()
+        self._own_clocks: ClockWatch | None = None
+        if source.clocks is None and source.live and source.real_time:
+            self._own_clocks = ClockWatch()
+        self._clocks = source.clocks or self._own_clocks
+        self._pauses = PauseGaps()
+        self._arrived_ns = fine_ns()
+        self._period_s = 0.0  # 0: unknown
         self._waiting: list[SourceEvent] = []  # a gap, and the events after it, until its sample
         self._conditions: list[Conditions] = []
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
@@ -63,8 +75,22 @@ class Reader:
         self._codes = codes_of(device)
         period_s = Instrument.of(device).period_s
         if period_s:
+            self._period_s = period_s
             self._late_ns = _LATE * period_s * 1e9
         self._thread.start()
+
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0, on this clock as it is now.
+
+        None: the source has no times of this computer, or has given no sample yet.
+        """
+        if self._zero_ns is None:
+            return None
+        slept_ns = ahead_of_monotonic_ns() - self._ahead_ns
+        if slept_ns < _SLEPT_NS:
+            slept_ns = 0
+        return self._zero_ns - slept_ns
 
     @property
     def is_started(self) -> bool:
@@ -97,9 +123,12 @@ class Reader:
 
     def _run(self) -> None:
         left = _BLOCKS_AFTER_STOP
+        if self._own_clocks:
+            self._own_clocks.start()
         try:
             for item in self._source:
                 if isinstance(item, np.ndarray):
+                    self._look_at_clocks(item)
                     self._take(np.ascontiguousarray(item, DTYPE))
                     left -= self._stopping.is_set()
                 elif isinstance(item, SourceEvent):
@@ -111,6 +140,8 @@ class Reader:
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = error
         finally:
+            if self._own_clocks:
+                self._own_clocks.stop()
             for event in self._waiting:
                 if not isinstance(event, Gap):
                     self._queue.push_event(event)
@@ -128,6 +159,43 @@ class Reader:
                 self._waiting.append(event)
             else:
                 self._queue.push_event(event)
+
+    def _look_at_clocks(self, block: Block) -> None:
+        """Put a gap before samples after a pause of the computer; report a wall clock that was set."""
+        if not self._clocks or not len(block):
+            return
+        pause = self._clocks.passed()
+        arrived_ns = fine_ns()
+        since_s = math.inf  # of a source with clocks of its own nothing waits in a buffer
+        if self._own_clocks:
+            since_s = (arrived_ns - self._arrived_ns) / 1e9
+        self._arrived_ns = arrived_ns
+        if pause.set_s:
+            self._report(clock_set(pause.set_s))
+        hole_s = 0.0
+        if self.last:
+            hole_s = (int(block["t_hard_ns"][0]) - self.last.t_hard_ns) / 1e9
+        gap = self._pauses.gap(
+            pause, len(block), hole_s=hole_s, since_s=since_s, period_s=self._period_s
+        )
+        if gap:
+            self._take_event(self._with_gap_of_source(gap))
+
+    def _report(self, text: str) -> None:
+        """Report what changes no sample: to the user, and as a mark in the recording."""
+        with self.lock:
+            if self._recorder:
+                self._recorder.gap(text, "mark")
+        self._source.notify(text)
+
+    def _with_gap_of_source(self, gap: Gap) -> Gap:
+        """Join the gap at a pause with one that the source found there."""
+        texts = [gap.text]
+        for event in self._waiting:
+            if isinstance(event, Gap):
+                texts.append(event.text)
+        self._waiting = [event for event in self._waiting if not isinstance(event, Gap)]
+        return Gap(gap.cause, "; ".join(texts))
 
     def _take(self, block: Block) -> None:
         """Store samples; of a source that can wait, as many at a time as there is room for."""
@@ -188,6 +256,11 @@ class Reader:
 
     def _count(self, block: Block) -> None:
         times = block["t_hard_ns"]
+        if not self.read:
+            self._first_ns = int(times[0])
+        steps_so_far = self.read + self.lost
+        if not self._period_s and steps_so_far >= _SETTLED:
+            self._period_s = (int(times[0]) - self._first_ns) / 1e9 / steps_so_far
         newest = samples_of(block[-1:])[0]
         before = self.last
         time_before = times[0]
@@ -196,7 +269,8 @@ class Reader:
             time_before = before.t_hard_ns
             expected = before.seq + 1
         elif self._source.live:
-            self.zero_ns = self._zero(newest)
+            self._zero_ns = self._zero(newest)
+            self._ahead_ns = ahead_of_monotonic_ns()
         else:
             expected = int(block["seq"][0])
         steps = np.diff(times, prepend=time_before)

@@ -1,0 +1,83 @@
+"""Pauses of the computer as gaps: it slept, or the program stood still, and the baseline moved on."""
+
+from palpate.clocks import Pause
+from palpate.samples import memory_s, pair_of
+from palpate.source_events import Gap, GapCause
+
+
+class PauseGaps:
+    """Finds the gaps at pauses of the computer.
+
+    Samples that had waited in a buffer come at once after a pause, and may be from before it. So a
+    pause lasts until a sample comes in its time, and this sample is after a gap, too.
+    """
+
+    def __init__(self) -> None:
+        self._pause: Gap | None = None  # that lasts
+        self._is_given = False
+        self._waited = 0  # samples after the first one
+
+    def gap(
+        self, pause: Pause, samples: int, *, hole_s: float, since_s: float, period_s: float
+    ) -> Gap | None:
+        """Return the gap before samples, if there is one.
+
+        Parameters
+        ----------
+        pause : Pause
+            What happened since the samples before.
+        samples : int
+            How many come now.
+        hole_s, since_s : float
+            Time from the sample before to the first one, s: by their own times, and from one
+            arrival to the other.
+        period_s : float
+            Time from pair to pair, s; 0: unknown.
+        """
+        is_first = pause.slept_s > 0 or pause.stood_s > 0
+        if is_first:
+            self._pause = gap_of(pause)
+            self._is_given = False
+            self._waited = -1
+        lasting = self._pause
+        if lasting is None:
+            return None
+        is_over = not is_first and since_s > pair_of(period_s) / 2
+        if is_over:
+            self._pause = None
+        moved = max(pause.slept_s, hole_s) > memory_s(period_s)
+        if moved:
+            self._is_given = True
+        elif is_over and self._is_given and self._waited > 0:
+            text = f"{lasting.text}; samples that had waited came first"
+            return Gap(lasting.cause, text)
+        self._waited += samples
+        return lasting if moved else None
+
+
+def gap_of(pause: Pause) -> Gap:
+    """Return what happened as a gap."""
+    if pause.slept_s > 0:
+        return Gap(GapCause.SLEPT, f"the computer slept for {seconds(pause.slept_s)}")
+    return Gap(
+        GapCause.STOPPED,
+        f"the program stood still for {seconds(pause.stood_s)} (stopped, or the computer was too "
+        "busy)",
+    )
+
+
+def clock_set(set_s: float) -> str:
+    """Return what happened to the wall clock."""
+    sign = "+" if set_s > 0 else "-"
+    return (
+        f"the wall clock was set by {sign}{seconds(abs(set_s))}: that changes no sample, and no "
+        "time of a sample"
+    )
+
+
+def seconds(duration_s: float) -> str:
+    """Return a duration as text; a long one also in hours and minutes."""
+    if duration_s < 120:
+        return f"{duration_s:.1f} s"
+    minutes = round(duration_s / 60)
+    return f"{duration_s:.0f} s ({minutes // 60} h {minutes % 60} min)"
