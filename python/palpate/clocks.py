@@ -4,11 +4,12 @@ One clock stands still while the computer sleeps, one counts on, and one can be 
 differences show what happened: the computer slept, the program stood still, the wall clock was set.
 """
 
+import math
 import sys
 import time
 from collections.abc import Callable
 from threading import Event, Lock, Thread
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 # `fine_ns` is for times of samples, ns: it counts on while the computer sleeps. `awake_ns` does
 # not. `time.monotonic_ns` counts on in Windows only, and steps by 15.6 ms there before Python 3.13.
@@ -99,11 +100,21 @@ class Pause(NamedTuple):
         held it, or the computer had no time for it.
     set_s : float
         By how much the wall clock was set.
+    since_s : float
+        Time from the arrival of the sample before to this one, s; inf: unknown.
     """
 
     slept_s: float = 0.0
     stood_s: float = 0.0
     set_s: float = 0.0
+    since_s: float = math.inf
+
+
+class Clocks(Protocol):
+    """Says what happened to the computer of a source between two samples."""
+
+    def passed(self) -> Pause:
+        """Return what happened since the last call."""
 
 
 class ClockWatch:
@@ -122,12 +133,13 @@ class ClockWatch:
     >>> hour_ns = 3600 * 10**9
     >>> readings = [ClockReading(0, 0, 0), ClockReading(10**7, hour_ns, hour_ns)]
     >>> ClockWatch(lambda: readings.pop(0)).passed()
-    Pause(slept_s=3599.99, stood_s=0.0, set_s=0.0)
+    Pause(slept_s=3599.99, stood_s=0.0, set_s=0.0, since_s=3600.0)
     """
 
     def __init__(self, read: Callable[[], ClockReading] = read_clocks) -> None:
         self._read = read
         self._before = read()
+        self._passed_ns = self._before.fine_ns  # of the last call of `passed`
         self._pause = Pause()
         self._lock = Lock()
         self._stopped = Event()
@@ -146,7 +158,10 @@ class ClockWatch:
             self._look()
             pause = self._pause
             self._pause = Pause()
-            return pause
+            now_ns = self._before.fine_ns
+            since_s = (now_ns - self._passed_ns) / 1e9
+            self._passed_ns = now_ns
+            return pause._replace(since_s=since_s)
 
     def _run(self) -> None:
         while not self._stopped.wait(LOOK_S):
@@ -161,7 +176,7 @@ class ClockWatch:
         passed_s = (now.fine_ns - before.fine_ns) / 1e9
         slept_s = passed_s - awake_s
         set_s = (now.utc_ns - before.utc_ns) / 1e9 - passed_s
-        slept, stood, was_set = self._pause
+        slept, stood, was_set, _ = self._pause
         if slept_s > SLEPT_S:
             slept += slept_s
         if awake_s > STOOD_S:

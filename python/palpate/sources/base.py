@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import SampleRing
-from palpate.clocks import ClockWatch
+from palpate.clocks import Clocks
 from palpate.errors import DeviceNotFound, ProtocolError, SourceError
 from palpate.files import Json
 from palpate.messages import quoted
@@ -56,7 +56,7 @@ class Source(Protocol):
     real_time : bool
         False: a live source whose times do not pass with the clock of the computer, as a simulation
         at another speed; its recording has no time of day.
-    clocks : palpate.clocks.ClockWatch or None
+    clocks : palpate.clocks.Clocks or None
         Says when the computer slept or stood still, or its wall clock was set. None: the clocks of
         this computer, if the source is live and in real time; else nothing is said.
     notify : callable
@@ -80,7 +80,7 @@ class Source(Protocol):
 
     live: bool = True
     real_time: bool = True
-    clocks: ClockWatch | None = None
+    clocks: Clocks | None = None
     notify: Callable[[str], None] = staticmethod(_silent)
 
     def __enter__(self) -> Self:

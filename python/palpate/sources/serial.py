@@ -40,6 +40,7 @@ SILENCE_S = 10.0
 PATIENCE_S = 10.0
 SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
 _COMMENTS = 20
+_PAUSE_NS = 10**9  # a read takes up to TURN_S
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,9 @@ class Numbering:
         step = clock_ns - before
         if step < 0 and self._wrap_ns:
             step %= self._wrap_ns
-        if not 0 < step <= waited + AHEAD_NS:
+        # Lines that had waited in a buffer are behind, and the ones after them are not.
+        behind = max(self._arrived_ns - self._last_ns, 0)
+        if not 0 < step <= behind + waited + AHEAD_NS:
             step = waited
             jump = (
                 "the board restarted, or its clock was set: "
@@ -306,6 +309,7 @@ class SerialSource(Stoppable, SampleSource):
         """
         rest = b""
         is_cut = True
+        looked_ns = 0
         while not self._stopped.is_set():
             try:
                 data = self._port.read(max(self._port.in_waiting, 1))
@@ -315,6 +319,9 @@ class SerialSource(Stoppable, SampleSource):
                 is_cut = True
                 continue
             arrived_ns = fine_ns() - self._begun_ns
+            if arrived_ns - looked_ns > _PAUSE_NS:
+                self._forget_silence(arrived_ns)
+            looked_ns = arrived_ns
             # A line that is too long stays too long, and takes no more memory.
             *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
             for part in parts:
@@ -400,6 +407,12 @@ class SerialSource(Stoppable, SampleSource):
         if arrived_ns - self._unread_ns >= limit_s * 1e9:
             self._unshown = 0
             raise ProtocolError(f"{self._name}: no line is read. The last: {self._last}")
+
+    def _forget_silence(self, now_ns: int) -> None:
+        """Begin to wait again: this program did not read for some time, so nothing could come."""
+        self._unread_ns = None
+        if self._value_ns < math.inf:
+            self._value_ns = now_ns
 
     def _check_silence(self, now_ns: int) -> None:
         """Report once that no pair with both values comes."""

@@ -1,6 +1,5 @@
 """A simulated board as a source: a scenario as its input, read by the real driver."""
 
-import math
 import re
 import time
 from collections.abc import Iterator, Mapping
@@ -13,7 +12,7 @@ from palpate.ad7746.evalkit.usb_bus import EvalKit
 from palpate.ad7746.simulator.chip import WIRINGS
 from palpate.ad7746.simulator.evalboard import BUS_KHZ, Fault, FaultKind
 from palpate.ad7746.simulator.usb_backend import SimulatedUsb
-from palpate.clocks import ClockReading, ClockWatch, Pause
+from palpate.clocks import Pause
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.files import Json
 from palpate.messages import quoted, unlike
@@ -26,6 +25,7 @@ from palpate.sources.board import BoardSource, ConverterOptions
 from palpate.sources.options import choice, number, option, whole_number, yes_no
 
 DEFAULT = "four-specimens"
+_LONGEST_S = 1e8  # of a fault of the computer: three years
 _BEHIND_S = 0.1  # a paced simulation makes up for this at most
 _NAMES = {PROBE.ratio(modulus): name for name, modulus in SORBOTHANE_MPA.items()}
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
@@ -45,6 +45,39 @@ class TimeFault:
 
     kind: TimeFaultKind
     amount: float
+
+
+class TimeFaults:
+    """The faults of the computer so far, as its clocks would show them.
+
+    Attributes
+    ----------
+    paused_s : float
+        How long the computer has slept or stood still.
+    """
+
+    def __init__(self) -> None:
+        self.paused_s = 0.0
+        self._pause = Pause()  # since the sample before
+
+    def begin(self, fault: TimeFault) -> None:
+        """Let the computer have a fault."""
+        pause = self._pause
+        match fault.kind:
+            case TimeFaultKind.SLEEP:
+                self._pause = pause._replace(slept_s=pause.slept_s + fault.amount)
+                self.paused_s += fault.amount
+            case TimeFaultKind.STOP:
+                self._pause = pause._replace(stood_s=pause.stood_s + fault.amount)
+                self.paused_s += fault.amount
+            case TimeFaultKind.CLOCK_SET:
+                self._pause = pause._replace(set_s=pause.set_s + fault.amount)
+
+    def passed(self) -> Pause:
+        """Return what happened since the last call."""
+        pause = self._pause
+        self._pause = Pause()
+        return pause
 
 
 class Incident(NamedTuple):
@@ -73,25 +106,22 @@ def parse_faults(name: str, value: Any) -> tuple[Incident, ...]:
         if not match or match["kind"] not in kinds:
             allowed = f"KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}"
             raise ValueError(f"{name}: got {quoted(text)}, allowed: {allowed}")
-        amount = match["amount"] or "1"
-        try:
-            fault = _fault(kinds[match["kind"]], float(amount))
-        except ValueError:
-            raise ValueError(
-                f"{name}: got amount {quoted(amount)}, allowed: a number, or inf"
-            ) from None
+        fault = _fault(name, kinds[match["kind"]], match["amount"] or "1")
         incidents.append(Incident(number(0)(f"{name}'s time", match["time"]), fault))
     return tuple(sorted(incidents, key=lambda incident: incident.time_s))
 
 
-def _fault(kind: FaultKind | TimeFaultKind, amount: float) -> Fault | TimeFault:
-    """Return a fault; ValueError if the computer cannot have it."""
-    if isinstance(kind, FaultKind):
-        return Fault(kind, amount)
-    least_s = -math.inf if kind == TimeFaultKind.CLOCK_SET else 0.0
-    if not (math.isfinite(amount) and amount >= least_s):
-        raise ValueError(amount)
-    return TimeFault(kind, amount)
+def _fault(name: str, kind: FaultKind | TimeFaultKind, amount: str) -> Fault | TimeFault:
+    """Return a fault with its amount checked."""
+    if isinstance(kind, TimeFaultKind):
+        least_s = -_LONGEST_S if kind == TimeFaultKind.CLOCK_SET else 0.0
+        return TimeFault(kind, number(least_s, _LONGEST_S)(f"{name}'s amount of {kind}, s", amount))
+    try:
+        return Fault(kind, float(amount))
+    except ValueError:
+        raise ValueError(
+            f"{name}: got amount {quoted(amount)}, allowed: a number, or inf"
+        ) from None
 
 
 def _simplified(kind: str) -> str:
@@ -122,9 +152,9 @@ class SimSource(BoardSource):
         self.live = speed is not None
         self.real_time = speed == 1
         self.clock: RealClock | VirtualClock = RealClock(speed) if speed else VirtualClock()
-        self._time_faults = Pause()  # so far
+        self._time_faults = TimeFaults()
         if any(isinstance(incident.fault, TimeFault) for incident in options.fault):
-            self.clocks = ClockWatch(self._read_clocks)
+            self.clocks = self._time_faults
         self.truths = _truths(scenario, options.idle)
         self.kit = simulated_board(
             scenario,
@@ -133,7 +163,7 @@ class SimSource(BoardSource):
             WIRINGS[options.wiring],
             bus_kHz=options.bus_kHz,
             idle_s=options.idle,
-            paused_s=lambda: self._paused_s,
+            paused_s=lambda: self._time_faults.paused_s,
         )
         self._name = name
         self._options = options
@@ -157,14 +187,14 @@ class SimSource(BoardSource):
             if not isinstance(item, Sample):
                 continue
             now = self.clock.now_ns()
-            elapsed_s = (now - self._begun_ns) / 1e9 - self._paused_s
+            elapsed_s = (now - self._begun_ns) / 1e9 - self._time_faults.paused_s
             if self._options.paced:
                 wait_s = begun_s + elapsed_s - time.monotonic()
                 begun_s += max(-wait_s - _BEHIND_S, 0)
                 time.sleep(max(wait_s, 0))
             while self._incidents and elapsed_s >= self._incidents[0].time_s:
                 self._begin_fault(self._incidents.pop(0).fault)
-            if now >= self._end_ns + self._paused_s * 1e9:
+            if now >= self._end_ns + self._time_faults.paused_s * 1e9:
                 return
 
     def _begin_fault(self, fault: Fault | TimeFault) -> None:
@@ -172,29 +202,9 @@ class SimSource(BoardSource):
         if isinstance(fault, Fault):
             self.kit.faults.append(fault)
             return
-        slept_s, stood_s, set_s = self._time_faults
-        match fault.kind:
-            case TimeFaultKind.SLEEP:
-                slept_s += fault.amount
-            case TimeFaultKind.STOP:
-                stood_s += fault.amount
-            case TimeFaultKind.CLOCK_SET:
-                set_s += fault.amount
-        paused_before_s = self._paused_s
-        self._time_faults = Pause(slept_s, stood_s, set_s)
-        self.clock.skip(self._paused_s - paused_before_s)
-
-    @property
-    def _paused_s(self) -> float:
-        """How long the computer has slept or stood still."""
-        return self._time_faults.slept_s + self._time_faults.stood_s
-
-    def _read_clocks(self) -> ClockReading:
-        """Return clocks of the computer on which only the time of faults passes."""
-        _, stood_s, set_s = self._time_faults
-        fine_s = self._paused_s
-        times_ns = [round(1e9 * each_s) for each_s in (stood_s, fine_s, fine_s + set_s)]
-        return ClockReading(*times_ns)
+        paused_before_s = self._time_faults.paused_s
+        self._time_faults.begin(fault)
+        self.clock.skip(self._time_faults.paused_s - paused_before_s)
 
     def describe(self) -> Json:
         """Return the description of the driver, with the settings of the simulation."""

@@ -17,9 +17,7 @@ class PauseGaps:
         self._is_given = False
         self._waited = 0  # samples after the first one
 
-    def gap(
-        self, pause: Pause, samples: int, *, hole_s: float, since_s: float, period_s: float
-    ) -> Gap | None:
+    def gap(self, pause: Pause, samples: int, hole_s: float, period_s: float) -> Gap | None:
         """Return the gap before samples, if there is one.
 
         Parameters
@@ -28,9 +26,8 @@ class PauseGaps:
             What happened since the samples before.
         samples : int
             How many come now.
-        hole_s, since_s : float
-            Time from the sample before to the first one, s: by their own times, and from one
-            arrival to the other.
+        hole_s : float
+            Time from the sample before to the first one by their own times, s.
         period_s : float
             Time from pair to pair, s; 0: unknown.
         """
@@ -42,7 +39,7 @@ class PauseGaps:
         lasting = self._pause
         if lasting is None:
             return None
-        is_over = not is_first and since_s > pair_of(period_s) / 2
+        is_over = not is_first and pause.since_s > pair_of(period_s) / 2
         if is_over:
             self._pause = None
         moved = max(pause.slept_s, hole_s) > memory_s(period_s)

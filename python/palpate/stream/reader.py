@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.clocks import ClockWatch, ahead_of_monotonic_ns, fine_ns
+from palpate.clocks import Clocks, ClockWatch, ahead_of_monotonic_ns
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import Codes, codes_of
@@ -54,9 +54,8 @@ class Reader:
         self._own_clocks: ClockWatch | None = None
         if source.clocks is None and source.live and source.real_time:
             self._own_clocks = ClockWatch()
-        self._clocks = source.clocks or self._own_clocks
+        self._clocks: Clocks | None = source.clocks or self._own_clocks
         self._pauses = PauseGaps()
-        self._arrived_ns = fine_ns()
         self._period_s = 0.0  # 0: unknown
         self._waiting: list[SourceEvent] = []  # a gap, and the events after it, until its sample
         self._conditions: list[Conditions] = []
@@ -165,19 +164,12 @@ class Reader:
         if not self._clocks or not len(block):
             return
         pause = self._clocks.passed()
-        arrived_ns = fine_ns()
-        since_s = math.inf  # of a source with clocks of its own nothing waits in a buffer
-        if self._own_clocks:
-            since_s = (arrived_ns - self._arrived_ns) / 1e9
-        self._arrived_ns = arrived_ns
         if pause.set_s:
             self._report(clock_set(pause.set_s))
         hole_s = 0.0
         if self.last:
             hole_s = (int(block["t_hard_ns"][0]) - self.last.t_hard_ns) / 1e9
-        gap = self._pauses.gap(
-            pause, len(block), hole_s=hole_s, since_s=since_s, period_s=self._period_s
-        )
+        gap = self._pauses.gap(pause, len(block), hole_s, self._period_s)
         if gap:
             self._take_event(self._with_gap_of_source(gap))
 
