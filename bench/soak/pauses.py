@@ -17,6 +17,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,14 +31,22 @@ from palpate.sources.serial import SerialOptions, SerialSource
 
 RUNS = 40
 KINDS = {"": 0.0, "sleep": 3600.0, "stop": 30.0, "clock-set": 3600.0}  # s; "": none
-PRESSES_S = (2.0, 11.0)
+FIRST_S = 2.0
+SECOND_S = 18.0  # a touch that is none has ended by then
 RATIO = 2.5
-END_S = 21.0
-PAUSES_S = (9.0, 9.6)  # after the first touch; a baseline takes 0.8 s
+AFTER_S = 10.0  # from the begin of the second press to its revision
+PAUSES_S = (9.7, 10.0)  # between the touches; a baseline takes 0.8 s
 NEAR_S = 0.5
+IDLE = 10  # pairs before a pause that are without contact
 WRONG = 0.01
-DRIFTS_PF_PER_S = (5e-6, 5e-5)  # sizes of the drifts; the signs are the same, as in a contact
-BUFFERED_S = {"": 0.0, "sleep": 1.0, "stop": 30.0, "clock-set": 0.0}  # lines that may wait for the program
+DRIFT_PF_PER_S = (1e-6, 1e-5)  # of the soft channel: of a probe that warms up
+HARD_TO_SOFT = (1.5, 4.0)  # of the drifts, as in a contact
+BUFFERED_S = {
+    "": 0.0,
+    "sleep": 1.0,
+    "stop": 30.0,
+    "clock-set": 0.0,
+}  # lines that may wait for the program
 
 
 class Computer:
@@ -89,21 +98,22 @@ class Arrival(NamedTuple):
 def arrivals(kind: str, seed: int) -> list[Arrival]:
     """Return the pairs of two touches with a pause between them."""
     random = np.random.default_rng(seed)
-    presses = [Press(start_s, [(0.0, RATIO)]) for start_s in PRESSES_S]
+    presses = [Press(start_s, [(0.0, RATIO)]) for start_s in (FIRST_S, SECOND_S)]
     together = ConverterModel(together=True, bus_s=0.015)  # a line has one time
-    run = simulate(Scenario(presses=presses, duration_s=END_S, converter=together), seed)
+    run = simulate(
+        Scenario(presses=presses, duration_s=SECOND_S + AFTER_S, converter=together), seed
+    )
     last = int(np.searchsorted(run.t_hard_s, random.uniform(*PAUSES_S)))
     step_s = float(np.median(np.diff(run.t_hard_s)))
     paused_s = KINDS[kind] if kind != "clock-set" else 0.0
     waiting = int(random.uniform(0, BUFFERED_S[kind]) / step_s)
-    low, high = DRIFTS_PF_PER_S
-    drifts = random.uniform(low, high, 2) * random.choice([-1.0, 1.0])
+    drifts = random.uniform(*DRIFT_PF_PER_S) * np.array([random.uniform(*HARD_TO_SOFT), 1.0])
     found = list[Arrival]()
     pairs = list(zip(run.t_hard_s.tolist(), run.hard.tolist(), run.soft.tolist(), strict=True))
     for seq, (t_s, hard, soft) in enumerate(pairs[:last]):
         found.append(Arrival(seq, t_s, hard, soft, step_s))
     for row in range(waiting):  # without contact, from the begin of the pause
-        t_s, hard, soft = pairs[last - 20 + row % 20]
+        t_s, hard, soft = pairs[last - IDLE + row % IDLE]
         since_s = (row + 1) * step_s
         hard, soft = np.array([hard, soft]) + drifts * since_s
         at_s = pairs[last - 1][0] + since_s
@@ -173,7 +183,7 @@ class Standing(SampleSource):
 
 def board(kind: str, seed: int) -> Source:
     """Return the simulated board: two touches of four."""
-    at_s = np.random.default_rng(seed).uniform(9.6, 10.0)
+    at_s = np.random.default_rng(seed).uniform(*PAUSES_S)
     uri = f"sim:four-specimens?seed={seed}"
     if kind:
         uri += f"&fault={kind}:{KINDS[kind]:g}@{at_s:.3f}"
@@ -181,8 +191,10 @@ def board(kind: str, seed: int) -> Source:
 
 
 STANDING = "clock that stands"
+BOARD = "simulated board"
+SECOND_S_OF = {BOARD: 11.0}
 SOURCES: dict[str, Callable[[str, int], Source]] = {
-    "simulated board": board,
+    BOARD: board,
     "lines without times": lambda kind, seed: Played(arrivals(kind, seed), timed=False),
     "lines with times": lambda kind, seed: Played(arrivals(kind, seed), timed=True),
     STANDING: lambda kind, seed: Standing(arrivals(kind, seed)),
@@ -198,11 +210,11 @@ class Outcome:
     messages: set[str] = field(default_factory=set)
 
 
-def touches_of(source: Source, paused_s: float, outcome: Outcome) -> list[Touch]:
+def touches_of(source: Source, end_s: float, paused_s: float, outcome: Outcome) -> list[Touch]:
     """Measure both presses; return the touches, with times without the pause."""
     with Stream(source, notify=outcome.messages.add) as stream:
         for batch in stream.batches():
-            if len(batch.samples) and batch.samples["t_hard_ns"][-1] / 1e9 > END_S + paused_s:
+            if len(batch.samples) and batch.samples["t_hard_ns"][-1] / 1e9 > end_s + paused_s:
                 break
     found = list[Touch]()
     for touch in stream.touches:
@@ -220,9 +232,19 @@ def nearest(touches: list[Touch], press_s: float) -> Touch | None:
     return None
 
 
+@cache
+def undisturbed(name: str, seed: int) -> Touch | None:
+    """Return the second touch of a run without a pause."""
+    second_s = SECOND_S_OF.get(name, SECOND_S)
+    touches = touches_of(SOURCES[name]("", seed), second_s + AFTER_S, 0.0, Outcome())
+    return nearest(touches, second_s)
+
+
 def measure(kind: str, name: str, runs: int, *, with_clocks: bool = True) -> Outcome:
     """Measure, and count."""
     outcome = Outcome()
+    second_s = SECOND_S_OF.get(name, SECOND_S)
+    end_s = second_s + AFTER_S
     paused_s = KINDS[kind]
     if kind == "clock-set" or (kind == "sleep" and name == STANDING):
         paused_s = 0.0
@@ -230,10 +252,10 @@ def measure(kind: str, name: str, runs: int, *, with_clocks: bool = True) -> Out
         source = SOURCES[name](kind, seed)
         if not with_clocks:
             source.clocks = NoClocks()
-        touches = touches_of(source, paused_s, outcome)
-        presses = [nearest(touches, press_s) for press_s in PRESSES_S]
+        touches = touches_of(source, end_s, paused_s, outcome)
+        presses = [nearest(touches, press_s) for press_s in (FIRST_S, second_s)]
         outcome.phantoms += any(not (touch in presses or touch.flags) for touch in touches)
-        known = nearest(touches_of(SOURCES[name]("", seed), 0.0, Outcome()), PRESSES_S[1])
+        known = undisturbed(name, seed)
         touch = presses[1]
         if touch and known and not touch.flags:
             outcome.right += abs(touch.ratio / known.ratio - 1) < WRONG

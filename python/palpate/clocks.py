@@ -154,8 +154,8 @@ class ClockWatch:
 
     def passed(self) -> Pause:
         """Return what happened since the last call, ended by this call."""
+        self.look()
         with self._lock:
-            self._look()
             pause = self._pause
             self._pause = Pause()
             now_ns = self._before.fine_ns
@@ -165,13 +165,17 @@ class ClockWatch:
 
     def _run(self) -> None:
         while not self._stopped.wait(LOOK_S):
-            with self._lock:
-                self._look()
+            self.look()
 
-    def _look(self) -> None:
-        before = self._before
-        now = self._read()
-        self._before = now
+    def look(self) -> None:
+        """Compare the clocks; if that is not done for long, the program stood still."""
+        with self._lock:
+            before = self._before
+            now = self._read()
+            self._before = now
+            self._compare(before, now)
+
+    def _compare(self, before: ClockReading, now: ClockReading) -> None:
         awake_s = (now.awake_ns - before.awake_ns) / 1e9
         passed_s = (now.fine_ns - before.fine_ns) / 1e9
         slept_s = passed_s - awake_s

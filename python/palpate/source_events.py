@@ -22,6 +22,8 @@ class GapCause(Enum):
         The range of the converter was moved.
     WIRING
         A wire came off or was put on again.
+    SHARED
+        Another program reads the device, too: readings are lost, or may be wrong.
     SLEPT
         The computer slept.
     STOPPED
@@ -39,6 +41,7 @@ class GapCause(Enum):
     RESTARTED = "restarted"
     RANGE = "range"
     WIRING = "wiring"
+    SHARED = "shared"
     SLEPT = "slept"
     STOPPED = "stopped"
     UPSTREAM = "upstream"
@@ -51,6 +54,8 @@ class TroubleKind(Enum):
 
     Attributes
     ----------
+    SHARED
+        Another program reads the device, too.
     UNPLUGGED
         The device is gone, and the source waits for it.
     WIRING
@@ -59,6 +64,7 @@ class TroubleKind(Enum):
         A doubt about the wiring that does not prevent a measurement.
     """
 
+    SHARED = "shared"
     UNPLUGGED = "unplugged"
     WIRING = "wiring"
     HINT = "hint"

@@ -24,6 +24,7 @@ from palpate.cli.shared_options import (
     lsl_option,
     recording_options,
 )
+from palpate.errors import ProtocolError
 
 if TYPE_CHECKING:
     from palpate.cli.printer import MeasurementPrinter
@@ -80,8 +81,8 @@ def record_command(
     and help(palpate.open). Where the board was opened again or its range was set again, the
     recording has a mark, and the baseline is measured again: touch nothing then. Ctrl-C ends the
     recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no
-    device, or it was unplugged and not connected again; 4, the device sends invalid data, or the
-    file cannot be written; 5, no sample, or fewer touches than --touches; 130, Ctrl-C, SIGTERM or a
+    device, or it was unplugged and not connected again; 4, the device sends invalid data, another
+    program read the serial port, too, or the file cannot be written; 5, no sample, or fewer touches than --touches; 130, Ctrl-C, SIGTERM or a
     closed terminal.
 
     \b
@@ -187,6 +188,8 @@ def _measure(
             if limits.is_reached(printer):
                 break
     printer.print_cut()
+    if isinstance(stream.error, ProtocolError):  # also if the limits were reached before it
+        raise stream.error
 
 
 class _Recentring:

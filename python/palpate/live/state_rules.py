@@ -182,6 +182,11 @@ def _device_faults(facts: Facts) -> Iterator[View]:
         text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
         now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
         yield StatusLine("unplugged", "fault", "Unplugged.", text), now
+    if text := facts.troubles.get("shared", ""):
+        yield (
+            StatusLine("shared", "fault", "Lines are lost.", _sentence(text)),
+            Now("Stop", "close the other program", "fault"),
+        )
     if text := facts.troubles.get("wiring", ""):
         yield (
             StatusLine("wiring", "fault", "Look at the wires.", _sentence(text)),

@@ -27,6 +27,7 @@ from palpate.sources.line_protocol import (
     Refused,
 )
 from palpate.sources.options import number, option, whole_number, yes_no
+from palpate.sources.port_users import Sharing, refused_as_shared, require_no_reader
 
 # ns after which a counter of 32 bits begins again.
 WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}
@@ -58,10 +59,7 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
     is_denied = "Permission" in text
     is_shared = "exclusively lock" in text or "busy" in text
     if is_shared or (is_denied and system == "win32"):  # there a port has one user
-        return DeviceRefused(
-            f"{port}: another program reads it, and each would get a part of the lines: close that "
-            "program"
-        )
+        return refused_as_shared(port)
     if is_denied:
         return DeviceRefused(
             f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and "
@@ -196,6 +194,11 @@ class Numbering:
             )
 
 
+# The end of pyserial's message if bytes had come, and were gone when they were read.
+_TAKEN = "returned no data"
+_TAKEN_S = 0.01
+
+
 class SerialSource(Stoppable, SampleSource):
     """Pairs from lines of text; gaps: the port was away, the board restarted, its CAPDAC moved."""
 
@@ -205,6 +208,7 @@ class SerialSource(Stoppable, SampleSource):
         self._grammar = Grammar(options)
         super().__init__()
         self._begun_ns = fine_ns()
+        require_no_reader(name)
         self._port = self._open()
         self._lines = self._read_lines()
         self._early: list[tuple[bytes, int]] = []  # lines that the description read
@@ -221,16 +225,22 @@ class SerialSource(Stoppable, SampleSource):
         self._unshown = 0
         self._last = ""
         self._has_lines = False
+        self._sharing = Sharing(name)
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
-        """Yield the pairs; lines that are not read are counted as errors."""
+        """Yield the pairs; lines that are not read are counted as errors.
+
+        ProtocolError at the end if another program took lines.
+        """
         self.describe()
         try:
             for line, arrived_ns in chain(self._early, self._lines):
                 if line:
                     self._has_lines = True
                     yield from self._read(line, arrived_ns)
+                yield from self._sharing.changes(self.notify, arrived_ns)
                 self._check_silence(arrived_ns)
+            self._sharing.require_none(self._errors)
         finally:
             if self._unshown:
                 self.notify(
@@ -313,10 +323,14 @@ class SerialSource(Stoppable, SampleSource):
         while not self._stopped.is_set():
             try:
                 data = self._port.read(max(self._port.in_waiting, 1))
-            except OSError:  # also of pyserial
-                self._wait_for_port()
+            except OSError as error:  # also of pyserial
                 rest = b""
                 is_cut = True
+                if _TAKEN in str(error) and self._sharing.is_found():
+                    self._errors += 1
+                    self._stopped.wait(_TAKEN_S)
+                else:
+                    self._wait_for_port()
                 continue
             arrived_ns = fine_ns() - self._begun_ns
             if arrived_ns - looked_ns > _PAUSE_NS:
@@ -393,6 +407,7 @@ class SerialSource(Stoppable, SampleSource):
             self._last += f". It is not plain text: check the baud rate, {self._options.baud}"
         self._unshown += 1
         if self._is_read and not self._away_s:  # other text of a board that starts is no error
+            self._sharing.is_due = True
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
                 self._unshown = 0

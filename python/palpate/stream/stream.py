@@ -264,6 +264,11 @@ class Stream:
         return None if zero_ns is None else epoch_at(zero_ns)
 
     @property
+    def error(self) -> BaseException | None:
+        """The error that ended the source; None: it has not ended, or it has none."""
+        return self._reader.error
+
+    @property
     def out_of_range(self) -> tuple[str, ...]:
         """The channels outside the converter's range without a touch; see `centre`."""
         return self._pipeline.range.channels
