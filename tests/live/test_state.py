@@ -58,6 +58,8 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts("ended", error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts("contact", troubles={"unplugged": "The board is gone"}, cut=20, recording="run.csv"),
      "unplugged", "Stop", "fault", "The board is gone. Touch 20 is cut: repeat it. The recording goes on."),
+    (facts(troubles={"shared": "another program reads /dev/ttyUSB0 (cat, process 77)"}),
+     "shared", "Stop", "fault", "Another program reads /dev/ttyUSB0 (cat, process 77)."),
     (facts(troubles={"wiring": "soft bump: its wire is off"}), "wiring", "Stop", "fault", "Soft bump: its wire is off."),
     (facts(silent_s=1.2, period_s=0.026), "silent", "Wait", "fault", "The source sends nothing."),
     (facts("contact", recording_error="run.csv: disk full", unrecorded=7),
@@ -367,6 +369,24 @@ def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
     tared = Played(SOURCE).play(until_s=14, at={4.0: lambda stream: stream.tare(force=True)})
     released = [step for step in tared.course if step[1] == "baseline"]
     assert released[:2] == [("Wait", "baseline"), ("Touch", "baseline")]
+
+
+@pytest.mark.parametrize(("fault", "text"), [
+    ("sleep:3600@10", "The computer slept for 1 h 0 min."),
+    ("stop:1800@10", "The program stood still for 30 min (stopped, or the computer was too busy)."),
+])  # fmt: skip
+def test_after_a_pause_of_the_computer_a_level_that_moved_is_no_contact(
+    monkeypatch: pytest.MonkeyPatch, fault: str, text: str
+) -> None:
+    """In an hour both channels rise by more than the level of a contact."""
+    scenario = Scenario(presses=[Press(2.0, ON), Press(13.0, ON)], duration_s=23.0)
+    monkeypatch.setitem(hand.SESSIONS, "paused", scenario)
+    played = Played(f"sim:paused?seed=1&fault={fault}").play()
+    _, document = played.first("gap")
+    assert (document["now"]["word"], document["line"]["level"]) == ("Wait", "caution")
+    assert document["line"]["text"] == f"{text} The baseline is measured again."
+    assert not any(what == "touched" for _, what in played.course)
+    assert [(touch.flags, round(touch.ratio, 1)) for touch in played.touches] == [((), 5.7)] * 2
 
 
 def test_a_touch_is_cut_where_the_board_is_unplugged() -> None:

@@ -337,3 +337,21 @@ def test_pairs_lost_while_the_port_was_away(numbers: list[str], seqs: list[int])
     sent = Sent([f"{number}hard=1,soft=2" for number in numbers], [0, 1, 31])
     assert [sample.seq for sample in sent.samples] == seqs
     assert sent.gaps[0][1].startswith("the port was unplugged for 1.0 s")
+
+
+def test_after_a_pause_of_the_program_no_line_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line that is not read before a pause, and one after it, are no long time without a line."""
+    times_s = iter([0.0, 0.0, 0.1, 0.2, 40.0, 40.1, 40.2, 40.3])
+    monkeypatch.setattr("palpate.sources.serial.fine_ns", lambda: round(1e9 * next(times_s)))
+    good = b"hard=6.92,soft=4.69\n"
+    sent = Sent(b"\n" + good + b"\xff" + b"hard=6\n" + b"\xff" + b"hard=6\n" + b"\xff" + good)
+    assert (sent.failed, len(sent.samples)) == ("", 2)
+    assert not any("no pair with both values" in text for text in sent.said)
+
+
+def test_lines_that_had_waited_are_behind_the_clock_of_the_computer() -> None:
+    """The board goes on in a pause of an hour: the lines of the first second waited, the rest was lost."""
+    clock_s = [1.0, 2.0, 3.0, 3601.0, 3602.0]
+    sent = stamped(clock_s, [0.0, 3600.0, 3600.0, 3600.0, 3601.0])
+    assert sent.gaps == []
+    assert [round(sample.t_hard_ns / 1e9) for sample in sent.samples] == [0, 1, 2, 3600, 3601]

@@ -339,6 +339,8 @@ class SerialSource(Stoppable, SampleSource):
             # A line that is too long stays too long, and takes no more memory.
             *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
             for part in parts:
+                if self._stopped.is_set():
+                    return
                 if part.strip() and not is_cut:
                     yield part.strip() if len(part) <= LONGEST else part, arrived_ns
                 is_cut = False

@@ -55,10 +55,10 @@ class PauseGaps:
 def gap_of(pause: Pause) -> Gap:
     """Return what happened as a gap."""
     if pause.slept_s > 0:
-        return Gap(GapCause.SLEPT, f"the computer slept for {seconds(pause.slept_s)}")
+        return Gap(GapCause.SLEPT, f"the computer slept for {lasting(pause.slept_s)}")
     return Gap(
         GapCause.STOPPED,
-        f"the program stood still for {seconds(pause.stood_s)} (stopped, or the computer was too "
+        f"the program stood still for {lasting(pause.stood_s)} (stopped, or the computer was too "
         "busy)",
     )
 
@@ -67,14 +67,16 @@ def clock_set(set_s: float) -> str:
     """Return what happened to the wall clock."""
     sign = "+" if set_s > 0 else "-"
     return (
-        f"the wall clock was set by {sign}{seconds(abs(set_s))}: that changes no sample, and no "
+        f"the wall clock was set by {sign}{lasting(abs(set_s))}: that changes no sample, and no "
         "time of a sample"
     )
 
 
-def seconds(duration_s: float) -> str:
-    """Return a duration as text; a long one also in hours and minutes."""
+def lasting(duration_s: float) -> str:
+    """Return a duration as text: seconds, or hours and minutes."""
     if duration_s < 120:
         return f"{duration_s:.1f} s"
-    minutes = round(duration_s / 60)
-    return f"{duration_s:.0f} s ({minutes // 60} h {minutes % 60} min)"
+    hours, minutes = divmod(round(duration_s / 60), 60)
+    if not hours:
+        return f"{minutes} min"
+    return f"{hours} h {minutes} min"
