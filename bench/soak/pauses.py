@@ -262,6 +262,9 @@ def measure(kind: str, name: str, runs: int, *, with_clocks: bool = True) -> Out
     return outcome
 
 
+_ROW = "{:20} {:17} {:>22} {:>15} {:>20}"
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
@@ -270,6 +273,11 @@ def main() -> None:
     arguments = parser.parse_args()
     runs = arguments.runs
     rows = list[dict[str, Any]]()
+    if not arguments.json:
+        print(
+            _ROW.format("of", "", "touches that are none,", "the next touch", "without the clocks:")
+        )
+        print(_ROW.format(f"{runs} runs", "", "without a flag", "right", "none, right"))
     for name in SOURCES:
         for kind in filter(None, KINDS):
             now = measure(kind, name, runs)
@@ -285,7 +293,9 @@ def main() -> None:
                 }
             )
             if not arguments.json:
-                print(*rows[-1].values(), sep="  ", flush=True)
+                without = f"{before.phantoms}, {before.right}"
+                pause = f"{kind} {KINDS[kind]:g} s"
+                print(_ROW.format(name, pause, now.phantoms, now.right, without), flush=True)
     if arguments.json:
         print(json.dumps({"runs": runs, "rows": rows}))
     sys.exit(any(row["phantoms"] or row["right"] < runs for row in rows))

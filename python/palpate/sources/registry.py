@@ -60,8 +60,9 @@ def open(uri: str, **options: Any) -> Source:
         B), level (0 to 3), chop, differential (yes or no), hard_input, soft_input (1, 2), replug
         (s), firmware (path), backend. i2c: as usb, without the last two. sim: as i2c, and seed,
         speed (1: real time; default: as fast as possible), bus_kHz (10 to 400), fault
-        (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
-        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no).
+        (KIND[:AMOUNT]@SECONDS, separated by commas; sleep, stop and clock-set are of the computer),
+        wiring (a mistake of the wiring; a wrong name lists all), idle (s at rest before the
+        scenario). iio: hard_input, centre (yes or no).
         serial: columns (names of the cells of a line) or pattern (a regular expression with groups
         of these names), unit (or pF of a count), baud, reset (yes, no: leave DTR and RTS inactive),
         replug. lsl: type, source_id, host (which stream), hard, soft (labels or positions of the
