@@ -182,9 +182,10 @@ def _device_faults(facts: Facts) -> Iterator[View]:
         text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
         now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
         yield StatusLine("unplugged", "fault", "Unplugged.", text), now
-    if text := facts.troubles.get("shared", ""):
+    shared = facts.troubles.get("shared", "")
+    if shared:
         yield (
-            StatusLine("shared", "fault", "Lines are lost.", _sentence(text)),
+            StatusLine("shared", "fault", "Lines are lost.", _sentence(shared)),
             Now("Stop", "close the other program", "fault"),
         )
     if text := facts.troubles.get("wiring", ""):

@@ -55,10 +55,10 @@ class PauseGaps:
 def gap_of(pause: Pause) -> Gap:
     """Return what happened as a gap."""
     if pause.slept_s > 0:
-        return Gap(GapCause.SLEPT, f"the computer slept for {lasting(pause.slept_s)}")
+        return Gap(GapCause.SLEPT, f"the computer slept for {duration_text(pause.slept_s)}")
     return Gap(
         GapCause.STOPPED,
-        f"the program stood still for {lasting(pause.stood_s)} (stopped, or the computer was too "
+        f"the program stood still for {duration_text(pause.stood_s)} (stopped, or the computer was too "
         "busy)",
     )
 
@@ -67,12 +67,12 @@ def clock_set(set_s: float) -> str:
     """Return what happened to the wall clock."""
     sign = "+" if set_s > 0 else "-"
     return (
-        f"the wall clock was set by {sign}{lasting(abs(set_s))}: that changes no sample, and no "
+        f"the wall clock was set by {sign}{duration_text(abs(set_s))}: that changes no sample, and no "
         "time of a sample"
     )
 
 
-def lasting(duration_s: float) -> str:
+def duration_text(duration_s: float) -> str:
     """Return a duration as text: seconds, or hours and minutes."""
     if duration_s < 120:
         return f"{duration_s:.1f} s"
