@@ -41,7 +41,9 @@ def told_utc_ns(recording: palpate.Recording, path: Path, zero_s: float) -> NDAr
     """Return when each reading was taken, by its own value: the sum with the CAPDAC rises steadily."""
     document = sidecar.load(path) or {}
     whole_pF = recording.hard + DAC_STEP_PF * document["device"]["configuration"]["hard"]["capdac"]
-    return np.asarray(epoch_at(on_monotonic(0)).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
+    return np.asarray(
+        epoch_at(on_monotonic(0)).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s)
+    )
 
 
 def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
