@@ -28,7 +28,10 @@ if sys.platform == "win32":
         return 100 * ticks.value
 
 else:
-    _CONTINUOUS = time.CLOCK_MONOTONIC_RAW if sys.platform == "darwin" else time.CLOCK_BOOTTIME
+    if sys.platform == "darwin":
+        _CONTINUOUS = time.CLOCK_MONOTONIC_RAW
+    else:
+        _CONTINUOUS = time.CLOCK_BOOTTIME
 
     def fine_ns() -> int:
         """Return the time, ns, for times of samples."""

@@ -135,7 +135,7 @@ def test_who_reads(tmp_path: Path) -> None:
 
 def test_nothing_is_looked_for_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     proc = processes(tmp_path, (5_000_001, "cat", os.O_RDONLY, "/dev/cu.usb"))
-    monkeypatch.setattr(port_users.sys, "platform", "darwin")
+    monkeypatch.setattr(sys, "platform", "darwin")
     assert port_readers("/dev/cu.usb", proc) == []
 
 

@@ -20,6 +20,7 @@ from palpate.source_events import (
 _LOOK_NS = 5 * 10**9  # to look for other programs takes some ms
 _PROC = Path("/proc")
 _PTY = "/dev/pts/"
+_ACCESS_BITS = 0o3  # of the flags of an open file
 _PTY_MASTER = "/ptmx"
 
 
@@ -100,7 +101,7 @@ def _access(info: Path) -> int:
     for line in info.read_text().splitlines():
         name, _, value = line.partition(":")
         if name == "flags":
-            return int(value, 8) & os.O_ACCMODE
+            return int(value, 8) & _ACCESS_BITS
     return os.O_RDONLY
 
 
