@@ -31,7 +31,7 @@ else:
     if sys.platform == "darwin":
         _CONTINUOUS = time.CLOCK_MONOTONIC_RAW
     else:
-        _CONTINUOUS = time.CLOCK_BOOTTIME
+        _CONTINUOUS: int = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
     def fine_ns() -> int:
         """Return the time, ns, for times of samples."""

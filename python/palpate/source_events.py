@@ -24,6 +24,9 @@ class GapCause(Enum):
         A wire came off or was put on again.
     SHARED
         Another program reads the device, too: readings are lost, or may be wrong.
+    CLOCK_SET
+        The wall clock was set forward; or the computer is a virtual machine that was paused, which
+        no other clock shows.
     SLEPT
         The computer slept.
     STOPPED
@@ -42,6 +45,7 @@ class GapCause(Enum):
     RANGE = "range"
     WIRING = "wiring"
     SHARED = "shared"
+    CLOCK_SET = "clock set"
     SLEPT = "slept"
     STOPPED = "stopped"
     UPSTREAM = "upstream"

@@ -93,7 +93,7 @@ class SignalFollower(Listener):
         """Judge the baseline after a gap; over a pause of the computer the level may have moved far."""
         self._guards, self._measurement.forced = True, False
         self._first = self._first[:0]
-        if gap.cause in (GapCause.SLEPT, GapCause.STOPPED):
+        if gap.cause in (GapCause.SLEPT, GapCause.STOPPED, GapCause.CLOCK_SET):
             self._level = np.full(2, math.nan)
 
     def batch(self, batch: Batch) -> None:

@@ -31,9 +31,10 @@ class PauseGaps:
         period_s : float
             Time from pair to pair, s; 0: unknown.
         """
-        is_first = pause.slept_s > 0 or pause.stood_s > 0
+        forward_s = pause.set_s if is_jump(pause.set_s, period_s) else 0.0
+        is_first = max(pause.slept_s, pause.stood_s, forward_s) > 0
         if is_first:
-            self._pause = gap_of(pause)
+            self._pause = gap_of(pause._replace(set_s=forward_s))
             self._is_given = False
             self._waited = -1
         lasting = self._pause
@@ -42,7 +43,7 @@ class PauseGaps:
         is_over = not is_first and pause.since_s > pair_of(period_s) / 2
         if is_over:
             self._pause = None
-        moved = max(pause.slept_s, hole_s) > memory_s(period_s)
+        moved = max(pause.slept_s, hole_s, forward_s) > memory_s(period_s)
         if moved:
             self._is_given = True
         elif is_over and self._is_given and self._waited > 0:
@@ -54,22 +55,36 @@ class PauseGaps:
 
 def gap_of(pause: Pause) -> Gap:
     """Return what happened as a gap."""
+    causes = []
+    texts = []
     if pause.slept_s > 0:
-        return Gap(GapCause.SLEPT, f"the computer slept for {duration_text(pause.slept_s)}")
-    return Gap(
-        GapCause.STOPPED,
-        f"the program stood still for {duration_text(pause.stood_s)} (stopped, or the computer was too "
-        "busy)",
-    )
+        causes.append(GapCause.SLEPT)
+        texts.append(f"the computer slept for {duration_text(pause.slept_s)}")
+    if pause.stood_s > 0:
+        causes.append(GapCause.STOPPED)
+        texts.append(
+            f"the program stood still for {duration_text(pause.stood_s)} (stopped, or the computer "
+            "was too busy)"
+        )
+    if pause.set_s > 0:
+        causes.append(GapCause.CLOCK_SET)
+        texts.append(f"{_clock_set(pause.set_s)} (or this is a virtual machine that was paused)")
+    return Gap(causes[0], "; ".join(texts))
+
+
+def is_jump(set_s: float, period_s: float) -> bool:
+    """Return whether a wall clock was set forward by more than a baseline lasts."""
+    return set_s > memory_s(period_s)
 
 
 def clock_set(set_s: float) -> str:
-    """Return what happened to the wall clock."""
+    """Return what happened to a wall clock that was set, if no time has passed."""
+    return f"{_clock_set(set_s)}: that changes no sample, and no time of a sample"
+
+
+def _clock_set(set_s: float) -> str:
     sign = "+" if set_s > 0 else "-"
-    return (
-        f"the wall clock was set by {sign}{duration_text(abs(set_s))}: that changes no sample, and no "
-        "time of a sample"
-    )
+    return f"the wall clock was set by {sign}{duration_text(abs(set_s))}"
 
 
 def duration_text(duration_s: float) -> str:

@@ -18,7 +18,7 @@ from palpate.source_events import Conditions, Gap, SourceEvent
 from palpate.sources import Source
 from palpate.sources.base import first_wrong
 from palpate.stream.buffers import Backlog, SampleQueue
-from palpate.stream.pauses import PauseGaps, clock_set
+from palpate.stream.pauses import PauseGaps, clock_set, is_jump
 
 _SLEPT_NS = 1_000_000  # less is an error of two readings of clocks
 _SETTLED = 32  # pairs whose mean is the time from pair to pair, if the source does not say it
@@ -164,7 +164,7 @@ class Reader:
         if not self._clocks or not len(block):
             return
         pause = self._clocks.passed()
-        if pause.set_s:
+        if pause.set_s and not is_jump(pause.set_s, self._period_s):
             self._report(clock_set(pause.set_s))
         hole_s = 0.0
         if self.last:
