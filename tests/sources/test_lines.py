@@ -341,7 +341,7 @@ def test_pairs_lost_while_the_port_was_away(numbers: list[str], seqs: list[int])
 
 def test_after_a_pause_of_the_program_no_line_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A line that is not read before a pause, and one after it, are no long time without a line."""
-    times_s = iter([0.0, 0.0, 0.1, 0.2, 40.0, 40.1, 40.2, 40.3])
+    times_s = iter([0.0, 0.0, 0.1, 40.0, 40.1, 40.2])
     monkeypatch.setattr("palpate.sources.serial.fine_ns", lambda: round(1e9 * next(times_s)))
     good = b"hard=6.92,soft=4.69\n"
     sent = Sent(b"\n" + good + b"\xff" + b"hard=6\n" + b"\xff" + b"hard=6\n" + b"\xff" + good)

@@ -66,9 +66,9 @@ def test_a_source_that_is_silent_is_no_program_that_stands_still() -> None:
 def test_a_clock_that_ntp_slews_was_not_set() -> None:
     computer = pauses.Computer()
     watch = watch_of(computer)
-    for _ in range(4000):
-        computer.go_on(0.25)
-        computer.utc_s += 0.25 * 0.0004
+    for passed_s in (*[0.25] * 4000, 1000.0):  # the last one was a sleep
+        computer.go_on(passed_s)
+        computer.utc_s += passed_s * 0.0004
         watch.look()
     assert watch.passed().set_s == 0
     computer.utc_s -= 0.2
