@@ -148,7 +148,8 @@ class ClockWatch:
         self._stopped = Event()
 
     def start(self) -> None:
-        """Compare the clocks in a thread of its own from now on."""
+        """Compare the clocks in a thread of its own from now on; forget what was before."""
+        self.passed()
         Thread(target=self._run, name="palpate-clocks", daemon=True).start()
 
     def stop(self) -> None:

@@ -127,8 +127,9 @@ class Reader:
         try:
             for item in self._source:
                 if isinstance(item, np.ndarray):
-                    self._look_at_clocks(item)
-                    self._take(np.ascontiguousarray(item, DTYPE))
+                    block = np.ascontiguousarray(item, DTYPE)
+                    self._look_at_clocks(block)
+                    self._take(block)
                     left -= self._stopping.is_set()
                 elif isinstance(item, SourceEvent):
                     self._take_event(item)
@@ -166,9 +167,9 @@ class Reader:
         pause = self._clocks.passed()
         if pause.set_s and not is_jump(pause.set_s, self._period_s):
             self._report(clock_set(pause.set_s))
-        hole_s = 0.0
-        if self.last:
-            hole_s = (int(block["t_hard_ns"][0]) - self.last.t_hard_ns) / 1e9
+        if not self.last:  # there is no baseline yet
+            return
+        hole_s = (int(block["t_hard_ns"][0]) - self.last.t_hard_ns) / 1e9
         gap = self._pauses.gap(pause, len(block), hole_s, self._period_s)
         if gap:
             self._take_event(self._with_gap_of_source(gap))
