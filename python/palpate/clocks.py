@@ -146,15 +146,17 @@ class ClockWatch:
         self._pause = Pause()
         self._lock = Lock()
         self._stopped = Event()
+        self._thread = Thread(target=self._run, name="palpate-clocks", daemon=True)
 
     def start(self) -> None:
         """Compare the clocks in a thread of its own from now on; forget what was before."""
         self.passed()
-        Thread(target=self._run, name="palpate-clocks", daemon=True).start()
+        self._thread.start()
 
     def stop(self) -> None:
         """End the thread."""
         self._stopped.set()
+        self._thread.join()
 
     def passed(self) -> Pause:
         """Return what happened since the last call, ended by this call."""
