@@ -225,8 +225,9 @@ def explain_baseline(_: "Touch") -> str:
 
 
 def explain_gap(_: "Touch") -> str:
-    """Explain that the board was opened again, or its range was moved."""
+    """Explain that there was a gap: the message about it says why."""
     return (
-        "the board was opened again, or its range was moved, during the touch or before it; so the "
-        "baseline may have been measured in contact: lift the probe, and touch again"
+        "the board was opened again, its range was moved, or the computer paused, during the touch "
+        "or before it; so the baseline may have been measured in contact: lift the probe, and touch "
+        "again"
     )
