@@ -145,6 +145,7 @@ def test_terminal_replay_check_and_report_say_the_cause(fault: str, tmp_path: Pa
     assert f"{text}: the baseline is measured again: touch nothing" in done.stderr
     told = f": {text}: the baseline was measured again"
     [finding] = [finding for finding in check(path).findings if told in finding]
+    assert check(path).survey.period_s == pytest.approx(0.0313, rel=0.02)  # not with the pause
     assert finding in document("replay", path)["notes"]
     page = tmp_path / "report.html"
     run("report", path, "-o", page)

@@ -39,6 +39,8 @@ class Survey:
         rows do not count.
     marked : frozenset of int
         Rows after which a mark says that the baseline was measured again.
+    at_marks : (int, int)
+        Steps from such a row to the next one without a missing number, and their time, ns.
     spans_pF : dict
         (lowest, highest) value of "hard" and "soft", pF; no entry for a channel without values.
     largest_code : int
@@ -69,6 +71,7 @@ class Survey:
     last_ns: int = 0
     pause: tuple[float, int] = (0.0, 0)
     marked: frozenset[int] = frozenset()
+    at_marks: tuple[int, int] = (0, 0)
     spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
     largest_code: int = Codes().largest
 
@@ -94,9 +97,13 @@ class Survey:
 
     @property
     def period_s(self) -> float:
-        """Mean time between pairs, lost ones included, s; nan below two rows."""
-        pairs = self.rows - 1 + self.lost
-        return self.seconds / pairs if pairs > 0 else float("nan")
+        """Mean time between pairs, lost ones included, s; nan below two rows.
+
+        Without the times at `marked` rows, unless numbers are missing there.
+        """
+        left_out, left_out_ns = self.at_marks
+        pairs = self.rows - 1 + self.lost - left_out
+        return (self.seconds - left_out_ns / 1e9) / pairs if pairs > 0 else float("nan")
 
     def add(self, block: Block) -> None:
         """Add the next block of samples, one at least."""
@@ -146,7 +153,12 @@ class Survey:
         self.backward += int(np.count_nonzero(times[1:] < times[:-1]))
         pauses = np.diff(times / 1e9)
         if self.marked:
-            pauses[np.isin(seqs[:-1], list(self.marked))] = 0.0
+            marked = np.isin(seqs[:-1], list(self.marked))
+            found = pauses[marked & (steps == 1)].tolist()
+            count, total_ns = self.at_marks
+            total_ns += sum(round(1e9 * pause_s) for pause_s in found)
+            self.at_marks = count + len(found), total_ns
+            pauses[marked] = 0.0
         if len(pauses):
             longest = int(np.argmax(pauses))
             if pauses[longest] > self.pause[0]:  # of equal ones the first, however the file is cut
