@@ -1,5 +1,6 @@
 """The program `palpate`, also as ``python -m palpate``: imports the command line and runs it."""
 
+import os
 import sys
 from io import TextIOWrapper
 
@@ -8,6 +9,7 @@ _INTERRUPTED = 130  # as in palpate.cli.exit_codes, which may not be imported ye
 
 def main() -> None:
     """Run the command of `sys.argv`."""
+    _open_closed_streams()
     _escape_unencodable_text()
     try:
         from palpate.cli.main import palpate_command
@@ -29,6 +31,23 @@ def _ignore_signals() -> None:
     for number in signal.Signals:
         if number.name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
             signal.signal(number, signal.SIG_IGN)
+
+
+def _open_closed_streams() -> None:
+    """Open the null device in place of standard streams that are closed, as after ``2>&-``.
+
+    Else the next file that is opened, such as a recording, would be standard error: a library that
+    writes there would write into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this one
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
 
 
 def _escape_unencodable_text() -> None:

@@ -167,16 +167,41 @@ def test_json_is_one_document(name: str, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_pipe_that_is_closed(tmp_path: Path) -> None:
+    """It ends no recording, as after `record ... | head`; the true cause is said."""
     reader, writer = os.pipe()
     os.close(reader)
-    for words in (["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv")], ["--version"]):
+    path = tmp_path / "run.csv"
+    said = []
+    for words in (["record", "sim:four-specimens", "-o", str(path)], ["--version"]):
         command = [sys.executable, "-m", "palpate", *words]
         done = subprocess.run(
             command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False
         )
         assert done.returncode == 1
-    assert (done.stderr, check(tmp_path / "run.csv").clean) == ("", True)
+        said.append(done.stderr)
     os.close(writer)
+    closed = "standard output was closed: rows of touches are not printed; the recording goes on"
+    assert said == [f"{closed}\n{path}: 1185 rows; file closed\n", ""]
+    assert check(path).findings == check(path).faults == ()
+    assert (check(path).clean, check(path).survey.rows) == (True, 1185)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a shell of Unix closes the streams")
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams_end_no_recording(closed: str, tmp_path: Path) -> None:
+    """No file of the program gets their numbers: a library that writes there would write into it."""
+    path = tmp_path / "run.csv"
+    writes = "import os; [os.write(n, b'x') for n in (1, 2)]"
+    code = (
+        f"import sys, atexit; sys.argv = ['palpate', 'record', 'sim:four-specimens', '-o', {str(path)!r}]\n"
+        f"from palpate.__main__ import main\n"
+        f"from palpate.recording import recorder\n"
+        f"recorder.Recorder.popped = lambda: exec({writes!r})\nmain()"
+    )
+    shell = f'"$0" -c "$1" {closed}'
+    done = subprocess.run(["sh", "-c", shell, sys.executable, code], check=False)
+    assert done.returncode == 0
+    assert (check(path).clean, check(path).survey.rows) == (True, 1185)
 
 
 MISSING = [

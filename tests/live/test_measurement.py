@@ -1,5 +1,6 @@
 """A measurement behind the page: what the buttons do, what is recorded, what its touches say; and a recording instead."""
 
+import errno
 import json
 import math
 import re
@@ -8,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import palpate
@@ -213,6 +215,55 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     assert "run-2.csv" in bench.obey("record")
     measurement.close()
     assert palpate.check(tmp_path / "run-2.csv").clean
+
+
+def test_a_sidecar_that_is_held_ends_no_measurement_and_gets_all_marks_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An editor or a sync program holds it while the user and the page tare, mark and note."""
+    bench = begun(SOURCE, tmp_path)
+    measurement = bench.measurement
+    soon(lambda: measurement.last)
+    with monkeypatch.context() as held:
+        busy = Mock(side_effect=PermissionError(errno.EACCES, "Permission denied", "run.json"))
+        held.setattr("palpate.files.replace", busy)
+        measurement.stream.tare(force=True)
+        bench.obey("tare anyway")
+        soon(lambda: measurement.tares)
+        answer = bench.obey("mark")
+        assert answer.startswith(
+            "Marked. run.json: cannot be written: Permission denied; notes, marks"
+        )
+        assert "run.json: cannot be written" in bench.obey("note", text="left hand")
+        line = bench.waited("notes wait")["line"]
+        assert (line["title"], line["level"]) == ("Notes wait.", "caution")
+        assert measurement.running
+    soon(lambda: not measurement.recorder.sidecar_trouble)
+    measurement.close()
+    document = json.loads((tmp_path / "run.json").read_text())
+    assert sorted(mark["text"] for mark in document["marks"]) == ["", "tare", "tare"]
+    assert [note["text"] for note in document["session"]["notes"]] == ["left hand"]
+    assert (measurement.error, measurement.failed) == ("", False)
+    assert palpate.check(tmp_path / "run.csv").clean
+
+
+def test_a_full_disk_ends_no_measurement(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page says that rows wait; when there is room again, they are written."""
+    bench = begun(SOURCE, tmp_path)
+    measurement = bench.measurement
+    with monkeypatch.context() as full:
+        full.setattr(
+            "palpate.recording.writer.write",
+            Mock(side_effect=OSError(errno.ENOSPC, "No space left on device")),
+        )
+        line = bench.waited("rows wait")["line"]
+        assert line["text"].startswith("run.csv: cannot be written: No space left on device; ")
+        assert measurement.running
+    soon(lambda: not measurement.recorder.rows_trouble)
+    measurement.close()
+    assert (measurement.error, measurement.failed) == ("", False)
+    report = palpate.check(tmp_path / "run.csv")
+    assert (report.clean, report.survey.lost) == (True, 0)
 
 
 @contextmanager

@@ -34,9 +34,10 @@ class Recorder:
 
     def __init__(self, first_s: float = 0.0, path: Path | None = None) -> None:
         self.first_s, self.plan, self.path = first_s, stored.Plan(), path
+        self.waited, self.sidecar_trouble = False, ""
 
-    def session(self, plan: stored.Plan) -> None:
-        self.plan = plan
+    def session(self, plan: stored.Plan, *, wait: bool) -> None:
+        self.plan, self.waited = plan, wait
 
 
 def moved(touch: Touch, start_s: float, ratio: float | None = None) -> Touch:
@@ -297,13 +298,25 @@ def test_the_recording_gets_what_is_within_it_and_another_measurement_keeps_what
 
 def test_a_recording_without_room_is_said() -> None:
     class Full(Recorder):
-        def session(self, plan: stored.Plan) -> None:
+        def session(self, plan: stored.Plan, *, wait: bool) -> None:
             raise ValueError("session: no room")
 
     bench = Bench()
     bench.recorder = Full()
     bench.touch(10.0)
     assert (bench.said, bench.next) == (["session: no room"], "30 OO 2/2")
+
+
+def test_an_order_is_on_the_disk_before_its_answer_which_says_if_it_is_not() -> None:
+    bench = Bench()
+    assert bench.recorder
+    bench.touch(10.0)
+    assert not bench.recorder.waited, "the thread that measures never waits for the disk"
+    assert bench.do("note", text="warm") == "Noted: warm"
+    assert bench.recorder.waited
+    bench.recorder.sidecar_trouble = "run.json: cannot be written: it is held"
+    answer = bench.do("discard", touch=1)
+    assert answer.endswith(" run.json: cannot be written: it is held."), answer
 
 
 STEPS = ["touch", "short", "plan", "again", "more", *(f"{do} {n}" for do in ("discard", "keep") for n in range(1, 7)),

@@ -64,6 +64,11 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts(silent_s=1.2, period_s=0.026), "silent", "Wait", "fault", "The source sends nothing."),
     (facts("contact", recording_error="run.csv: disk full", unrecorded=7),
      "recording", "Hold", "fault", "run.csv: disk full. 7 pairs are not recorded."),
+    (facts("contact", rows_wait="run.csv: cannot be written: full: 7 rows wait"),
+     "rows wait", "Hold", "caution", "run.csv: cannot be written: full: 7 rows wait. Make room on the disk; nothing is lost yet."),
+    (facts("contact", rows_wait="run.csv: 7 rows are missing: full", unrecorded=7),
+     "rows lost", "Hold", "fault", "run.csv: 7 rows are missing: full. Make room on the disk: it resumes by itself."),
+    (facts(notes_wait="run.json: cannot be written: it is held"), "notes wait", "Touch", "caution", "run.json: cannot be written: it is held."),
     (facts(seen=seen({"reading": 0.0, "constant_s": 2.0}, {"reading": 0.0, "constant_s": 2.0})), "unwired", "Stop", "fault", "Both channels read 0.000 pF"),
     (facts(seen=seen({"reading": 0.62, "constant_s": 2.0}, {"reading": 0.4})),
      "constant", "Stop", "caution", "The hard channel reads the same value all the time, 0.620 pF"),
@@ -111,7 +116,13 @@ def test_each_state(given: Facts, what: str, word: str, level: str, text: str) -
     assert (line.what, now.word, line.level) == (what, word, level)
     assert text in line.text
     assert word in WORDS
-    assert line.text[0].isupper() or what in ("recording", "slow")  # the name of a file, a number
+    assert line.text[0].isupper() or what in (
+        "recording",
+        "rows wait",
+        "rows lost",
+        "notes wait",
+        "slow",
+    )  # the name of a file, a number
     assert line.text[-1] == "."
     assert (line.title == "") == (level == "quiet")
     assert now.tone in ("idle", "busy", "good", "caution", "fault")
@@ -145,9 +156,9 @@ def test_the_more_urgent_state_comes_first() -> None:
         "wiring": "a wire is off",
         "hint": "remove R1 and R2",
     }
-    now = facts(troubles=troubles, silent_s=1.2, period_s=0.026, recording_error="run.csv: disk full", outside=("soft",),
+    now = facts(troubles=troubles, silent_s=1.2, period_s=0.026, recording_error="run.csv: disk full", notes_wait="held", outside=("soft",),
                 seen=signal, gap="it was gone", retaken=True, pace=SLOW)  # fmt: skip
-    device = ["unplugged", "wiring", "silent", "recording"]
+    device = ["unplugged", "wiring", "silent", "recording", "notes wait"]
     order = [*device, "constant", "range", "baseline", "gap", "baseline", "hint", "slow"]
     assert [line.what for line, _ in state_rules.urgent(now)] == order
     doubtful = replace(now, result=replace(OFFSET, swapped="exchange the wires"))

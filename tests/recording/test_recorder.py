@@ -4,7 +4,9 @@ import errno
 import json
 import math
 import os
+import re
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Timer
 from unittest.mock import Mock
@@ -14,6 +16,7 @@ from palpate import check, read
 from palpate.errors import RecordingError
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
+from palpate.recording import sidecar_file as sidecar_file_module
 from palpate.recording import writer as writer_module
 from palpate.recording.reading import recorded
 from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
@@ -88,7 +91,7 @@ def test_marks_notes_and_session_have_a_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Beyond it an error, and the recording goes on; the sidecar can be read."""
-    monkeypatch.setattr(writer_module, "_MOST_BYTES", 5000)
+    monkeypatch.setattr(sidecar_file_module, "_MOST_BYTES", 5000)
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {}, {}, ["first"])
     recorder.mark("0", sample(0))
@@ -115,23 +118,211 @@ def test_marks_notes_and_session_have_a_limit(
     assert plan_of(document(path)) == PLAN
 
 
-def test_an_error_ends_the_recording_and_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("error", [NO_SPACE, MemoryError("no more")])
+def test_a_disk_that_fails_for_good_is_an_error_at_the_end(
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, fail = tmp_path / "run.csv", Mock(side_effect=MemoryError("no more"))
-    recorder = Recorder(path, {}, {}, [])
-    monkeypatch.setattr(writer_module, "write", fail)
+    """It is said at once; the rows wait, and those that never could be written are counted."""
+    monkeypatch.setattr(recorder_module, "PATIENCE_S", 0.0)
+    said = list[str]()
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [], notify=said.append)
+    monkeypatch.setattr(writer_module, "write", Mock(side_effect=error))
     for seq in range(500):
         recorder.push(sample(seq))
+    soon(lambda: said)
+    reason = "No space left on device" if error is NO_SPACE else "MemoryError: no more"
+    waits = r"\d+ rows wait, and there is room for \S+ more; it is tried again"
+    assert re.fullmatch(f"run.csv: cannot be written: {reason}; {waits}", said[0])
+    assert re.fullmatch(f"run.csv: cannot be written: {reason}; {waits}", recorder.rows_trouble)
+    assert (recorder.error, recorder.dropped) == (None, 0)
     recorder.close()
-    said = "cannot be written: MemoryError: no more; 0 rows are synced to the disk"
-    assert str(recorder.error) == f"{path}: {said}"
+    assert (
+        str(recorder.error) == f"{path}: cannot be written: {reason}; 0 rows are synced to the disk"
+    )
     end, report = document(path)["end"], check(path)
     assert (recorder.rows, end["rows"], recorder.dropped, end["dropped"]) == (0, 0, 500, 500)
     assert (report.survey.rows, report.clean) == (0, False)
     assert any(
-        "the recorder stopped with an error" in fault and said in fault for fault in report.faults
+        "the recorder stopped with an error" in fault and reason in fault for fault in report.faults
     )
+
+
+@pytest.mark.parametrize("failing", ["write", "to_disk", "replacing"])
+def test_what_fails_for_a_while_loses_nothing(
+    failing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Write, sync or replacement; said when it lasts, and said when it is over."""
+    monkeypatch.setattr(recorder_module, "SYNC_S", 0.0)
+    said = list[str]()
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [], notify=said.append)
+    module = sidecar_file_module if failing == "replacing" else writer_module
+    name = "run.json" if failing == "replacing" else "run.csv"
+    with monkeypatch.context() as broken:
+        broken.setattr(module, failing, Mock(side_effect=NO_SPACE))
+        for seq in range(500):
+            recorder.push(sample(seq))
+        recorder.gap("moved")
+        recorder.note("answered")
+        soon(lambda: said)
+        assert said[0].startswith(f"{name}: cannot be written: No space left on device")
+        shown = recorder.rows_trouble or recorder.sidecar_trouble
+        assert shown.startswith(f"{name}: cannot be written: No space left on device")
+    soon(lambda: len(said) == 2)
+    assert said[1].startswith(f"{name}: is written again")
+    for seq in range(500, 600):
+        recorder.push(sample(seq))
+    recorder.close()
+    assert (recorder.error, recorder.rows, recorder.dropped) == (None, 600, 0)
+    assert recorder.rows_trouble == recorder.sidecar_trouble == ""
+    assert recorder.failures >= 2
+    assert (check(path).faults, check(path).clean) == ((), True)
+    assert document(path)["notes"] == ["answered"]
+    assert [mark["seq"] for mark in document(path)["marks"]] == [499]
+
+
+def test_a_failure_that_is_over_at_the_next_try_is_counted_and_not_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = list[str]()
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [], notify=said.append)
+    monkeypatch.setattr(writer_module, "write", _failing_once(writer_module.write))
+    recorder.push(sample(0))
+    recorder.close()
+    assert (recorder.failures, recorder.rows, said) == (1, 1, [])
+
+
+def test_a_row_that_was_written_in_part_is_cut_also_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk fails while a row is written, and then refuses to cut it."""
+    path = tmp_path / "run.csv"
+    writer = writer_module.Writer(path, sidecar.fresh({}, {}, []))
+    torn = Mock(
+        side_effect=lambda file, data: os.write(file.fileno(), data[:7]) and _raise(NO_SPACE)
+    )
+    with monkeypatch.context() as broken:
+        broken.setattr(writer_module, "write", torn)
+        broken.setattr(writer_module.Writer, "_cut_torn_row", Mock(side_effect=[None, NO_SPACE]))
+        assert not writer.write(block_of([sample(0)]))
+    assert path.read_bytes().endswith(b"0,0.000")
+    assert writer.write(block_of([sample(0)]))
+    assert writer.checkpoint({})
+    writer.end({}, {"dropped": 0})
+    assert check(path).clean
+
+
+def test_after_a_sync_that_failed_the_rows_are_written_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The system may have forgotten them: the next sync alone would not bring them back."""
+    path = tmp_path / "run.csv"
+    writer = writer_module.Writer(path, sidecar.fresh({}, {}, []))
+    assert writer.write(block_of([sample(0)]))
+    assert writer.checkpoint({})
+    synced = path.read_bytes()
+    assert writer.write(block_of([sample(1), sample(2)]))
+    whole = path.read_bytes()
+    with monkeypatch.context() as broken:
+        broken.setattr(
+            writer_module, "to_disk", Mock(side_effect=OSError(errno.EIO, "Input/output error"))
+        )
+        assert not writer.checkpoint({})
+    path.write_bytes(synced + bytes(len(whole) - len(synced)))
+    assert not writer.error
+    assert writer.write(block_of([sample(3)]))
+    assert writer.checkpoint({})
+    assert path.read_bytes()[: len(whole)] == whole
+    writer.end({}, {"dropped": 0})
+    assert check(path).clean
+
+
+def test_a_full_queue_loses_rows_and_the_recording_resumes_after_a_gap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder_module, "capacity_for", lambda _: 64)
+    said = list[str]()
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [], notify=said.append)
+    with monkeypatch.context() as broken:
+        broken.setattr(writer_module, "write", Mock(side_effect=NO_SPACE))
+        recorder.push(sample(0))
+        soon(lambda: said)
+        for seq in range(1, 100):
+            recorder.push(sample(seq))
+        assert recorder.dropped > 0
+        assert (
+            recorder.rows_trouble
+            == f"run.csv: {recorder.dropped} rows are missing: No space left on device, and more are lost"
+        )
+    soon(lambda: recorder.rows == 100 - recorder.dropped)
+    for seq in range(100, 110):
+        recorder.push(sample(seq))
+    recorder.close()
+    lost = recorder.dropped
+    text = f"{lost} rows are missing: No space left on device"
+    assert said[1].startswith("run.csv: rows are lost from here on: No space left on device, and ")
+    assert f"run.csv: is written again; {text}" in said
+    assert str(recorder.error) == f"{path}: {text}; {recorder.rows} rows are written"
+    [mark] = document(path)["marks"]
+    assert (mark["seq"], mark["text"], mark["gap"]) == (99 - lost, text, True)
+    assert (document(path)["end"]["dropped"], document(path)["end"]["clean"]) == (lost, False)
+    assert [int(row.split(",")[0]) for row in path.read_text().splitlines()[-10:]] == [
+        *range(100, 110)
+    ]
+    assert (check(path).survey.gaps, check(path).survey.lost) == (1, lost)
+
+
+def test_notes_marks_and_session_are_on_the_disk_when_they_are_answered(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    recorder.note("first")
+    assert document(path)["notes"] == ["first"]
+    number = recorder.mark("", sample(0))
+    recorder.rename_mark(number, "named")
+    assert document(path)["marks"][0]["text"] == "named"
+    recorder.session(PLAN)
+    assert plan_of(document(path)) == PLAN
+    recorder.close()
+
+
+def test_a_sidecar_of_another_program_is_left_and_rows_go_on(tmp_path: Path) -> None:
+    said = list[str]()
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [], notify=said.append)
+    (tmp_path / "run.json").write_text("precious")
+    recorder.note("a note")
+    for seq in range(50):
+        recorder.push(sample(seq))
+    soon(lambda: recorder.rows == 50)
+    changed = "was changed by another program while it was recorded; it is left as it is"
+    assert recorder.sidecar_trouble == (
+        f"run.json: cannot be written: {changed}; notes, marks and checkpoints are in no file; rows are written"
+    )
+    with pytest.raises(RecordingError, match="its 50 rows are"):
+        recorder.close()
+    assert (tmp_path / "run.json").read_text() == "precious"
+    assert len(path.read_text().splitlines()) == 51
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def _failing_once(step: Callable[..., object]) -> Callable[..., object]:
+    """Return a function whose first call fails."""
+    failures = [NO_SPACE]
+
+    def call(*given: object) -> object:
+        if failures:
+            raise failures.pop()
+        return step(*given)
+
+    return call
 
 
 @pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed on this system")
@@ -169,20 +360,23 @@ def test_a_checkpoint_that_hangs_delays_nobody(
     assert check(tmp_path / "run.csv").clean
 
 
-def test_a_sidecar_that_cannot_be_written_is_said(
+def test_a_sidecar_that_never_can_be_written_is_an_error_at_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """It ends nothing before; at the beginning it is an error at once."""
+    monkeypatch.setattr(recorder_module, "PATIENCE_S", 0.0)
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
-    monkeypatch.setattr(
-        writer_module, "replacing", Mock(side_effect=OSError(errno.EIO, os.strerror(errno.EIO)))
-    )
-    for step in (
-        lambda: recorder.note("lost"),
-        recorder.close,
-        lambda: Recorder(tmp_path / "other.csv", {}, {}, []),
+    failing = Mock(side_effect=OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+    monkeypatch.setattr(sidecar_file_module, "replacing", failing)
+    recorder.note("lost")
+    recorder.push(sample(0))
+    assert "run.json: cannot be written: Device or resource busy" in recorder.sidecar_trouble
+    with pytest.raises(
+        RecordingError, match=r"resource busy; the end of the recording, .* its 1 rows are"
     ):
-        with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
-            step()
+        recorder.close()
+    with pytest.raises(RecordingError, match="cannot be written: Device or resource busy"):
+        Recorder(tmp_path / "other.csv", {}, {}, [])
     assert not (tmp_path / "other.csv").exists()
 
 

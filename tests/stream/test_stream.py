@@ -12,7 +12,7 @@ from palpate.errors import DeviceNotFound, RecordingError
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import block_of
-from palpate.stream import Listener, StreamCounters
+from palpate.stream import Batch, Listener, StreamCounters
 from recording_bench import Liar, Scripted, four, measured, sample, with_gaps
 
 
@@ -25,7 +25,7 @@ def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounte
         == counters.delivered + counters.dropped
         == counters.recorded + counters.unrecorded
     )
-    assert (report.clean, report.survey.rows) == (True, counters.recorded)
+    assert (report.clean, report.survey.rows) == (not counters.unrecorded, counters.recorded)
     last = stream._reader.last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     tally.fault(what, counters.read, counters.read - counters.recorded)
@@ -94,13 +94,14 @@ def test_a_source_faster_than_the_disk(
     write = writer.write
     source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
     source.before = lambda _: begin.wait()
-    with Stream(source, record=path) as stream:
-        monkeypatch.setattr(
-            writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1]
-        )
-        begin.set()
-        list(stream.batches())
-        hangs.set()
+    stream = Stream(source, record=path)
+    stream.__enter__()
+    monkeypatch.setattr(writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
+    begin.set()
+    list(stream.batches())
+    hangs.set()
+    with pytest.raises(RecordingError, match="rows are missing: the disk is too slow"):
+        stream.close()
     counters = settled(stream, path, "disk hangs", tally)
     assert counters.unrecorded > 0
     assert (
@@ -147,7 +148,8 @@ def test_a_recording_is_closed_after_what_is_being_written_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     """From one thread, while another one closes the recording."""
-    path, method = tmp_path / "run.csv", "note" if name == "note" else "mark"
+    path = tmp_path / "run.csv"
+    method = "mark_later" if name == "tare" else name
     with Stream("sim:four-specimens?seed=1&speed=10", record=path) as stream:
         closing, written = threading.Thread(target=stream.stop_recording), getattr(Recorder, method)
 
@@ -260,6 +262,40 @@ def test_a_listener_gets_each_event_in_its_order(tmp_path: Path) -> None:
         (4, True),
     ]
     assert kinds.index("touch") > kinds.index("batch")
+
+
+class Failing(Listener):
+    """Takes no event."""
+
+    def batch(self, batch: Batch) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    touch = message = ended = conditions = gap = batch  # type: ignore[assignment]
+
+
+def test_a_listener_that_fails_ends_nothing_and_is_said_once() -> None:
+    """Neither the measurement, nor what the other listeners get."""
+    said = list[str]()
+    stream = Stream(Scripted(with_gaps(four(), {500: "moved"})), notify=said.append)
+    stream.listen(Failing())
+    events = log_of(stream)
+    with stream:
+        samples = sum(len(batch.samples) for batch in stream.batches())
+    assert (samples, len(stream.touches)) == (len(four()), 4)
+    assert events[-1] == ("ended", None)
+    [failed] = [text for text in said if "failed" in text]
+    assert (
+        failed == "Failing failed: BrokenPipeError: [Errno 32] Broken pipe; the measurement goes on"
+    )
+
+
+def test_a_user_interface_that_cannot_show_messages_ends_nothing() -> None:
+    def notify(text: str) -> None:
+        raise ValueError("I/O operation on closed file")
+
+    with Stream(Scripted(with_gaps(four(), {500: "moved"})), notify=notify) as stream:
+        list(stream)
+    assert len(stream.touches) == 4
 
 
 def test_the_end_names_the_error_that_ended_it() -> None:

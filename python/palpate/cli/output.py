@@ -87,7 +87,7 @@ def print_notes(file: object, notes: Iterable[str]) -> None:
 
 def print_message(message: str, *, nl: bool = True) -> None:
     """Print to standard error; a closed terminal or pipe does not end a measurement."""
-    with suppress(OSError):
+    with suppress(OSError, ValueError):  # ValueError: the stream is closed
         click.echo(printable(message, "\n" if nl else "\r"), err=True, nl=nl)
 
 

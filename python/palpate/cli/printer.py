@@ -1,5 +1,6 @@
 """The terminal as a listener of a measurement."""
 
+import errno
 import sys
 import time
 from collections.abc import Iterable
@@ -35,6 +36,7 @@ class MeasurementPrinter(Listener):
         self._was_printed: set[str] = set()  # advice; a revised touch has the same again
         self._status_time_s = 0.0
         self._status_width = 0
+        self._output_error: OSError | None = None
 
     def batch(self, batch: Batch) -> None:
         """Update the elapsed time, and show the state."""
@@ -66,7 +68,32 @@ class MeasurementPrinter(Listener):
                 self._was_printed.add(advice)
                 lines.append(advice)
         self.clear_status()
-        click.echo("\n".join(lines))
+        self._print("\n".join(lines))
+
+    def _print(self, text: str) -> None:
+        """Print to standard output; if that fails, the measurement goes on, and `finish` fails.
+
+        The stream keeps text that it could not write, and writes it with the next one.
+        """
+        if isinstance(self._output_error, BrokenPipeError):
+            return
+        try:
+            click.echo(text)
+        except OSError as error:
+            if self._output_error is None:
+                reason = "was closed" if error.errno == errno.EPIPE else f"fails: {error.strerror}"
+                print_message(
+                    f"standard output {reason}: rows of touches are not printed; the recording "
+                    "goes on"
+                )
+            self._output_error = error
+        else:
+            self._output_error = None
+
+    def finish(self) -> None:
+        """Raise the error of rows that could not be printed."""
+        if self._output_error:
+            raise self._output_error
 
     def print_cut(self) -> None:
         """Print the touch that was running when the measurement was stopped."""

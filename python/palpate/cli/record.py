@@ -132,6 +132,7 @@ def record_command(
             print_message(f"{file}: {_count_text(stream)}; file closed")
     if failure:
         raise failure
+    printer.finish()
     if received:
         sys.exit(ExitCode.INTERRUPTED)
     shortfall = _shortfall(source, stream, touches or 0)

@@ -345,10 +345,8 @@ class LiveMeasurement(Measurement):
         if self.outlets:
             self.outlets.mark("mark", "")
         self.marks.append(mark)
-        return {
-            "id": mark.id,
-            "message": "Marked." if recorder else "Marked; nothing is recorded yet.",
-        }
+        told = "Marked." if recorder else "Marked; nothing is recorded yet."
+        return {"id": mark.id, "message": told + _waiting(recorder)}
 
     def mark_text(self, id: int, text: str) -> Document:
         """Give a mark its text; return the answer."""
@@ -361,6 +359,7 @@ class LiveMeasurement(Measurement):
         told = f"Marked: {text}" if text else "Marked."
         if mark.within and mark.within[0] is self.recorder:
             mark.within[0].rename_mark(mark.within[1], text)
+            told += _waiting(mark.within[0])
         elif mark.within:
             told += " Its recording is closed, and keeps the text it had."
         return {"id": id, "message": told}
@@ -557,6 +556,12 @@ class RecordedMeasurement(Measurement):
             if line:
                 self.say(line)
         self._verdict = found.verdict
+
+
+def _waiting(recorder: Recorder | None) -> str:
+    """Return what an answer adds if a mark is not on the disk yet."""
+    trouble = recorder.sidecar_trouble if recorder else ""
+    return f" {trouble}." if trouble else ""
 
 
 AnyMeasurement = LiveMeasurement | RecordedMeasurement

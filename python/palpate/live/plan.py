@@ -78,7 +78,7 @@ class KnownSpecimen:
 
 
 def _order(obey: Callable[..., str]) -> Callable[..., str]:
-    """Make an order: what it changes is in the documents and in the recording."""
+    """Make an order: what it changes is in the documents, and in the recording before the answer."""
 
     @wraps(obey)
     def ordered(plan: "TouchPlan", *args: Any, **given: Any) -> str:
@@ -86,6 +86,9 @@ def _order(obey: Callable[..., str]) -> Callable[..., str]:
             plan._require_amendable()
             message = obey(plan, *args, **given)
             plan._changed(ordered=True)
+            recorder = plan._measurement.recorder
+        if recorder and recorder.sidecar_trouble:
+            message += f" {recorder.sidecar_trouble}."
         return message
 
     return ordered
@@ -266,7 +269,7 @@ class TouchPlan(Listener):
             "done": None if self._recorded else progress.result(),
         }
         if recorder := self._measurement.recorder:
-            self._store(recorder)
+            self._store(recorder, wait=ordered)
         elif ordered and isinstance(shown := self._measurement, RecordedMeasurement):
             self._amend(shown.recording.path, -inf, None)
         elif ordered and (ended := self._measurement.newest_recorder) and ended.first_s is not None:
@@ -287,15 +290,15 @@ class TouchPlan(Listener):
                 f"{shown.recording.path.name}: cannot be changed: {why}, allowed: {made}"
             )
 
-    def _store(self, recorder: Recorder) -> None:
-        """Give a recording the session as it is now: what is within it."""
+    def _store(self, recorder: Recorder, *, wait: bool = False) -> None:
+        """Give a recording the session as it is now: what is within it; `wait` for the disk."""
         with self._lock:
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
             of, has = self._stored
             if plan == (has if of is recorder else _EMPTY):
                 return
             try:
-                recorder.session(plan)
+                recorder.session(plan, wait=wait)
                 self._stored = recorder, plan
             except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
                 self._measurement.say(str(error))

@@ -102,7 +102,9 @@ class Facts:
     slow_told: bool = False  # that the computer is slow was said before
     recording: str = ""  # name of the recording that runs
     recording_error: str = ""
-    unrecorded: int = 0  # pairs that the failed recording does not have
+    rows_wait: str = ""  # why rows are not written now
+    notes_wait: str = ""  # why notes, marks and session are not on the disk
+    unrecorded: int = 0  # pairs that the recording does not have
     error: str = ""  # that ended the measurement
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
@@ -203,6 +205,14 @@ def _device_faults(facts: Facts) -> Iterator[View]:
             f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
         )
         yield StatusLine("recording", "fault", "The recording failed.", text), None
+    elif facts.rows_wait and facts.unrecorded:
+        text = f"{_sentence(facts.rows_wait)} Make room on the disk: it resumes by itself."
+        yield StatusLine("rows lost", "fault", "The recording loses rows.", text), None
+    elif facts.rows_wait:
+        text = f"{_sentence(facts.rows_wait)} Make room on the disk; nothing is lost yet."
+        yield StatusLine("rows wait", "caution", "The recording waits.", text), None
+    if text := facts.notes_wait:
+        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(text)), None
 
 
 def _signal_faults(facts: Facts) -> Iterator[View]:

@@ -1,4 +1,4 @@
-"""The files of a recording in progress: rows are added, the sidecar is replaced.
+"""The file of a recording in progress, to which rows are added.
 
 A lock on the open file marks it; the lock ends with the process, also if that is killed.
 """
@@ -12,7 +12,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
-from threading import Lock
 from typing import IO, Any, NamedTuple
 
 from palpate.errors import RecordingError
@@ -22,12 +21,12 @@ from palpate.files import (
     Json,
     file_errors,
     open_regular,
-    read_bytes,
-    replacing,
     to_disk,
 )
 from palpate.recording import sidecar
+from palpate.recording.retry_state import RetryState, reason_of
 from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.sidecar_file import SidecarFile
 from palpate.samples import Block
 
 # a reader that asks has the lock for some microseconds
@@ -98,7 +97,7 @@ def _is_taken(file: IO[Any], *, shared: bool) -> bool:
 
 # O_APPEND: after another program has cut the file, a row does not leave a hole of zeros before it.
 _FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND | getattr(os, "O_BINARY", 0)
-_MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
+_RETRY_S = 0.1
 
 
 class Written(NamedTuple):
@@ -110,19 +109,36 @@ class Written(NamedTuple):
 
 
 class Writer:
-    """The files of a recording in progress; after the first `error` nothing is written."""
+    """The files of a recording in progress: rows are added until the first `error`.
+
+    A step that fails is tried again by the caller: `disk` says why, and nothing of it is in the
+    file. `error` is final: the file is no longer that of the recording.
+
+    Attributes
+    ----------
+    error : RecordingError or None
+        Why nothing more can be written.
+    disk : RetryState
+        Whether the last step has failed.
+    written, synced : Written
+        What is in the file, and what is on the disk.
+    sidecar : SidecarFile
+    """
 
     def __init__(self, path: Path, document: Json) -> None:
         self.path = path
         self.error: RecordingError | None = None
+        self.disk: RetryState = RetryState()
         self.written = self.synced = self._checkpointed = Written()
-        self._taken = 0
+        self._unsynced: list[bytes] = []  # the rows after `synced`
+        self._is_torn = False  # a row may be in the file in part
+        self._is_doubtful = False  # a sync has failed: what was not synced may be lost
         if path.exists():
             raise RecordingError(path, EXISTS)
         beside = sidecar.sidecar_path(path)
         # First the sidecar: rows always have one, after a kill, too.
         with file_errors(beside, "cannot be written"):
-            self.sidecar = SidecarFile(beside, document)
+            self.sidecar: SidecarFile = SidecarFile(beside, document)
         try:
             with file_errors(path, "cannot be written"):
                 self._file = self._created()
@@ -143,52 +159,78 @@ class Writer:
             self.path.unlink()
             raise
         self.written = Written(0, len(HEADER), zlib.crc32(HEADER.encode()))
+        self._unsynced = [HEADER.encode()]
         return file
 
-    @property
-    def missing(self) -> int:
-        """Number of samples that are not in the file."""
-        return self._taken - self.written.rows
+    def write(self, block: Block) -> bool:
+        """Write samples as rows, all or none; return False if that failed."""
+        return self._attempt(lambda: self._append(len(block), format_rows(block)))
 
-    def write(self, block: Block) -> None:
-        """Write samples as rows, all or none; a file that was removed or changed is an error."""
-        self.attempt(lambda: self._append(len(block), format_rows(block)))
-        self._taken += len(block)
+    def checkpoint(self, entries: Json) -> bool:
+        """Sync the rows; then put into the sidecar how many are on the disk, without saving it."""
+        if not self._attempt(self._sync):
+            return False
+        if self.synced != self._checkpointed:
+            self.sidecar.put(**entries, checkpoint=self.synced._asdict())
+            self._checkpointed = self.synced
+        return True
 
-    def checkpoint(self, entries: Json) -> None:
-        """Sync the rows; then store in the sidecar how many are on the disk."""
-        self.attempt(lambda: self._checkpoint(entries))
+    def end(self, entries: Json, end: Json, patience_s: float = 0.0) -> None:
+        """Close the file, and save the end of the sidecar, which is tried again for some time.
 
-    def end(self, entries: Json, end: Json) -> None:
-        """Close the file, and write the end of the sidecar; RecordingError if that is not possible."""
+        Raises
+        ------
+        RecordingError
+            The first `error`; or the end cannot be saved.
+        """
         unlock(self._file)
-        self._file.close()
+        with suppress(OSError):  # of a file system that writes when a file is closed
+            self._file.close()
         whole = {**self.written._asdict(), "clean": self.error is None, **end}
         if self.error:
             whole["error"] = str(self.error)
         else:
             entries = {**entries, "checkpoint": None}  # the end has the same numbers
-        try:
-            with file_errors(self.path, "cannot be written"):
-                self.sidecar.put(**entries, end=whole)
-        except RecordingError as error:
-            raise self.error or error from None
+        self.sidecar.put(**entries, end=whole)
+        until_s = time.monotonic() + patience_s
+        while not self.sidecar.save():
+            if self.sidecar.is_foreign or time.monotonic() > until_s:
+                raise self.error or self._unsaved()
+            time.sleep(_RETRY_S)
+
+    def _unsaved(self) -> RecordingError:
+        reason = self.sidecar.retry.reason
+        return RecordingError(
+            self.sidecar.path,
+            f"cannot be written: {reason}; the end of the recording, and what was noted since, "
+            f"are in no file; its {self.written.rows:,} rows are",
+        )
 
     def _append(self, rows: int, data: bytes) -> None:
+        if self._is_doubtful:
+            self._sync()
         self._require_own_file()
         before = self.written
         try:
             write(self._file, data)
-        except OSError:
-            with suppress(OSError):  # a row that was written in part
-                self._file.truncate(before.bytes)
+        except Exception:
+            self._is_torn = True
+            with suppress(OSError):
+                self._cut_torn_row()
             raise
+        self._unsynced.append(data)
         self.written = Written(
             before.rows + rows, before.bytes + len(data), zlib.crc32(data, before.crc32)
         )
 
+    def _cut_torn_row(self) -> None:
+        if self._is_torn:
+            self._file.truncate(self.written.bytes)
+            self._is_torn = False
+
     def _require_own_file(self) -> None:
         """Compare the open file with its path."""
+        self._cut_torn_row()
         held = os.fstat(self._file.fileno())
         wrong = ""
         try:
@@ -203,104 +245,50 @@ class Writer:
         if wrong:
             raise RecordingError(self.path, f"{wrong} while it was recorded")
 
-    def _checkpoint(self, entries: Json) -> None:
-        to_disk(self._file.fileno(), data_only=True)
-        self.synced = self.written
-        if self.synced != self._checkpointed or self.sidecar.unsaved:
-            with suppress(OSError):  # it is tried again
-                self.sidecar.put(**entries, checkpoint=self.synced._asdict())
-                self._checkpointed = self.synced
+    def _sync(self) -> None:
+        """Sync the rows; after a sync that failed, write those after `synced` again before it.
 
-    def attempt(self, step: Callable[[], object]) -> None:
-        """Take a step that later rows need: its error ends the recording."""
+        Linux reports a failed write-back once, and then takes the pages for written: a second sync
+        alone would succeed without them (https://lwn.net/Articles/752063).
+        """
+        if self._is_doubtful:
+            self._require_own_file()
+            with self.path.open("r+b") as again:  # the other one only appends
+                again.seek(self.synced.bytes)
+                again.write(b"".join(self._unsynced))
+        self._is_doubtful = True
+        to_disk(self._file.fileno(), data_only=True)
+        self._is_doubtful = False
+        self.synced = self.written
+        self._unsynced.clear()
+
+    def _attempt(self, step: Callable[[], object]) -> bool:
+        """Take a step; return False if it failed, or if the recording has ended."""
         if self.error:
-            return
+            return False
         try:
             step()
         except RecordingError as error:
             self.error = error
-        except Exception as error:  # noqa: BLE001  the thread must not end in silence
-            why = f"{type(error).__name__}: {error}"
-            if isinstance(error, OSError):
-                why = str(error.strerror)
+            return False
+        except Exception as error:  # noqa: BLE001  it is tried again, and shown
+            self.disk.failed(reason_of(error))
+            return False
+        self.disk.succeeded()
+        return True
+
+    def miss_rows(self, count: int, reason: str) -> None:
+        """Note that some rows are not in the file, which is an error at the end."""
+        if count and not self.error:
+            text = f"{count:,} rows are missing: {reason}; {self.written.rows:,} rows are written"
+            self.error = RecordingError(self.path, text)
+
+    def give_up(self) -> None:
+        """End the recording with the error of the last step, which failed."""
+        if not self.error:
             synced = f"{self.synced.rows:,} rows are synced to the disk"
-            self.error = RecordingError(self.path, f"cannot be written: {why}; {synced}")
-
-
-class SidecarFile:
-    """The sidecar of a recording in progress; its methods may be called from any thread."""
-
-    def __init__(self, path: Path, document: Json) -> None:
-        self.path = path
-        self.unsaved = False
-        self._lock = Lock()
-        self._document = document
-        self._with("notes", document["notes"])
-        path.open("xb").close()  # the process that creates it owns the name
-        self._saved = b""
-        try:
-            self._save(document)
-        except OSError:
-            path.unlink()
-            raise
-
-    def add(self, name: str, entry: str | Json) -> int:
-        """Add a note or a mark; return their number. ValueError: no room; errors as `put`."""
-        with self._lock:
-            longer = [*self._document[name], entry]
-            self._save(self._with(name, longer))
-            return len(longer)
-
-    def rename(self, number: int, text: str) -> None:
-        """Give a mark another text; its number, from 1, is as `add` returned it. Errors as in `add`."""
-        with self._lock:
-            marks = list(self._document["marks"])
-            if not 1 <= number <= len(marks):
-                raise ValueError(
-                    f"mark: got number {number}, allowed: 1 to {len(marks)}, as it was returned"
-                )
-            if marks[number - 1].get("tare"):
-                raise ValueError(
-                    f"mark: got number {number}, a tare or gap, allowed: a mark that was made by hand"
-                )
-            marks[number - 1] = {**marks[number - 1], "text": text}
-            self._save(self._with("marks", marks))
-
-    def set(self, name: str, entry: Json) -> None:
-        """Set an entry, which is saved with the next `put`; ValueError if there is no room for it."""
-        with self._lock:
-            self._document = self._with(name, entry)
-            self.unsaved = True
-
-    def put(self, *notes: str, **entries: Any) -> None:
-        """Add notes, set entries (None removes one), and save; after an error nothing has changed."""
-        with self._lock:
-            document = {**self._document, "notes": [*self._document["notes"], *notes], **entries}
-            self._save({name: value for name, value in document.items() if value is not None})
-
-    def _with(self, name: str, entry: object) -> Json:
-        """Return the document with an entry; ValueError if it is too long."""
-        document = {**self._document, name: entry}
-        size = len(sidecar.text_of(document))
-        if size > _MOST_BYTES:
-            allowed = f"{_MOST_BYTES}; begin another one"
-            raise ValueError(f"{name}: got {size} bytes of sidecar with them, allowed: {allowed}")
-        return document
-
-    def _save(self, document: Json) -> None:
-        text = sidecar.text_of(document).encode()
-        with replacing(self.path) as file:
-            file.write(text)
-            file.flush()
-            to_disk(file.fileno())
-            with suppress(FileNotFoundError):  # removed: it is written again
-                if read_bytes(self.path, sidecar.LARGEST) != self._saved:
-                    raise RecordingError(
-                        self.path, "was changed by another program while it was recorded"
-                    )
-        self._document = document
-        self._saved = text
-        self.unsaved = False
+            text = f"cannot be written: {self.disk.reason}; {synced}"
+            self.error = RecordingError(self.path, text)
 
 
 def write(file: FileIO, data: bytes) -> None:

@@ -1,6 +1,8 @@
 """The one way out of a measurement: its listeners get the same few events."""
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from palpate.source_events import Conditions, Gap, SourceEvent, TroubleBegan, TroubleEnded
@@ -16,8 +18,8 @@ class Listener:
 
     `Stream.listen` adds one. All events come in the thread that iterates over the stream, but
     `message`, which may come from any thread, and `ended`, which comes from the thread that closes
-    the stream. The next batch waits until all listeners have returned; an error of a listener ends
-    the iteration. The recorder gets the samples, gaps and the end in the thread that reads the
+    the stream. The next batch waits until all listeners have returned. An error of a listener ends
+    nothing, but in `begun`: it is shown once, and counted. The recorder gets the samples, gaps and the end in the thread that reads the
     source, so that no listener can delay it.
 
     Examples
@@ -63,48 +65,76 @@ class Listener:
 
 
 class Listeners:
-    """Passes each event to all listeners in order; a message to `show` first."""
+    """Passes each event to all listeners in order; a message to `show` first.
+
+    Attributes
+    ----------
+    all : list of Listener
+    failures : collections.Counter of str
+        How many events a listener did not take because of an error, by the name of its class.
+    """
 
     def __init__(self, show: Callable[[str], object]) -> None:
         self.all: list[Listener] = []
+        self.failures: Counter[str] = Counter()
         self._show = show
 
     def begun(self, stream: "Stream") -> None:
-        """Pass on that the measurement begins."""
+        """Pass on that the measurement begins; a listener may refuse with an error."""
         for each in self.all:
             each.begun(stream)
 
     def event(self, event: SourceEvent) -> None:
         """Pass on an event of the source."""
         for each in self.all:
-            if isinstance(event, Gap):
-                each.gap(event)
-            elif isinstance(event, TroubleBegan):
-                each.trouble_began(event)
-            elif isinstance(event, TroubleEnded):
-                each.trouble_ended(event)
-            else:
-                each.conditions(event)
+            with self._kept_going(each):
+                if isinstance(event, Gap):
+                    each.gap(event)
+                elif isinstance(event, TroubleBegan):
+                    each.trouble_began(event)
+                elif isinstance(event, TroubleEnded):
+                    each.trouble_ended(event)
+                else:
+                    each.conditions(event)
 
     def message(self, text: str) -> None:
         """Pass on a message."""
-        self._show(text)
+        with suppress(Exception):  # there is no other place to show that it is not shown
+            self._show(text)
         for each in self.all:
-            each.message(text)
+            with self._kept_going(each):
+                each.message(text)
 
     def batch(self, batch: Batch) -> None:
         """Pass on a batch, then each of its touches: as it ended, then as it was revised."""
         revised = dict(batch.revised)
         ended = dict(enumerate(batch.touches, batch.first))
         for each in self.all:
-            each.batch(batch)
+            with self._kept_going(each):
+                each.batch(batch)
             for number in sorted({*ended, *revised}):
                 if number in ended:
-                    each.touch(number, ended[number])
+                    with self._kept_going(each):
+                        each.touch(number, ended[number])
                 if number in revised:
-                    each.touch(number, revised[number])
+                    with self._kept_going(each):
+                        each.touch(number, revised[number])
 
     def ended(self, error: BaseException | None) -> None:
         """Pass on that the measurement has ended."""
         for each in self.all:
-            each.ended(error)
+            with self._kept_going(each):
+                each.ended(error)
+
+    @contextmanager
+    def _kept_going(self, listener: Listener) -> Iterator[None]:
+        """Count an error of a listener, and show its first one."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001  nothing that shows a measurement may end it
+            name = type(listener).__name__
+            self.failures[name] += 1
+            if self.failures[name] == 1:
+                text = f"{name} failed: {type(error).__name__}: {error}; the measurement goes on"
+                with suppress(Exception):
+                    self._show(text)

@@ -37,6 +37,7 @@ class RecordingControl:
         reader: Reader,
         backlog: Backlog | None,
         counters: Callable[[], StreamCounters],
+        notify: Callable[[str], object],
     ) -> None:
         self.recorder: Recorder | None = None
         self.is_ended = False
@@ -45,6 +46,7 @@ class RecordingControl:
         self._reader = reader
         self._backlog = backlog
         self._counters = counters
+        self._notify = notify
         self._before = StreamCounters()  # when the recording began
         self._recorded: int | None = None  # number of the last sample of the recording before
         self._switching = RLock()  # held while a recording begins or ends: that waits for the disk
@@ -72,6 +74,7 @@ class RecordingControl:
                 {"scene": self._tracker.scene, **self._tracker.settings},
                 notes,
                 zero_ns=lambda: self._reader.zero_ns,
+                notify=self._notify,
             )
             with self._reader.lock:
                 start = self._backlog_start(earlier=earlier)
@@ -135,7 +138,7 @@ class RecordingControl:
                     self._backlog.marks.append(SidecarMark.at(last, "tare", "tare"))
                 recorder = self.recorder
             if recorder:
-                recorder.mark("tare", last, "tare")
+                recorder.mark_later(SidecarMark.at(last, "tare", "tare"))
 
     def note(self, text: str) -> None:
         """Add a note to the recording."""

@@ -59,14 +59,15 @@ class Stream:
         How many of the newest samples are kept in memory, 1024 to 2**24, so that a recording that
         is started later can begin with them: see `start_recording`. Default: none.
     outlives_recording : bool
-        Go on without a recording that fails, for example on a full disk; `stop_recording` then
-        raises its error. Default: its error ends the measurement.
+        Go on without a recording whose file is removed or changed; `stop_recording` then raises its
+        error. Default: its error ends the measurement. A disk that fails or is full ends neither:
+        see `Recorder`.
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
         Called with a message when a device is unplugged or back, when the baseline is found to be
-        wrong or is measured again, and when a channel is outside the range of the converter without
-        a touch.
+        wrong or is measured again, when a channel is outside the range of the converter without a
+        touch, and when a recording or a listener fails.
     **settings
         As in `Tracker`.
 
@@ -152,7 +153,12 @@ class Stream:
         self._reader = Reader(source, queue, backlog, outlives=outlives_recording)
         self._first_recording = (record, notes or [])
         self._recording = RecordingControl(
-            source, tracker, self._reader, backlog, lambda: self.counters
+            source,
+            tracker,
+            self._reader,
+            backlog,
+            lambda: self.counters,
+            self._listeners.message,
         )
         self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
         self._begun = False
