@@ -131,6 +131,12 @@ class ConnectionState(Listener):
             following = (
                 None  # the list was changed during this touch, which is on what was next before
             )
+        rows_wait, notes_wait, unrecorded = "", "", 0
+        if last:
+            unrecorded = last.dropped
+        if recorder:
+            rows_wait = recorder.rows_trouble
+            notes_wait = recorder.sidecar_trouble
         return Facts(
             state,
             seen=seen,
@@ -149,9 +155,9 @@ class ConnectionState(Listener):
             pace=self._pace(at_s, counters, steady=source.live and not troubles),
             recording=recorder.path.name if recorder else "",
             recording_error=str(last.error or "") if last else "",
-            rows_wait=recorder.rows_trouble if recorder else "",
-            notes_wait=recorder.sidecar_trouble if recorder else "",
-            unrecorded=last.dropped if last else 0,
+            rows_wait=rows_wait,
+            notes_wait=notes_wait,
+            unrecorded=unrecorded,
             error=measurement.error,
             forced=measurement.forced,
             result=self._result(),

@@ -560,8 +560,9 @@ class RecordedMeasurement(Measurement):
 
 def _waiting(recorder: Recorder | None) -> str:
     """Return what an answer adds if a mark is not on the disk yet."""
-    trouble = recorder.sidecar_trouble if recorder else ""
-    return f" {trouble}." if trouble else ""
+    if recorder is None or not recorder.sidecar_trouble:
+        return ""
+    return f" {recorder.sidecar_trouble}."
 
 
 AnyMeasurement = LiveMeasurement | RecordedMeasurement

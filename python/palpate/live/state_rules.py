@@ -211,8 +211,8 @@ def _device_faults(facts: Facts) -> Iterator[View]:
     elif facts.rows_wait:
         text = f"{_sentence(facts.rows_wait)} Make room on the disk; nothing is lost yet."
         yield StatusLine("rows wait", "caution", "The recording waits.", text), None
-    if text := facts.notes_wait:
-        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(text)), None
+    if facts.notes_wait:
+        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(facts.notes_wait)), None
 
 
 def _signal_faults(facts: Facts) -> Iterator[View]:
