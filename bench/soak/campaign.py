@@ -129,8 +129,9 @@ class Campaign:
         else:
             outcome = self._after_fault(path, run, trial)
         left = [each.name for each in path.parent.iterdir() if each.name.startswith(".")]
-        if not trial.killed_after_s:
-            outcome.files_left = len(left)
+        outcome.files_left = len(
+            left
+        )  # after a kill: after the repair, which is the next program there
         if outcome.broken:
             outcome.texts = [f"{trial}: {run.code} {run.printed[-400:]} {run.end} {left}"]
         return outcome
@@ -178,19 +179,20 @@ class Campaign:
         is_printed = call[1] in PRINTED
         allowed = (0, 1, 4) if is_printed else (0,)  # a print that fails is an error at the end
         outcome.ended = int(run.code not in allowed or bool(run.end.get("error")))
-        outcome.unclean = int(path.exists() and not check(path).clean)
+        outcome.unclean = int(not _is_clean(path))
         if trial.is_session:
             outcome.touches = int(run.end.get("touches") != clean.end["touches"])
             outcome.orders_lost = _orders_lost(path, run)
-            must_count = call[0] in ("write", "rename") and call[1] in ("run.csv", "run.json~")
-            outcome.unnoticed = int(must_count and not run.end.get("failures"))
+            has_struck = run.calls.get((call[0], call[1]), 0) >= int(call[2])
+            must_count = call[0] in ("write", "rename") and call[1] in ("run.csv", "run.json")
+            outcome.unnoticed = int(has_struck and must_count and not run.end.get("failures"))
         return outcome
 
     def _after_usb(self, path: Path, run: Run) -> Outcome:
         """Count touches that are wrong without a flag; what the board never sent is no lost row."""
         outcome = Outcome(rows_lost=int(run.end.get("dropped", 1)))
         outcome.ended = int(run.code != 0 or bool(run.end.get("error")))
-        outcome.unclean = int(not check(path).clean)
+        outcome.unclean = int(not _is_clean(path))
         outcome.orders_lost = _orders_lost(path, run)
         expected = self.session.end["touches"]
         found = run.end.get("touches", [])
@@ -213,9 +215,13 @@ class Campaign:
         return outcome
 
 
+def _is_clean(path: Path) -> bool:
+    return path.exists() and bool(check(path).clean)
+
+
 def _orders_lost(path: Path, run: Run) -> int:
     """Return how many orders were answered that the sidecar does not have."""
-    answered = [entry["order"] for entry in run.answers if "order" in entry]
+    answered: list[int] = [entry["order"] for entry in run.answers if "order" in entry]
     found = load_checked(path)
     if found is None:
         return len(answered)
@@ -223,7 +229,8 @@ def _orders_lost(path: Path, run: Run) -> int:
     lost = [number for number in answered if number % 3 != 2 and f"order {number}" not in has]
     titles = [number for number in answered if number % 3 == 2]
     newest = int(found.session.title.rpartition(" ")[2] or -1)
-    return len(lost) + sum(number > newest for number in titles)
+    lost += [number for number in titles if number > newest]
+    return len(lost)
 
 
 def systematic(campaign: Campaign, random: Random) -> list[Trial]:
@@ -289,16 +296,22 @@ def run_trials(campaign: Campaign, seconds: float, seed: int) -> dict[str, list[
 
 def table(figures: dict[str, dict[str, int]]) -> str:
     """Return the figures as a table."""
+    titles = (
+        "tried | refused at the start | rows lost | measurements ended | other touches "
+        "| answered orders lost | not counted, not clean, or a file left"
+    )
+    lines = [f"| fails | {titles} |", "|---|---|---|---|---|---|---|---|"]
     names = ("tried", "refused", "rows_lost", "ended", "touches", "orders_lost")
-    titles = "tried | refused at the start | rows lost | measurements ended | other touches | answered orders lost"
-    lines = [f"| fails | {titles} |", "|---|---|---|---|---|---|---|"]
     for family in sorted(figures):
-        cells = " | ".join(str(figures[family][name]) for name in names)
+        row = figures[family]
+        counts = [row[name] for name in names]
+        counts.append(row["unnoticed"] + row["unclean"] + row["files_left"])
+        cells = " | ".join(map(str, counts))
         lines.append(f"| {family} | {cells} |")
     return "\n".join(lines)
 
 
-def summed(outcomes: dict[str, Sequence[Outcome]]) -> dict[str, dict[str, int]]:
+def summed(outcomes: dict[str, list[Outcome]]) -> dict[str, dict[str, int]]:
     """Return the sums of each family."""
     figures = {}
     for family, each in outcomes.items():

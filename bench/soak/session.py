@@ -22,9 +22,9 @@ import palpate
 from palpate.live.commands import Workbench
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
-from palpate.samples import DTYPE
+from palpate.samples import DTYPE, Block
+from palpate.source_events import SourceEvent
 from palpate.sources import Source
-from palpate.sources.base import SourceItem
 from palpate.stream import Batch, Listener, Stream
 
 ANSWERS = 3
@@ -46,7 +46,7 @@ class Paced(Source):
         self._speed = speed
         self._stopped = False
 
-    def __iter__(self) -> Iterator[SourceItem]:
+    def __iter__(self) -> Iterator[Block | SourceEvent]:
         """Yield the items, in blocks of some samples."""
         items = list(_in_blocks(self._source))
         begun_s = time.monotonic()
@@ -82,7 +82,7 @@ class Paced(Source):
         self._source.close()
 
 
-def _in_blocks(source: Source) -> Iterator[SourceItem]:
+def _in_blocks(source: Source) -> Iterator[Block | SourceEvent]:
     """Yield samples in blocks of `PAIRS`, and events in their place."""
     waiting = np.empty(0, DTYPE)
     for item in source:

@@ -5,17 +5,19 @@ import gzip
 import io
 import os
 import re
+import shutil
 import stat
 import sys
 import time
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any, BinaryIO, TextIO
 
 from palpate.errors import RecordingError
+from palpate.file_locks import try_lock, unlock
 
 Json = dict[str, Any]
 """The contents of a JSON or TOML file, or an entry of it."""
@@ -35,6 +37,8 @@ EXISTS = "already exists: choose another name"
 _AGAIN_S = 0.02
 _PART = 1 << 22  # bytes
 _GZIP = b"\x1f\x8b"
+_LEFT = re.compile(r"\..{1,40}\.palpate-[0-9a-f]{16}", re.DOTALL)
+"""Name of a file that is being written."""
 _DEVICE = re.compile(
     r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE
 )
@@ -254,8 +258,9 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     """Write a file that replaces another one when it is complete: readers see the old or the new.
 
     It is written under a random name in the same folder, and no file that exists is opened. After
-    an error it is removed. It gets the permissions of the file that it replaces, else those of the
-    umask. A link is replaced, and the file that it points to stays as it is.
+    an error it is removed; after a kill, by the next program that writes in this folder. It gets
+    the permissions of the file that it replaces, else those of the umask. A link is replaced, and
+    the file that it points to stays as it is.
 
     Raises
     ------
@@ -264,13 +269,15 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         Windows: another program keeps it open, or the name cannot be that of a file.
     """
     require_file_name(path)
+    _remove_left(path.absolute().parent)
     mode = _mode_of(path)
-    beside = path.with_name(f".{path.name[:40]}.{os.urandom(8).hex()}")
+    beside, file = _create_beside(path)
     try:
-        with beside.open("xb") as file:  # follows no link, and opens no file that exists
+        with file:
             yield file
             file.flush()
             to_disk(file.fileno())
+            unlock(file)
         if mode is not None:
             beside.chmod(mode)
         replace(beside, path)
@@ -282,6 +289,65 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         raise
     sync(path)  # FAT writes the entry of a name only with the file, not with the folder
     sync(path.parent)
+
+
+@contextmanager
+def replacing_both(path: Path, other: Path) -> Iterator[tuple[BinaryIO, BinaryIO]]:
+    """As `replacing` for two files: both are replaced, or after an error none.
+
+    After a kill between two renames the first one may be there without the other.
+    """
+    kept, copy = None, None
+    with ExitStack() as undo:
+        if path.exists():
+            kept, copy = _create_beside(path)
+            undo.callback(kept.replace, path)
+            undo.enter_context(copy)  # open until then: its lock says that it is in use
+            with path.open("rb") as present:
+                shutil.copyfileobj(present, copy)
+            copy.flush()
+        else:
+            undo.callback(path.unlink, missing_ok=True)
+        with replacing(other) as second, replacing(path) as first:
+            yield first, second
+        undo.pop_all()
+    if kept and copy:
+        copy.close()
+        kept.unlink(missing_ok=True)
+
+
+def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
+    """Create a locked file in the folder of another one: the lock ends with this process."""
+    while True:
+        beside = path.with_name(f".{path.name[:40]}.palpate-{os.urandom(8).hex()}")
+        try:
+            file = beside.open("xb")  # follows no link, and opens no file that exists
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        try:
+            is_own = try_lock(file) is not False and beside.exists()
+            file.seek(0)  # on Windows a lock moves the position
+        except BaseException:
+            file.close()
+            beside.unlink(missing_ok=True)
+            raise
+        if is_own:
+            return beside, file
+        file.close()  # another program has taken it for left, and removes it
+
+
+@lru_cache(maxsize=256)
+def _remove_left(folder: Path) -> None:
+    """Remove the incomplete files of killed programs in a folder; once for each folder.
+
+    Theirs have a name of palpate, and no lock. Where there are no locks, all stay.
+    """
+    with suppress(OSError):
+        for path in folder.glob(".*.palpate-*"):
+            if _LEFT.fullmatch(path.name) and path.is_file() and not path.is_symlink():
+                with suppress(OSError), path.open("r+b") as file:
+                    if try_lock(file):
+                        path.unlink()
 
 
 def write_file(path: Path, data: bytes) -> None:

@@ -2,19 +2,23 @@
 
 import json
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_lines import document, run
 from foreign_files import measurement
-from palpate import Status, check
+from palpate import Status, check, files, recorded
+from palpate.recording import convert
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from palpate.samples import Block
 from pyarrow import parquet
 from recording_bench import killed, record, sample
+
+from bench.soak.memory import written
 
 
 def block(path: Path) -> Block:
@@ -49,6 +53,46 @@ def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
         True
     ] * 4
     assert made["notes"][-1].startswith("converted from own.csv by palpate ")
+
+
+def test_parquet_is_written_by_groups_of_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recording of a day needs the memory of one group; the rows and their seal are the same."""
+    monkeypatch.setattr(convert, "GROUP", 8192)
+    path, out = tmp_path / "long.csv", tmp_path / "long.parquet"
+    rows = written(path, hours=1.0)
+    tracemalloc.start()
+    assert convert.convert(recorded(path), out) == rows
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    metadata = parquet.read_metadata(out)
+    sizes = [metadata.row_group(number).num_rows for number in range(metadata.num_row_groups)]
+    assert sum(sizes) == rows
+    assert max(sizes) <= 8192
+    assert len(sizes) >= rows // 8192
+    assert peak < path.stat().st_size, "the whole text alone has this size"
+    back = tmp_path / "back.csv"
+    assert run("convert", out, "-o", back).exit_code == 0
+    assert back.read_bytes() == path.read_bytes()
+    assert check(back).clean
+
+
+def test_a_recording_and_its_sidecar_are_both_written_or_none(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = set(tmp_path.iterdir())
+    replace = files.replace
+
+    def failing(path: Path, target: Path) -> None:
+        if target.suffix == ".json":
+            raise OSError(28, "No space left on device", str(target))
+        replace(path, target)
+
+    monkeypatch.setattr("palpate.files.replace", failing)
+    result = run("convert", own, "-o", tmp_path / "new.csv")
+    assert (result.exit_code, set(tmp_path.iterdir())) == (4, before)
+    assert "No space left on device" in result.stderr
 
 
 def test_a_torn_and_endless_recording_says_so(tmp_path: Path) -> None:

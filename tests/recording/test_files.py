@@ -4,6 +4,8 @@ import errno
 import os
 import re
 import stat
+import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +16,8 @@ from palpate import Calibration
 from palpate.ad7746.evalkit.usb_bus import read_hex
 from palpate.calibration.specimen_files import read_moduli
 from palpate.errors import CalibrationError, ProtocolError, RecordingError
-from palpate.files import parse_toml, replacing
+from palpate.file_locks import try_lock
+from palpate.files import parse_toml, replacing, replacing_both, write_file
 
 NODES = ["pipe", "folder"]
 
@@ -133,6 +136,85 @@ def test_a_file_is_synced_before_and_after_it_gets_its_name(
     write(path)
     file, folder = path.stat().st_ino, tmp_path.stat().st_ino
     assert synced == [(file, b"old"), (file, b"new"), (folder, b"new")]
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from palpate.files import replacing
+with replacing(Path(sys.argv[1])) as file:
+    file.write(b"half")
+    file.flush()
+    os.kill(os.getpid(), 9)
+"""
+
+
+def test_the_next_program_removes_what_a_killed_one_left(tmp_path: Path) -> None:
+    """No file of a program that lives, and no other file."""
+    done = subprocess.run([sys.executable, "-c", KILLED, str(tmp_path / "run.json")], check=False)
+    assert done.returncode == -9
+    [left] = tmp_path.iterdir()
+    others = [
+        f"{left.name}.txt",
+        left.name.replace("palpate", "other"),
+        f"x{left.name}",
+        ".a.palpate-12",
+    ]
+    for name in others:
+        (tmp_path / name).write_text("precious")
+    alive = left.with_name(left.name[:-1] + ("0" if left.name[-1] != "0" else "1"))
+    with alive.open("xb") as file:
+        assert try_lock(file)
+        write_file(tmp_path / "b.json", b"new")
+        assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+            [*others, alive.name, "b.json"]
+        )
+
+
+def test_a_file_whose_lock_another_program_takes_gets_another_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes the file for left, as it is not locked yet."""
+    taken = iter([False, True])
+    monkeypatch.setattr("palpate.files.try_lock", lambda _: next(taken))
+    monkeypatch.setattr("palpate.files._remove_left", lambda _: None)
+    write_file(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert next(taken, None) is None
+
+
+@pytest.mark.parametrize("there", [True, False])
+@pytest.mark.parametrize("fails", [1, 2])
+def test_two_files_are_both_replaced_or_none(
+    there: bool, fails: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [tmp_path / "run.csv", tmp_path / "run.json"]
+    if there:
+        for path in paths:
+            path.write_text("old")
+    before = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    calls = list[Path]()
+    replace = palpate.files.replace
+
+    def failing(path: Path, target: Path) -> None:
+        calls.append(target)
+        if len(calls) == fails:
+            raise PermissionError(errno.EACCES, "Permission denied", str(target))
+        replace(path, target)
+
+    def replace_both() -> None:
+        with replacing_both(*paths) as (first, second):
+            first.write(b"new")
+            second.write(b"new")
+
+    monkeypatch.setattr("palpate.files.replace", failing)
+    with pytest.raises(PermissionError):
+        replace_both()
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == before
+    monkeypatch.undo()
+    replace_both()
+    assert [path.read_text() for path in paths] == ["new", "new"]
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 from palpate import check, read, recorded
 from palpate.errors import RecordingError
+from palpate.file_locks import unlock
 from palpate.recording import sidecar, writer
 from palpate.recording.rows import HEADERS
-from palpate.recording.writer import unlock
 from palpate.samples import block_of
 from recording_bench import DAMAGES, damaged, rows_of, sample, survivors
 

@@ -12,8 +12,9 @@ from threading import Event, Timer
 from unittest.mock import Mock
 
 import pytest
-from palpate import check, read
+from palpate import check, file_locks, read
 from palpate.errors import RecordingError
+from palpate.file_locks import lock, unlock
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
 from palpate.recording import sidecar_file as sidecar_file_module
@@ -23,7 +24,7 @@ from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
 from palpate.recording.sidecar import MarkKind, SidecarMark
-from palpate.recording.writer import is_locked, lock, unlock
+from palpate.recording.writer import is_locked
 from palpate.samples import block_of
 from palpate.source_events import Conditions
 from palpate.stream import stream as stream_module
@@ -473,7 +474,7 @@ def test_a_second_one_is_refused_and_readers_are_not(
         assert path.read_bytes() == b"x"
         unlock(first)
         lock(second)
-        monkeypatch.setattr(writer_module, "_WAIT_S", 60.0)
+        monkeypatch.setattr(file_locks, "_WAIT_S", 60.0)
         ending = Timer(0.1, unlock, (second,))
         ending.start()
         lock(first)
@@ -487,7 +488,7 @@ def test_a_file_system_without_locks_takes_a_recording(
     def none(*_: object, shared: bool) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(writer_module, "_take", none)
+    monkeypatch.setattr(file_locks, "_take", none)
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
     assert recorder.push(sample(0))
     assert not is_locked(tmp_path / "run.csv")

@@ -3,6 +3,7 @@
 import math
 import os
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, need
-from palpate.files import Json, file_errors, replacing
+from palpate.files import Json, file_errors, replacing, replacing_both
 from palpate.recording import sidecar
 from palpate.recording.csv_reader import RecordingFile
 from palpate.recording.integrity import Known
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
 SUFFIXES = (".csv", ".parquet", ".arrow", ".feather")
+GROUP = 2**17
+"""Most rows of a row group, 57 min at 38 pairs a second: so much is in memory at a time."""
 KEY = b"palpate"
 """The key of the sidecar in the metadata."""
 _COLUMNS = {
@@ -123,19 +126,66 @@ def convert(recording: "OpenedRecording", target: Path, *, force: bool = False) 
     if target.suffix == ".csv":
         targets.append(sidecar.sidecar_path(target))
     _require_free(recording, targets, force=force)
-    rows = np.concatenate([np.zeros(0, DTYPE), *recording.blocks()], dtype=DTYPE)
-    rows["status"][~(np.isfinite(rows["hard"]) & np.isfinite(rows["soft"]))] = int(Status.LOST)
-    text = HEADER.encode() + format_rows(rows)
-    document = _document(
-        recording, {"rows": len(rows), "bytes": len(text), "crc32": zlib.crc32(text)}
-    )
-    with file_errors(target, "cannot be written"), replacing(target) as file:
+    seal = _Seal()
+    with file_errors(target, "cannot be written"):
         if target.suffix == ".csv":
-            file.write(text)
-            sidecar.save(sidecar.sidecar_path(target), document)
+            with replacing_both(*targets) as (file, beside):
+                file.write(HEADER.encode())
+                for _, text in _groups(recording, seal):
+                    file.write(text)
+                beside.write(sidecar.text_of(_document(recording, seal)).encode())
         else:
-            _write_columns(file, target.suffix, rows, document)
-    return len(rows)
+            with replacing(target) as file:
+                _write_columns(file, target.suffix, recording, seal)
+    return seal.rows
+
+
+class _Seal:
+    """Rows, bytes and CRC-32 of the rows so far, as text with the header."""
+
+    def __init__(self) -> None:
+        self.rows = 0
+        self.bytes = len(HEADER)
+        self.crc32 = zlib.crc32(HEADER.encode())
+
+    def add(self, rows: int, text: bytes) -> None:
+        """Add rows."""
+        self.rows += rows
+        self.bytes += len(text)
+        self.crc32 = zlib.crc32(text, self.crc32)
+
+    def as_dict(self) -> dict[str, int]:
+        """Return the entries of the end in the sidecar."""
+        return {"rows": self.rows, "bytes": self.bytes, "crc32": self.crc32}
+
+
+def _groups(
+    recording: "OpenedRecording", seal: _Seal, most: int | None = None
+) -> Iterator[tuple[Block, bytes]]:
+    """Yield the first rows in groups of at most `GROUP`, and their text, which the seal gets, too."""
+    waiting = list[Block]()
+    count = 0
+    for block in recording.blocks():
+        if waiting and count + len(block) > GROUP:
+            yield _group(waiting, seal, most)
+            waiting.clear()
+            count = 0
+        waiting.append(block)
+        count += len(block)
+    if count:
+        yield _group(waiting, seal, most)
+
+
+def _group(blocks: list[Block], seal: _Seal, most: int | None) -> tuple[Block, bytes]:
+    """Return one block, and its text; rows without a value are marked as lost."""
+    rows = np.concatenate(blocks, dtype=DTYPE)
+    if most is not None:
+        rows = rows[: most - seal.rows]
+    has_values = np.isfinite(rows["hard"]) & np.isfinite(rows["soft"])
+    rows["status"][~has_values] = int(Status.LOST)
+    text = format_rows(rows)
+    seal.add(len(rows), text)
+    return rows, text
 
 
 def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: bool) -> None:
@@ -148,18 +198,29 @@ def _require_free(recording: "OpenedRecording", targets: list[Path], *, force: b
             raise RecordingError(path, "already exists: choose another name, or use --force")
 
 
-def _write_columns(file: BinaryIO, suffix: str, rows: Block, document: Json) -> None:
-    complete = schema().with_metadata({KEY: sidecar.text_of(document)})
-    columns = [np.ascontiguousarray(rows[name]) for name in NAMES]
-    table = need("pyarrow", "tables").table(columns, schema=complete)
+def _write_columns(file: BinaryIO, suffix: str, recording: "OpenedRecording", seal: _Seal) -> None:
+    """Write the groups; read twice, as the seal is before the rows.
+
+    A recording that still runs may have more rows the second time: they are left out.
+    """
+    for _ in _groups(recording, seal):
+        pass
+    complete = schema().with_metadata({KEY: sidecar.text_of(_document(recording, seal))})
+    arrow = need("pyarrow", "tables")
     if suffix == ".parquet":
-        need("pyarrow.parquet", "tables").write_table(table, file)
-        return
-    with need("pyarrow.ipc", "tables").new_file(file, complete) as whole:
-        whole.write_table(table)
+        output = need("pyarrow.parquet", "tables").ParquetWriter(file, complete)
+    else:
+        output = need("pyarrow.ipc", "tables").new_file(file, complete)
+    again = _Seal()
+    with output as whole:
+        for rows, _ in _groups(recording, again, seal.rows):
+            columns = [np.ascontiguousarray(rows[name]) for name in NAMES]
+            whole.write_table(arrow.table(columns, schema=complete))
+    if again.as_dict() != seal.as_dict():
+        raise RecordingError(recording.path, "was changed while it was read: try again")
 
 
-def _document(recording: "OpenedRecording", seal: dict[str, int]) -> Json:
+def _document(recording: "OpenedRecording", seal: _Seal) -> Json:
     """Return the sidecar of the output; its end has the doubts on the source."""
     document = dict(recording.sidecar.entries)
     if not document:
@@ -170,10 +231,10 @@ def _document(recording: "OpenedRecording", seal: dict[str, int]) -> Json:
     source = f"converted from {recording.path.name}"
     document["notes"] = [*document.get("notes", []), f"{source} by palpate {__version__}"]
     document.pop("checkpoint", None)
-    end = {"dropped": 0, "clean": True, **document.get("end", {}), **seal}
+    end = {"dropped": 0, "clean": True, **document.get("end", {}), **seal.as_dict()}
     if isinstance(recording, RecordingFile):
         found = recording.integrity
-        if found.verified < seal["rows"]:
+        if found.verified < seal.rows:
             end["verified"] = found.verified
         if found.limits and "repaired" not in end:
             end["clean"] = False

@@ -3,74 +3,23 @@
 A lock on the open file marks it; the lock ends with the process, also if that is killed.
 """
 
-import errno
 import os
-import sys
 import time
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import NamedTuple
 
 from palpate.errors import RecordingError
-from palpate.files import (
-    EXISTS,
-    STANDARD_INPUT,
-    Json,
-    file_errors,
-    open_regular,
-    to_disk,
-)
+from palpate.file_locks import is_in_use, lock, unlock
+from palpate.files import EXISTS, STANDARD_INPUT, Json, file_errors, open_regular, to_disk
 from palpate.recording import sidecar
 from palpate.recording.retry_state import RetryState, reason_of
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.sidecar_file import SidecarFile
 from palpate.samples import Block
-
-# a reader that asks has the lock for some microseconds
-_WAIT_S = 1.0
-_AGAIN_S = 0.005
-
-if sys.platform == "win32":  # pragma: no cover: Windows only
-    import msvcrt
-
-    _PLACE = 2**31 - 2  # nobody else can read a locked byte: one that only a recording of 2 GB has
-
-    def _take(descriptor: int, *, shared: bool) -> None:
-        """Take the lock; `is_locked` takes it for a moment, too: the standard library has no shared lock on Windows."""
-        os.lseek(descriptor, _PLACE, os.SEEK_SET)
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-
-    def _release(descriptor: int) -> None:
-        os.lseek(descriptor, _PLACE, os.SEEK_SET)
-        msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
-
-else:
-    import fcntl
-
-    def _take(descriptor: int, *, shared: bool) -> None:
-        """Lock the whole file; the lock only marks it as in use."""
-        fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-
-    def _release(descriptor: int) -> None:
-        fcntl.flock(descriptor, fcntl.LOCK_UN)
-
-
-def lock(file: IO[Any]) -> None:
-    """Lock an open file, if the file system has locks; BlockingIOError: another process has it."""
-    until = time.monotonic() + _WAIT_S
-    while _is_taken(file, shared=False):
-        if time.monotonic() > until:
-            raise BlockingIOError(errno.EWOULDBLOCK, os.strerror(errno.EWOULDBLOCK))
-        time.sleep(_AGAIN_S)
-
-
-def unlock(file: IO[Any]) -> None:
-    """Unlock a file before it is closed: Windows would unlock later, and a child may have it open."""
-    with suppress(OSError):
-        _release(file.fileno())
 
 
 def is_locked(path: Path) -> bool:
@@ -78,21 +27,7 @@ def is_locked(path: Path) -> bool:
     if path == STANDARD_INPUT:
         return False
     with open_regular(path) as file:
-        for _ in range(2):  # on Windows a second reader that asks has the lock for a moment
-            if not _is_taken(file, shared=True):
-                unlock(file)
-                return False
-            time.sleep(_AGAIN_S)
-    return True
-
-
-def _is_taken(file: IO[Any], *, shared: bool) -> bool:
-    """Lock a file, or return True: another process has the lock."""
-    try:
-        _take(file.fileno(), shared=shared)
-    except OSError as error:  # another number: the file system has no locks
-        return isinstance(error, BlockingIOError | PermissionError)
-    return False
+        return is_in_use(file)
 
 
 # O_APPEND: after another program has cut the file, a row does not leave a hole of zeros before it.
