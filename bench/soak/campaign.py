@@ -22,9 +22,9 @@ from dataclasses import asdict, dataclass, field
 from errno import EACCES, EBUSY, EIO, EMFILE, ENOSPC, EPIPE
 from pathlib import Path
 from random import Random
-from typing import Any
 
 from palpate import check
+from palpate.files import Json
 from palpate.recording.sidecar import load_checked
 
 from bench.results_age import RESULTS, about
@@ -85,12 +85,12 @@ class Run:
 
     code: int
     rows: list[str]
-    answers: list[dict[str, Any]]
+    answers: list[Json]
     printed: str
     calls: dict[tuple[str, str], int]
 
     @property
-    def end(self) -> dict[str, Any]:
+    def end(self) -> Json:
         """The last answer: the result of the session."""
         return self.answers[-1] if self.answers else {}
 

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import palpate
+from palpate.files import Json
 from palpate.live.commands import Workbench
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
@@ -63,7 +64,7 @@ class Paced(Source):
         self.position = 1.0
         self.may_end.wait()
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the description of the source."""
         return self._source.describe()
 
@@ -100,7 +101,7 @@ def _in_blocks(source: Source) -> Iterator[Block | SourceEvent]:
         yield waiting
 
 
-def answer(entry: dict[str, Any]) -> None:
+def answer(entry: Json) -> None:
     """Tell the campaign that this was answered."""
     os.write(ANSWERS, (json.dumps(entry) + "\n").encode())
 
