@@ -2,6 +2,7 @@
 
 import json
 import sys
+from random import Random
 
 import pytest
 from effort import SEED
@@ -46,7 +47,7 @@ def test_a_fault_that_lasts_to_the_end_is_noticed(ready: Campaign, call: str, ke
 
 @linux
 def test_each_call_of_a_recording_is_among_its_trials(ready: Campaign) -> None:
-    families = {trial.family for trial in campaign.systematic(ready, campaign.Random(1))}
+    families = {trial.family for trial in campaign.systematic(ready, Random(1))}
     calls = {
         f"{call} {target}"
         for call in ("open", "write", "sync")

@@ -2,12 +2,14 @@
 
 import json
 import sys
+from itertools import count
 from pathlib import Path
 
 import pytest
 from command_lines import document, run
 from palpate import Status, check
 from palpate.recording.sidecar import load
+from palpate.recording.writer import Writer
 from recording_bench import killed, record, sample
 
 linux = pytest.mark.skipif(
@@ -24,6 +26,28 @@ def rows(printed: str) -> dict[int, str]:
 def advice_lines(printed: str) -> set[str]:
     """Return the sentences about touches."""
     return {line for line in printed.splitlines() if line.startswith("touch ") and ": " in line}
+
+
+def test_a_disk_that_stays_full_ends_no_measurement_and_is_exit_code_4(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All touches are measured; the rows that are not in the file are counted."""
+    monkeypatch.setattr("palpate.recording.recorder.PATIENCE_S", 0.0)
+    append = Writer._append
+    calls = count()
+
+    def full(self: Writer, rows: int, data: bytes) -> None:
+        if next(calls):
+            raise OSError(28, "No space left on device")
+        append(self, rows, data)
+
+    monkeypatch.setattr(Writer, "_append", full)
+    path = tmp_path / "run.csv"
+    recorded = run("record", "sim:four-specimens?seed=1", "-o", path)
+    assert (recorded.exit_code, list(rows(recorded.stdout))) == (4, [1, 2, 3, 4])
+    assert "not written; file closed" in recorded.stderr
+    last = recorded.stderr.splitlines()[-1]
+    assert last.startswith(f"Error: {path}: cannot be written: No space left on device; ")
 
 
 def test_record_check_replay(tmp_path: Path) -> None:

@@ -238,7 +238,8 @@ def test_a_sidecar_that_is_held_ends_no_measurement_and_gets_all_marks_later(
         line = bench.waited("notes wait")["line"]
         assert (line["title"], line["level"]) == ("Notes wait.", "caution")
         assert measurement.running
-    soon(lambda: not measurement.recorder.sidecar_trouble)
+    recorder: Any = measurement.recorder
+    soon(lambda: not recorder.sidecar_trouble)
     measurement.close()
     document = json.loads((tmp_path / "run.json").read_text())
     assert sorted(mark["text"] for mark in document["marks"]) == ["", "tare", "tare"]
@@ -259,7 +260,8 @@ def test_a_full_disk_ends_no_measurement(tmp_path: Path, monkeypatch: pytest.Mon
         line = bench.waited("rows wait")["line"]
         assert line["text"].startswith("run.csv: cannot be written: No space left on device; ")
         assert measurement.running
-    soon(lambda: not measurement.recorder.rows_trouble)
+    recorder: Any = measurement.recorder
+    soon(lambda: not recorder.rows_trouble)
     measurement.close()
     assert (measurement.error, measurement.failed) == ("", False)
     report = palpate.check(tmp_path / "run.csv")

@@ -7,6 +7,7 @@ import os
 import re
 import zlib
 from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
 from threading import Event, Timer
 from unittest.mock import Mock
@@ -203,9 +204,11 @@ def test_a_row_that_was_written_in_part_is_cut_also_later(
     """The disk fails while a row is written, and then refuses to cut it."""
     path = tmp_path / "run.csv"
     writer = writer_module.Writer(path, sidecar.fresh({}, {}, []))
-    torn = Mock(
-        side_effect=lambda file, data: os.write(file.fileno(), data[:7]) and _raise(NO_SPACE)
-    )
+
+    def torn(file: FileIO, data: bytes) -> None:
+        os.write(file.fileno(), data[:7])
+        raise NO_SPACE
+
     with monkeypatch.context() as broken:
         broken.setattr(writer_module, "write", torn)
         broken.setattr(writer_module.Writer, "_cut_torn_row", Mock(side_effect=[None, NO_SPACE]))
@@ -278,6 +281,24 @@ def test_a_full_queue_loses_rows_and_the_recording_resumes_after_a_gap(
     assert (check(path).survey.gaps, check(path).survey.lost) == (1, lost)
 
 
+def test_a_source_that_can_wait_waits_for_a_disk_that_fails_but_not_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder_module, "capacity_for", lambda _: 64)
+    monkeypatch.setattr(recorder_module, "PATIENCE_S", 1e9)
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    monkeypatch.setattr(writer_module, "write", Mock(side_effect=NO_SPACE))
+    recorder.push(sample(0))
+    soon(lambda: recorder.rows_trouble)
+    for seq in range(1, 50):
+        recorder.push(sample(seq))
+    assert recorder.is_behind
+    monkeypatch.setattr(recorder_module, "PATIENCE_S", 0.0)
+    assert recorder.room == 64
+    recorder.close()
+    assert recorder.dropped == 50
+
+
 def test_notes_marks_and_session_are_on_the_disk_when_they_are_answered(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {}, {}, [])
@@ -308,10 +329,6 @@ def test_a_sidecar_of_another_program_is_left_and_rows_go_on(tmp_path: Path) -> 
         recorder.close()
     assert (tmp_path / "run.json").read_text() == "precious"
     assert len(path.read_text().splitlines()) == 51
-
-
-def _raise(error: Exception) -> None:
-    raise error
 
 
 def _failing_once(step: Callable[..., object]) -> Callable[..., object]:

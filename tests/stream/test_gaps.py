@@ -2,7 +2,6 @@
 
 import dataclasses
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -125,12 +124,12 @@ def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(
     from palpate.recording.writer import Writer
 
     path, seen = tmp_path / "run.csv", list[tuple[int, int]]()
-    append: Callable[..., None] = Writer.write
+    append = Writer.write
 
-    def noticed(self: Writer, block: Any) -> None:
+    def noticed(self: Writer, block: Any) -> bool:
         marks = (load(path) or {}).get("marks", [])
         seen.extend((int(seq), len(marks)) for seq in block["seq"])
-        append(self, block)
+        return append(self, block)
 
     monkeypatch.setattr(Writer, "write", noticed)
     recorder = Recorder(path, {}, {}, [])

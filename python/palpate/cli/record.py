@@ -80,9 +80,11 @@ def record_command(
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices`
     and help(palpate.open). Where the board was opened again or its range was set again, the
     recording has a mark, and the baseline is measured again: touch nothing then. Ctrl-C ends the
-    recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no
-    device, or it was unplugged and not connected again; 4, the device sends invalid data, another
-    program read the serial port, too, or the file cannot be written; 5, no sample, or fewer touches than --touches; 130, Ctrl-C, SIGTERM or a
+    recording, too, and so does a closed terminal; the file is closed properly. A disk that is full
+    or fails does not: rows wait in memory, and it is tried again. Exit codes: 3, no device, or it
+    was unplugged and not connected again; 4, the device sends invalid data, another program read
+    the serial port, too, or rows or notes could not be written; 5, no sample, or fewer touches than
+    --touches; 130, Ctrl-C, SIGTERM or a
     closed terminal.
 
     \b

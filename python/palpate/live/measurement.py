@@ -342,9 +342,9 @@ class LiveMeasurement(Measurement):
         mark = Mark(next(self._mark_numbers), self.last_s, sample=self.last)
         if recorder := self.recorder:
             self._put(mark, recorder)
+        self.marks.append(mark)
         if self.outlets:
             self.outlets.mark("mark", "")
-        self.marks.append(mark)
         told = "Marked." if recorder else "Marked; nothing is recorded yet."
         return {"id": mark.id, "message": told + _waiting(recorder)}
 
