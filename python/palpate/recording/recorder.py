@@ -156,9 +156,10 @@ class Recorder:
         file = self._writer.sidecar
         if not file.retry.reason:
             return ""
-        waits = "notes, marks and checkpoints wait in memory, and it is tried again each second"
         if file.is_foreign:
-            waits = "notes, marks and checkpoints are in no file"
+            lost = "notes, marks and checkpoints are in no file"
+            return f"{file.path.name}: {file.retry.reason}; {lost}; rows are written"
+        waits = "notes, marks and checkpoints wait in memory, and it is tried again each second"
         return (
             f"{file.path.name}: cannot be written: {file.retry.reason}; {waits}; rows are written"
         )

@@ -135,11 +135,11 @@ class Writer:
 
     def _unsaved(self) -> RecordingError:
         reason = self.sidecar.retry.reason
-        return RecordingError(
-            self.sidecar.path,
-            f"cannot be written: {reason}; the end of the recording, and what was noted since, "
-            f"are in no file; its {self.written.rows:,} rows are",
-        )
+        if not self.sidecar.is_foreign:
+            reason = f"cannot be written: {reason}"
+        lost = "the end of the recording and the newest notes and marks are in no file"
+        text = f"{reason}; {lost}; its {self.written.rows:,} rows are written"
+        return RecordingError(self.sidecar.path, text)
 
     def _append(self, rows: int, data: bytes) -> None:
         if self._is_doubtful:
