@@ -390,7 +390,7 @@ def test_a_sidecar_that_never_can_be_written_is_an_error_at_the_end(
     recorder.push(sample(0))
     assert "run.json: cannot be written: Device or resource busy" in recorder.sidecar_trouble
     with pytest.raises(
-        RecordingError, match=r"resource busy; the end of the recording, .* its 1 rows are written"
+        RecordingError, match=r"resource busy; the end of the recording and .* its 1 rows are written"
     ):
         recorder.close()
     with pytest.raises(RecordingError, match="cannot be written: Device or resource busy"):
