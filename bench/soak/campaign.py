@@ -28,6 +28,7 @@ from palpate.files import Json
 from palpate.recording.sidecar import load_checked
 
 from bench.results_age import RESULTS, about
+from bench.soak import session
 
 ROOT = Path(__file__).parents[2]
 SHIM = Path(__file__).with_name("failing_calls.c")
@@ -43,7 +44,7 @@ USB_FAULTS = ("stall", "line-error", "no-answer", "late:0.05", "short:2", "unplu
 USB_MOMENTS_S = (0.05, 10.0, 40.0)  # the middle one is between two touches
 SIMULATION = "sim:four-specimens?seed=1&idle=3"
 LONGEST_S = 120.0  # a session that takes longer hangs
-ORDERS = ("note", "mark", "title")
+KILLED_AT_ORDERS = (1, 2, 3, 12, 13, 14, 22, 23, 24)  # notes, marks and titles
 MARK, END = "<!-- campaign -->", "<!-- end -->"
 
 
@@ -56,6 +57,12 @@ class Trial:
     call: str = ""  # as in failing_calls.c: CALL TARGET NUMBER ERRNO MILLISECONDS
     usb: str = ""  # KIND:AMOUNT@SECONDS
     killed_after_s: float = 0.0
+    killed_at_order: int = 0  # as soon as so many orders were answered, from 1
+
+    @property
+    def is_killed(self) -> bool:
+        """Whether the process is killed."""
+        return self.killed_after_s > 0 or self.killed_at_order > 0
 
 
 @dataclass
@@ -120,7 +127,7 @@ class Campaign:
             source = f"{SIMULATION}&fault={trial.usb}"
         run = self._run(f"trial-{number}", trial, source)
         path = self._folder / f"trial-{number}" / "measured" / "run.csv"
-        if trial.killed_after_s:
+        if trial.is_killed:
             outcome = self._after_kill(path, run)
         elif run.code == 4 and not run.rows:
             outcome = Outcome(refused=1)
@@ -157,11 +164,7 @@ class Campaign:
             process = subprocess.Popen(
                 shell, env=environment, stdout=output, stderr=subprocess.STDOUT
             )
-            try:
-                process.wait(trial.killed_after_s or LONGEST_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            _wait_or_kill(process, trial, answers)
         path = measured / "run.csv"
         lines = path.read_text().split("\n")[1:-1] if path.exists() else []
         calls = dict[tuple[str, str], int]()
@@ -215,6 +218,18 @@ class Campaign:
         return outcome
 
 
+def _wait_or_kill(process: "subprocess.Popen[bytes]", trial: Trial, answers: Path) -> None:
+    """Wait for the end of a process, and kill it at its moment, or if it hangs."""
+    until_s = time.monotonic() + (trial.killed_after_s or LONGEST_S)
+    while process.poll() is None and time.monotonic() < until_s:
+        if trial.killed_at_order and answers.exists():
+            if answers.read_bytes().count(b"\n") >= trial.killed_at_order:
+                break
+        time.sleep(0.001 if trial.killed_at_order else 0.02)
+    process.kill()
+    process.wait()
+
+
 def _is_clean(path: Path) -> bool:
     return path.exists() and bool(check(path).clean)
 
@@ -243,6 +258,8 @@ def systematic(campaign: Campaign, random: Random) -> list[Trial]:
             for number in sorted({1, (count + 1) // 2, count}):
                 for ms in DURATIONS_MS:
                     trials.append(_failing(random, call, target, number, ms, is_session))
+    for order in KILLED_AT_ORDERS:
+        trials.append(Trial("kill", killed_at_order=order))
     for fault in USB_FAULTS:
         for at_s in USB_MOMENTS_S:
             trials.append(Trial(f"USB {fault.partition(':')[0]}", usb=f"{fault}@{at_s}"))
@@ -266,6 +283,7 @@ def endless(campaign: Campaign, random: Random) -> Iterator[Trial]:
     calls = [(key, count) for key, count in campaign.session.calls.items()]
     while True:
         yield Trial("kill", killed_after_s=random.uniform(0.5, 4.0))
+        yield Trial("kill", killed_at_order=random.randint(1, session.ORDERS))
         (call, target), count = random.choice(calls)
         yield _failing(
             random, call, target, random.randint(1, count), random.randint(0, 1500), True
@@ -278,7 +296,7 @@ def run_trials(campaign: Campaign, seconds: float, seed: int) -> dict[str, list[
     until_s = time.monotonic() + seconds
     listed = systematic(campaign, random)
     random.shuffle(listed)
-    listed.insert(1, Trial("kill", killed_after_s=random.uniform(1.0, 3.0)))
+    listed.insert(1, Trial("kill", killed_at_order=random.choice(KILLED_AT_ORDERS)))
     rest = endless(campaign, random)
     outcomes = dict[str, list[Outcome]]()
     number = 0
