@@ -198,6 +198,16 @@ def test_a_failure_that_is_over_at_the_next_try_is_counted_and_not_said(
     assert (recorder.failures, recorder.rows, said) == (1, 1, [])
 
 
+def test_an_unexpected_error_in_the_thread_that_writes_ends_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Recorder, "_move_marks", _failing_once(Recorder._move_marks))
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    recorder.push(sample(0))
+    recorder.close()
+    assert (recorder.failures, recorder.rows, recorder.error) == (1, 1, None)
+
+
 def test_a_row_that_was_written_in_part_is_cut_also_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -390,7 +400,8 @@ def test_a_sidecar_that_never_can_be_written_is_an_error_at_the_end(
     recorder.push(sample(0))
     assert "run.json: cannot be written: Device or resource busy" in recorder.sidecar_trouble
     with pytest.raises(
-        RecordingError, match=r"resource busy; the end of the recording and .* its 1 rows are written"
+        RecordingError,
+        match=r"resource busy; the end of the recording and .* its 1 rows are written",
     ):
         recorder.close()
     with pytest.raises(RecordingError, match="cannot be written: Device or resource busy"):

@@ -26,6 +26,7 @@ from palpate.clocks import epoch_at
 from palpate.errors import RecordingError
 from palpate.files import Json
 from palpate.recording import sidecar
+from palpate.recording.retry_state import reason_of
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import MarkKind, SidecarMark
 from palpate.recording.sidecar_file import SidecarFile
@@ -45,10 +46,10 @@ _MOST = 2**20  # samples
 class Recorder:
     """Writes a recording while it is measured.
 
-    What fails is tried again, and `rows_trouble` and `sidecar_trouble` say it: rows wait in a queue of some minutes. If the
-    queue is full, rows are lost; they are counted, and the recording resumes with a gap mark. If
-    the file is removed, renamed, replaced, or changed by another program, `error` is set, and
-    nothing more is written.
+    What fails is tried again, and `rows_trouble` and `sidecar_trouble` say it: rows wait in a queue
+    of some minutes. If the queue is full, rows are lost; they are counted, and the recording
+    resumes with a gap mark. If the file is removed, renamed, replaced, or changed by another
+    program, `error` is set, and nothing more is written.
 
     Parameters
     ----------
@@ -379,7 +380,10 @@ class Recorder:
             closing = self._closing  # before the ring is emptied
             if closing:
                 until_s = min(until_s, time.monotonic() + PATIENCE_S)
-            is_complete = self._step(buffer, closing=closing)
+            try:
+                is_complete = self._step(buffer, closing=closing)
+            except Exception as error:  # noqa: BLE001  the thread must not end in silence
+                self._writer.disk.failed(reason_of(error))
             self._report()
             if closing and time.monotonic() > until_s and not is_complete:
                 self._writer.give_up()
@@ -425,9 +429,11 @@ class Recorder:
 
     def _write_earlier(self) -> bool:
         """Write the samples that were read before; return False if that failed."""
-        if len(self._earlier) and not self._writer.write(self._earlier):
-            return False
-        self._earlier = self._earlier[:0]
+        earlier = self._earlier  # `begin` may set it at any moment, once
+        if len(earlier):
+            if not self._writer.write(earlier):
+                return False
+            self._earlier = earlier[:0]
         return True
 
     def _report(self) -> None:
