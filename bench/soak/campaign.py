@@ -24,7 +24,7 @@ from pathlib import Path
 from random import Random
 
 from palpate import check
-from palpate.files import Json
+from palpate.files import Json, write_file
 from palpate.recording.sidecar import load_checked
 
 from bench.results_age import RESULTS, about
@@ -136,9 +136,7 @@ class Campaign:
         else:
             outcome = self._after_fault(path, run, trial)
         left = [each.name for each in path.parent.iterdir() if each.name.startswith(".")]
-        outcome.files_left = len(
-            left
-        )  # after a kill: after the repair, which is the next program there
+        outcome.files_left = len(left)
         if outcome.broken:
             outcome.texts = [f"{trial}: {run.code} {run.printed[-400:]} {run.end} {left}"]
         return outcome
@@ -208,6 +206,7 @@ class Campaign:
         return outcome
 
     def _after_kill(self, path: Path, run: Run) -> Outcome:
+        write_file(path.with_name("next"), b"")  # the next program that writes in this folder
         if not path.exists():
             return Outcome()
         outcome = Outcome(orders_lost=_orders_lost(path, run))
