@@ -212,7 +212,7 @@ def test_the_means_of_a_fast_converter_lose_no_reading(steps_ms: list[float]) ->
     check(readings)
 
 
-REFERENCES: dict[str, Any] = {"handheld": reference.handheld, "sliding": reference.sliding}
+REFERENCES = {"handheld": reference.handheld, "sliding": reference.sliding}
 # Rounding errors of some 1,000 samples, about a ratio whose noise is 1e-4 of it: 1e3 * 1e4 * eps.
 UNDECIDED = 1e7 * np.finfo(float).eps
 

@@ -15,6 +15,7 @@ import pytest
 from command_lines import run
 from palpate import Stream
 from palpate.errors import DeviceRefused, ProtocolError
+from palpate.files import Json
 from palpate.source_events import GapCause
 from palpate.sources import SampleSource, port_users
 from palpate.sources.port_users import PortUser, port_readers
@@ -178,7 +179,7 @@ class Taken(SampleSource):
         self._ended.wait()
         raise ProtocolError("tty: another program read it, too")
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return a name."""
         return {"name": "taken"}
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import palpate
 import pytest
+from palpate.files import Json
 from palpate.samples import Sample
 from palpate.sources import SampleSource
 from recording_bench import SampleReader
@@ -38,7 +38,7 @@ class Thinned(SampleSource):
             elif not 3 < t_s < 9.5 or sample.seq % self._keeps == 0:
                 yield sample
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return what the board says."""
         return dict(self._board.describe())
 

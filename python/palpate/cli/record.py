@@ -84,8 +84,7 @@ def record_command(
     or fails does not: rows wait in memory, and it is tried again. Exit codes: 3, no device, or it
     was unplugged and not connected again; 4, the device sends invalid data, another program read
     the serial port, too, or rows or notes could not be written; 5, no sample, or fewer touches than
-    --touches; 130, Ctrl-C, SIGTERM or a
-    closed terminal.
+    --touches; 130, Ctrl-C, SIGTERM or a closed terminal.
 
     \b
     Example:

@@ -200,6 +200,11 @@ def _device_faults(facts: Facts) -> Iterator[View]:
     ):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
+    yield from _recording_faults(facts, missing)
+
+
+def _recording_faults(facts: Facts, missing: str) -> Iterator[View]:
+    """Yield what is wrong with the recording; `missing`: how many pairs it lacks, a sentence or nothing."""
     if text := facts.recording_error:
         text = (
             f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
