@@ -4,7 +4,7 @@
 
 Each open, write, sync and rename of a recording, and each print, fails in the C library at its first, middle and last call: once,
 or for less time than the rows can wait. Each kind of fault of a USB transfer strikes a simulated board at the beginning, in the
-middle and at the end. Processes are killed. What time is left goes to random calls, durations and moments. Prints what was tried,
+middle and at the end; then, too, the computer sleeps, the program is stopped, the wall clock is set. Processes are killed. What time is left goes to random calls, durations and moments. Prints what was tried,
 lost and ended; the samples are always the same, so the touches have to be those of a session without faults. Exit code 1: a
 promise is broken. `--write` stores the figures in bench/results and SECURITY.md. Needs Linux, a C compiler, and the extra live.
 """
@@ -41,7 +41,8 @@ ERRORS = {
 PRINTED = ("stdout", "stderr")
 DURATIONS_MS = (0, 400)  # 0: one call
 USB_FAULTS = ("stall", "line-error", "no-answer", "late:0.05", "short:2", "unplug:0.5")
-USB_MOMENTS_S = (0.05, 10.0, 40.0)  # the middle one is between two touches
+COMPUTER_FAULTS = ("sleep:30", "stop:30", "clock-set:3600")
+MOMENTS_S = (0.05, 10.0, 40.0)  # the middle one is between two touches
 SIMULATION = "sim:four-specimens?seed=1&idle=3"
 LONGEST_S = 120.0  # a session that takes longer hangs
 KILLED_AT_ORDERS = (1, 2, 3, 12, 13, 14, 22, 23, 24)  # notes, marks and titles
@@ -55,7 +56,7 @@ class Trial:
     family: str
     is_session: bool = True
     call: str = ""  # as in failing_calls.c: CALL TARGET NUMBER ERRNO MILLISECONDS
-    usb: str = ""  # KIND:AMOUNT@SECONDS
+    fault: str = ""  # of the simulated board or computer: KIND:AMOUNT@SECONDS
     killed_after_s: float = 0.0
     killed_at_order: int = 0  # as soon as so many orders were answered, from 1
 
@@ -123,16 +124,16 @@ class Campaign:
     def try_one(self, number: int, trial: Trial) -> Outcome:
         """Run a trial; return what it has cost."""
         source = self._source
-        if trial.usb:
-            source = f"{SIMULATION}&fault={trial.usb}"
+        if trial.fault:
+            source = f"{SIMULATION}&fault={trial.fault}"
         run = self._run(f"trial-{number}", trial, source)
         path = self._folder / f"trial-{number}" / "measured" / "run.csv"
         if trial.is_killed:
             outcome = self._after_kill(path, run)
         elif run.code == 4 and not run.rows:
             outcome = Outcome(refused=1)
-        elif trial.usb:
-            outcome = self._after_usb(path, run)
+        elif trial.fault:
+            outcome = self._after_simulated(path, run)
         else:
             outcome = self._after_fault(path, run, trial)
         left = [each.name for each in path.parent.iterdir() if each.name.startswith(".")]
@@ -189,7 +190,7 @@ class Campaign:
             outcome.unnoticed = int(has_struck and must_count and not run.end.get("failures"))
         return outcome
 
-    def _after_usb(self, path: Path, run: Run) -> Outcome:
+    def _after_simulated(self, path: Path, run: Run) -> Outcome:
         """Count touches that are wrong without a flag; what the board never sent is no lost row."""
         outcome = Outcome(rows_lost=int(run.end.get("dropped", 1)))
         outcome.ended = int(run.code != 0 or bool(run.end.get("error")))
@@ -248,7 +249,7 @@ def _orders_lost(path: Path, run: Run) -> int:
 
 
 def systematic(campaign: Campaign, random: Random) -> list[Trial]:
-    """Return a trial for each call at its first, middle and last time, once and for a while; and for each USB fault."""
+    """Return a trial for each call at its first, middle and last time, once and for a while; and for each fault of the board or computer."""
     trials = []
     for run, is_session in ((campaign.session, True), (campaign.printer, False)):
         for (call, target), count in run.calls.items():
@@ -259,9 +260,10 @@ def systematic(campaign: Campaign, random: Random) -> list[Trial]:
                     trials.append(_failing(random, call, target, number, ms, is_session))
     for order in KILLED_AT_ORDERS:
         trials.append(Trial("kill", killed_at_order=order))
-    for fault in USB_FAULTS:
-        for at_s in USB_MOMENTS_S:
-            trials.append(Trial(f"USB {fault.partition(':')[0]}", usb=f"{fault}@{at_s}"))
+    for fault in (*USB_FAULTS, *COMPUTER_FAULTS):
+        device = "computer" if fault in COMPUTER_FAULTS else "USB"
+        for at_s in MOMENTS_S:
+            trials.append(Trial(f"{device} {fault.partition(':')[0]}", fault=f"{fault}@{at_s}"))
     return trials
 
 

@@ -60,6 +60,7 @@ def test_each_call_of_a_recording_is_among_its_trials(ready: Campaign) -> None:
         "print to stderr",
         "USB stall",
         "USB unplug",
+        "computer sleep",
     }
     assert calls <= families
 
