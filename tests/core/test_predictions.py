@@ -12,8 +12,8 @@ import palpate
 import pytest
 from effort import draws
 from numpy.typing import NDArray
+from palpate.reference.vectors import solved
 from scipy.stats import t as student
-from vector_reference import solved
 
 Array = NDArray[np.float64]
 ENDLESS = {"clip": 100.0, "false_alarm_interval": math.inf}  # no sample is left out, no change
@@ -74,7 +74,8 @@ def across(x: Array, output: Array, regressors: Array, weights: Any, newest: Any
             for axis in np.eye(len(x))
         ]
     )
-    return x - apart * (x @ apart) / (apart @ apart)
+    without: Array = x - apart * (x @ apart) / (apart @ apart)
+    return without
 
 
 @pytest.mark.parametrize("steady", [1.0, 0.97])

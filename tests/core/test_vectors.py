@@ -10,7 +10,7 @@ import numpy as np
 import palpate
 import pytest
 from numpy.typing import NDArray
-from vector_reference import VectorTrace, solved, vector_rls
+from palpate.reference.vectors import VectorTrace, solved, vector_rls
 
 from bench.accuracy.signal_worlds import coloured, several_slow_noise
 from bench.accuracy.vectors import KINDS, NOISE, covered, made, regressors_of
@@ -75,10 +75,7 @@ def against_the_reference(
     estimator = palpate.VectorRls(regressors.shape[1], **settings)  # type: ignore[arg-type]
     trace = estimator.trace(output, regressors)
     others = {name: settings[name] for name in settings if name != "false_alarm_interval"}
-    with localcontext(prec=80):
-        exact = vector_rls(
-            decimals(output), decimals(regressors), threshold=estimator.threshold, **others
-        )
+    exact = vector_rls(output, regressors, threshold=estimator.threshold, **others)
     assert trace["alarm"].tolist() == exact.alarm.tolist()
     for name in ("coefficients", "innovation", "statistic"):
         found, right = trace[name], getattr(exact, name)

@@ -2,7 +2,7 @@
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `adaptive_window` is the estimator `HandoverRls`;
 `matched_pair`, `Baseline`, `Contact` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene;
-`sliding` is the scene of this name.
+`sliding` is the scene of this name. `vector_rls` is the estimator `VectorRls`.
 """
 
 from palpate.reference.adaptive import AdaptiveWindowTrace, adaptive_window
@@ -11,6 +11,7 @@ from palpate.reference.fit import Fit, Misfit
 from palpate.reference.idle import Baseline, Contact
 from palpate.reference.paper import Trace, adaptive_rls, rls
 from palpate.reference.tracker import Rows, Touch, handheld, sliding
+from palpate.reference.vectors import VectorTrace, vector_rls
 
 __all__ = [
     "AdaptiveWindowTrace",
@@ -22,10 +23,12 @@ __all__ = [
     "Rows",
     "Touch",
     "Trace",
+    "VectorTrace",
     "adaptive_rls",
     "adaptive_window",
     "handheld",
     "matched_pair",
     "rls",
     "sliding",
+    "vector_rls",
 ]

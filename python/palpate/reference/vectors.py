@@ -1,24 +1,47 @@
-"""Reference of VectorRls: normal equations, solved anew for each sample, and all samples kept."""
+"""Reference of `palpate.VectorRls`: normal equations, solved anew for each sample, and all samples kept."""
 
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, localcontext
 from typing import Any, NamedTuple
 
 import numpy as np
-from noise_reference import Influences, Noise, Waiting
 from numpy.typing import ArrayLike, NDArray
+
+from palpate.reference.adaptive import FEWEST, FORGETTING, Innovation, Noise
 
 WARM_UP = 8  # innovations before the detector starts
 FIRST = 16  # innovations in which nothing is suspected
 SUSPICION = 2  # a side of the CUSUM above it: noise is not learned
 WINDOW = 32  # most samples of a hand-over
+DIGITS = 80
 ROUNDING = 2.0**-48
 TOLERANCE = 4 * ROUNDING
 EPS = Decimal(2) ** -52
+MEMORY = Decimal(FORGETTING)  # of the influences
+MOST = Decimal(FEWEST - 1) / (FEWEST + 1)  # the largest correlation of influences
 
 
 class VectorTrace(NamedTuple):
-    """State of `vector_rls` after each sample; standard errors are nan, and degrees of freedom 0, until they are known."""
+    """State of `vector_rls` after each sample.
+
+    Attributes
+    ----------
+    coefficients : numpy.ndarray, shape (n, size), output / regressor
+    standard_errors : numpy.ndarray, shape (n, size)
+        Of the coefficients; nan until they are known.
+    innovation : numpy.ndarray, shape (n,)
+        Output minus its prediction with the coefficients before the sample.
+    statistic : numpy.ndarray, shape (n,)
+        Largest of the CUSUM sides, in units of the scale of the innovations.
+    degrees_of_freedom : numpy.ndarray, shape (n,)
+        Of Student's t for the standard errors; 0 until they are known.
+    alarm : numpy.ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> vector_rls([1.0, 2.0, 3.0], [[1.0], [2.0], [3.0]]).alarm
+    array([False, False, False])
+    """
 
     coefficients: NDArray[Any]
     standard_errors: NDArray[Any]
@@ -103,6 +126,34 @@ class _Fit:
         return variances, left * self.count / self.count_squares
 
 
+class _Influences:
+    """The influences of samples on the coefficients: sums of their products over 0 and over 1 samples."""
+
+    def __init__(self, size: int) -> None:
+        self.last = self.lag0 = self.lag1 = np.array([Decimal(0)] * size, object)
+        self.count = Decimal(0)
+
+    def add(self, influences: Any) -> None:
+        """Add those of a sample."""
+        self.lag0 = MEMORY * self.lag0 + influences**2
+        self.lag1 = MEMORY * self.lag1 + influences * self.last
+        self.count = MEMORY * self.count + 1
+        self.last = influences
+
+    def factors(self) -> list[Decimal]:
+        """Return by how much the variances of the coefficients are larger."""
+        factors = []
+        for lag0, lag1 in zip(self.lag0, self.lag1, strict=True):
+            factor = Decimal(1)
+            if lag1 > 0:
+                estimate = lag1 / lag0
+                real = estimate**2 / (estimate**2 + 1 / self.count)
+                rho = min(MOST, estimate * real * (1 + 4 / (self.count + 4)))
+                factor = (1 + rho) / (1 - rho)
+            factors.append(factor)
+        return factors
+
+
 @dataclass(frozen=True)
 class _Judged:
     """A whitened innovation, limited, and the innovation that belongs to it."""
@@ -133,7 +184,7 @@ class _Detector:
         if WARM_UP <= self.seen < 64:
             scale *= 1 + Decimal(3) / self.seen
         scale = max(scale, abs(output) * Decimal(ROUNDING) + Decimal("1e-280"))
-        forecast = self.noise.rho * self.noise.before
+        forecast = self.noise.forecast()
         limit = self.clip * scale
         watched = self.seen >= WARM_UP
         outlier = watched and abs(z - forecast) > limit
@@ -173,17 +224,18 @@ class _Detector:
             most = int(np.argmax(larger))
             falls = larger[most] > 0 and rest[most] < 0
             rise = suspected and bool((judged.limited > 0) != falls)
-            sample = Waiting(
+            one = Innovation(
                 judged.limited, judged.counted, self.noise.before, rise, judged.outlier
             )
-            self.noise.add(sample, suspected, self.seen)
+            self.noise.add(one, self.seen, suspected=suspected)
             self.noise.before = judged.counted
 
     def dismiss(self) -> None:
         """Begin anew: the alarm was noise."""
         self.alarm = False
         self.sides = 0 * self.sides
-        self.noise.accept(self.seen)
+        if self.noise.waiting:
+            self.noise.learn(self.seen)
 
 
 def _shows_change(explained: Any, fit: _Fit, detector: _Detector) -> bool:
@@ -228,7 +280,7 @@ class _Vector:
         self.guarded = max(initial, self.least)
         self.fit = _Fit(self.guarded, np.array([Decimal(0)] * size, object))
         self.recent, self.recent_guarded = self.fit, self.guarded
-        self.influences = Influences(size)
+        self.influences = _Influences(size)
         self.samples: list[Any] = []
         self.held = 0
 
@@ -304,21 +356,64 @@ def vector_rls(
     threshold: float = 12.0,
     clip: float = 3.0,
     alarmed: float = 0.0,
-    initial_covariance: float = 1e280,
-    max_covariance: float = 1e280,
+    initial_covariance: float = 1e30,
+    max_covariance: float = 1e30,
 ) -> VectorTrace:
-    """Return the trace of outputs, shape (n,), and regressors, shape (n, size), as Decimals; settings as of `palpate.VectorRls`."""
+    """Coefficients of several regressors by recursive least squares with a change detector: reference of `palpate.VectorRls`.
+
+    Parameters
+    ----------
+    output : array_like, shape (n,)
+    regressors : array_like, shape (n, size)
+        With an intercept, its regressor is a column of 1.
+    steady : float
+        Forgetting factor.
+    drift, threshold, clip : float, standard deviations
+        Slack and limit of the CUSUM, and the limit of an innovation in it.
+    alarmed : float
+        Forgetting factor during an alarm; 0: an alarm is a hand-over.
+    initial_covariance, max_covariance : float, 1 / regressor^2
+
+    Returns
+    -------
+    VectorTrace
+
+    Notes
+    -----
+    All calculations have 80 digits: enough for covariances up to 1e30 times the inverse square of the regressors.
+
+    Examples
+    --------
+    >>> from palpate.reference import vector_rls
+    >>> rows = vector_rls([3.0, 5.0, 7.0], [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]])
+    >>> rows.coefficients[-1].round(6)
+    array([2., 1.])
+    """
+    settings = (drift, threshold, clip, steady, alarmed, initial_covariance, max_covariance)
+    with localcontext(prec=DIGITS):
+        return _trace(output, regressors, *map(Decimal, settings))
+
+
+def _trace(
+    output: ArrayLike,
+    regressors: ArrayLike,
+    drift: Decimal,
+    threshold: Decimal,
+    clip: Decimal,
+    steady: Decimal,
+    alarmed: Decimal,
+    initial_covariance: Decimal,
+    max_covariance: Decimal,
+) -> VectorTrace:
     y = np.array([Decimal(v) for v in np.asarray(output, object)], object)
     x = np.array(
         [[Decimal(v) for v in row] for row in np.asarray(regressors, object)], object
     ).reshape(len(y), -1)
     size = x.shape[1]
     sides = np.array([Decimal(0)] * (2 * size + 1), object)
-    detector = _Detector(
-        Decimal(drift), Decimal(threshold), Decimal(clip), alarmed > 0, sides, Noise()
-    )
-    least = 1 / Decimal(max_covariance)
-    limits = (Decimal(steady), Decimal(alarmed), least, 1 / Decimal(initial_covariance))
+    noise = Noise(Decimal, Decimal(0))
+    detector = _Detector(drift, threshold, clip, alarmed > 0, sides, noise)
+    limits = (steady, alarmed, 1 / max_covariance, 1 / initial_covariance)
     vector = _Vector(detector, size, limits)
     rows = [vector.update(sample) for sample in zip(y, x, strict=True)]
     numbers = [np.array(column, float) for column in zip(*rows, strict=True)]
