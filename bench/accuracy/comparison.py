@@ -238,21 +238,25 @@ def costs() -> dict[str, Cost]:
     alone = {name: nanoseconds(estimate, pairs) for name, estimate in OWN.items()}
     for name, estimate in rivals.timed().items():
         alone[name] = nanoseconds(estimate, few if name in rivals.LIBRARIES else pairs)
-    handover_ns = alone["paper"] * _handover_in_adaptive()
+    of_scene = {"paper": 1.0, "handheld": _in_adaptive(HANDOVER), "sliding": _in_adaptive(WINDOWS)}
     readings = [(*_times_ns(run), run.hard, run.soft) for run in runs]
     found = {name: Cost(ns) for name, ns in alone.items()}
     for scene in SCENES:
         whole_ns = nanoseconds(partial(_in_scene, scene), readings)
-        own_ns = alone["paper"] if scene == "paper" else handover_ns
+        own_ns = alone["paper"] * of_scene[scene]
         found[f"{scene} scene"] = Cost(own_ns, max(0.0, whole_ns - own_ns))
     stages_ns = found["handheld scene"].stages_ns
     return found | {name + ALIGNED: Cost(ns, stages_ns) for name, ns in alone.items()}
 
 
-def _handover_in_adaptive() -> float:
-    """Return how many times as long Handover, which has no class in Python, takes as AdaptiveRls, by bench.speed."""
+HANDOVER = "Handover, of the scenes"
+WINDOWS = "HandoverRls"
+
+
+def _in_adaptive(estimator: str) -> float:
+    """Return how many times as long an estimator takes as AdaptiveRls, by bench.speed: Handover has no class in Python."""
     figures = json.loads((RESULTS / "speed.json").read_text(encoding="utf-8"))
-    return float(figures["Handover, of the scenes"]["min"] / figures["AdaptiveRls"]["min"])
+    return float(figures[estimator]["min"] / figures["AdaptiveRls"]["min"])
 
 
 def _in_scene(scene: "_Scene", *readings: Any) -> None:
