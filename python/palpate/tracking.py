@@ -173,7 +173,8 @@ def _is_untested(touch: Touch) -> bool:
 
 def _is_soon(after: Touch, before: Touch) -> bool:
     """Return whether a touch begins before the baseline after the touch before it was measured."""
-    return bool(before.effects) and not before.revised and "gap" not in after.flags
+    at_a_gap = "gap" in before.flags or "gap" in after.flags
+    return bool(before.effects) and not before.revised and not at_a_gap
 
 
 def baseline_takes(period_s: float) -> str:

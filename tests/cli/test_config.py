@@ -80,6 +80,7 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
             "[relay]\nscene = 1\n",
             "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]",
         ),
+        ("record = 3\n", "got 'record', allowed: tables [live], [record], [replay]"),
         ("[replay\n", "palpate.toml: not TOML: "),
         ("[replay]\nsamples = 0\n", "0 is not in the range x>=1"),
         (

@@ -144,6 +144,13 @@ def test_a_pause_that_is_too_short_for_a_baseline_is_noted(
     assert "too soon" not in run("replay", presses(tmp_path, period_s, late)).stderr
 
 
+def test_a_touch_that_a_gap_cuts_was_not_followed_too_soon(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorded = run("record", "sim:four-specimens?seed=1&fault=sleep:3600@12", "-o", path)
+    assert "slept for 1 h" in recorded.stderr
+    assert "too soon" not in run("replay", path).stderr
+
+
 def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Path) -> None:
     short = run("replay", presses(tmp_path, 0.1, (20, 40, 50, 40, 50)))
     assert short.exit_code == 5

@@ -303,6 +303,9 @@ def test_a_source_that_can_wait_waits_for_a_disk_that_fails_but_not_for_ever(
     for seq in range(1, 50):
         recorder.push(sample(seq))
     assert recorder.is_behind
+    recorder._writer.sidecar.retry.reason = "read-only"
+    assert "rows are written" not in recorder.sidecar_trouble
+    recorder._writer.sidecar.retry.reason = ""
     monkeypatch.setattr(recorder_module, "PATIENCE_S", 0.0)
     assert recorder.room == 64
     recorder.close()

@@ -153,7 +153,9 @@ def read_tables(path: Path, commands: Collection[str]) -> dict[str, Values]:
     for name, table in tables.items():
         if name not in commands or not isinstance(table, dict):
             names = ", ".join(f"[{command}]" for command in commands)
-            allowed = f"tables {names}{nearest(name, commands)}"
+            allowed = f"tables {names}"
+            if name not in commands:
+                allowed += nearest(name, commands)
             raise click.UsageError(f"{path}: got {quoted(name)}, allowed: {allowed}")
     return tables
 

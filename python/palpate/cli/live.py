@@ -261,7 +261,7 @@ def _token(host: str, *, no_token: bool) -> str | None:
 def _has_screen() -> bool:
     if sys.platform != "linux":
         return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
 @contextmanager

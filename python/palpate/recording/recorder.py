@@ -157,13 +157,12 @@ class Recorder:
         file = self._writer.sidecar
         if not file.retry.reason:
             return ""
+        rows = "" if self.rows_trouble else "; rows are written"
         if file.is_foreign:
             lost = "notes, marks and checkpoints are in no file"
-            return f"{file.path.name}: {file.retry.reason}; {lost}; rows are written"
+            return f"{file.path.name}: {file.retry.reason}; {lost}{rows}"
         waits = "notes, marks and checkpoints wait in memory, and it is tried again each second"
-        return (
-            f"{file.path.name}: cannot be written: {file.retry.reason}; {waits}; rows are written"
-        )
+        return f"{file.path.name}: cannot be written: {file.retry.reason}; {waits}{rows}"
 
     @property
     def failures(self) -> int:
