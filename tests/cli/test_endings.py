@@ -204,6 +204,17 @@ def test_closed_standard_streams_end_no_recording(closed: str, tmp_path: Path) -
     assert (check(path).clean, check(path).survey.rows) == (True, 1185)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
+def test_a_standard_output_that_is_full_is_named_and_ends_no_recording(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    words = [sys.executable, "-m", "palpate", "record", "sim:four-specimens", "-o", path]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 4
+    assert done.stderr.endswith("Error: standard output: No space left on device\n")
+    assert (check(path).clean, check(path).survey.rows) == (True, 1185)
+
+
 MISSING = [
     ("tables", "pyarrow", ["convert", str(FOUR), "-o", "run.parquet"]),
     ("science", "scipy", ["calibrate", str(FOUR), "--moduli", "moduli.csv", "-o", "p.toml"]),

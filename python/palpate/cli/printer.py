@@ -86,6 +86,8 @@ class MeasurementPrinter(Listener):
                     f"standard output {reason}: rows of touches are not printed; the recording "
                     "goes on"
                 )
+            if error.errno != errno.EPIPE:
+                error.filename = "standard output"
             self._output_error = error
         else:
             self._output_error = None
