@@ -127,7 +127,7 @@ def of_windows(name: str, value: Any) -> tuple[Replacement, ...]:
 
 
 def part(variant: type) -> tuple[Replacement, ...]:
-    """Return a subclass that is used in place of its base class."""
+    """Return a subclass that replaces its base class."""
     return (Replacement(adaptive, variant.__bases__[0].__name__, variant),)
 
 

@@ -13,7 +13,7 @@ from palpate.simulation.mechanics import Gauge
 from bench.accuracy.presses import DEPTH_PF, LOST, RATIO, SIDES, Result, found, held, recordings
 
 LIGHT_PF = 0.02
-SLIDE_S = 4.0  # from contact to the begin of a slide
+SLIDE_S = 4.0  # from contact to the start of a slide
 AFTER_S = 0.5  # that is judged after a slide
 HOLD_S = 2.5  # from the end of a slide to the lift
 DELAY_S = 0.039  # from the middle of an aligned pair to its last reading: 1.5 pairs
@@ -59,8 +59,8 @@ class Slide:
     def limit(self, depth_pF: float) -> float:
         """Return the limit of the largest error, %.
 
-        It is that of the estimator, how far the ratio moves at most in the delay of the filters, and four standard
-        deviations of the noise of a pair.
+        It is a sum of three: the limit of the estimator, the largest motion of the ratio during the delay of the
+        filters, and four standard deviations of the noise of a pair.
         """
         fastest = math.pi / 2 * self.share / self.duration_s / (1 + self.share / 2)
         noise = NOISE_PF[0] * math.hypot(1, RATIO) / (RATIO * depth_pF)
@@ -71,7 +71,7 @@ SLIDES = [Slide(0.4, 1.5, 1.0), Slide(0.4, 0.3, 14.5), Slide(0.1, 0.75, 1.1)]
 
 
 def during(run: Simulation, slide: Slide) -> list[Result]:
-    """Return the running ratio after each pair, from the begin of a slide to half a second after it."""
+    """Return the running ratio after each pair, from the start of a slide to half a second after it."""
     rows = palpate.Tracker("sliding").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     since_s = run.t_hard_s - run.presses[0].start_s
     part = (since_s >= SLIDE_S) & (since_s < slide.end_s + AFTER_S) & (rows["touch"] > 0)

@@ -58,7 +58,7 @@ class Trial:
     call: str = ""  # as in failing_calls.c: CALL TARGET NUMBER ERRNO MILLISECONDS
     fault: str = ""  # of the simulated board or computer: KIND:AMOUNT@SECONDS
     killed_after_s: float = 0.0
-    killed_at_order: int = 0  # as soon as so many orders were answered, from 1
+    killed_at_order: int = 0  # as soon as this many orders were answered; the first one is 1
 
     @property
     def is_killed(self) -> bool:

@@ -33,7 +33,7 @@ KINDS = {"": 0.0, "sleep": 3600.0, "stop": 30.0, "clock-set": 3600.0}  # s; "": 
 FIRST_S = 2.0
 SECOND_S = 18.0  # a touch that is none has ended by then
 RATIO = 2.5
-AFTER_S = 10.0  # from the begin of the second press to its revision
+AFTER_S = 10.0  # from the start of the second press to its revision
 PAUSES_S = (9.7, 10.0)  # between the touches; a baseline takes 0.8 s
 NEAR_S = 0.5
 IDLE = 10  # pairs before a pause that are without contact
@@ -111,7 +111,7 @@ def arrivals(kind: str, seed: int) -> list[Arrival]:
     pairs = list(zip(run.t_hard_s.tolist(), run.hard.tolist(), run.soft.tolist(), strict=True))
     for seq, (t_s, hard, soft) in enumerate(pairs[:last]):
         found.append(Arrival(seq, t_s, hard, soft, step_s))
-    for row in range(waiting):  # without contact, from the begin of the pause
+    for row in range(waiting):  # without contact, from the start of the pause
         t_s, hard, soft = pairs[last - IDLE + row % IDLE]
         since_s = (row + 1) * step_s
         hard, soft = np.array([hard, soft]) + drifts * since_s
