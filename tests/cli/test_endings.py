@@ -207,7 +207,7 @@ def test_closed_standard_streams_end_no_recording(closed: str, tmp_path: Path) -
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
 def test_a_standard_output_that_is_full_is_named_and_ends_no_recording(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    words = [sys.executable, "-m", "palpate", "record", "sim:four-specimens", "-o", path]
+    words = [sys.executable, "-m", "palpate", "record", "sim:four-specimens", "-o", str(path)]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 4
