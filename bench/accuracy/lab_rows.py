@@ -1,0 +1,273 @@
+"""The rows of the bench lab: the worlds of each, and the limits that palpate must keep in them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from bench.accuracy.lab_scores import NEW_FLAGS, Limit, Measure
+from bench.accuracy.lab_worlds import (
+    Autoregressive,
+    BaselineStep,
+    Breathing,
+    Channel,
+    Falling,
+    Fault,
+    Flicker,
+    Frozen,
+    Jump,
+    LooseWire,
+    Moment,
+    OneChannel,
+    Outliers,
+    Part,
+    Presser,
+    Rail,
+    StepInPress,
+    Walk,
+    World,
+)
+
+KNOWN: dict[str, str] = {}
+"""Theme and name of a row that is known not to hold, "theme: name" -> the reason, a sentence."""
+
+CHANNELS: tuple[OneChannel, ...] = ("hard", "soft")
+HARD_SOFT_OR_BOTH: tuple[Channel, ...] = ("hard", "soft", "both")
+SIDES: tuple[tuple[float, str], ...] = ((1.0, "up"), (-1.0, "down"))
+HAND = World()
+NONE_LOST = Limit(Measure.LOST, high=0.0)
+FEW_SILENT = Limit(Measure.SILENT, high=0.03)
+CALLED: dict[Presser, float] = {"hand": 0.002, "stage": 0.002, "relaxing": 0.15}
+"""Healthy presses, printed coarsely, that may be called saturated."""
+SATURATED = frozenset({"saturated", "frozen"})
+STEPPED = frozenset({"step", "jumped"})
+
+
+@dataclass(frozen=True)
+class Compared:
+    """How much larger the error and the median half-width may be than the stored ones."""
+
+    error: float
+    half_width: float
+
+    def __str__(self) -> str:
+        """Return the limit as text."""
+        return f"error <= {self.error:g} and width <= {self.half_width:g} of before"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table: its worlds, which presses of a session count (None: all), the names that are right, its limits."""
+
+    theme: str
+    name: str
+    worlds: tuple[World, ...]
+    limits: tuple[Limit, ...]
+    names: frozenset[str] = NEW_FLAGS
+    only: int | None = None
+    lost_in_a_session: int | None = None
+    compared: Compared | None = None
+
+    @property
+    def title(self) -> str:
+        """Theme and name."""
+        return f"{self.theme}: {self.name}"
+
+    @property
+    def limit_text(self) -> str:
+        """All limits."""
+        texts = [str(limit) for limit in self.limits]
+        if self.lost_in_a_session is not None:
+            texts.append(f"lost in a session <= {self.lost_in_a_session}")
+        if self.compared is not None:
+            texts.append(str(self.compared))
+        return ", ".join(texts)
+
+
+def outliers() -> Iterator[Row]:
+    """Return the rows of bad readings."""
+    limits = (FEW_SILENT, Limit(Measure.COVERED, low=0.88), NONE_LOST)
+    for channel in CHANNELS:
+        for longest, kind in ((1, "alone"), (3, "up to 3 in a row")):
+            for share in (0.05, 0.10, 0.15, 0.20):
+                wire = LooseWire(channel, share, longest)
+                name = f"{100 * share:.0f} % of {channel} at its baseline, {kind}"
+                yield Row("readings", name, (replace(HAND, reading_faults=(wire,)),), limits)
+        for share, size in ((0.05, 0.5), (0.02, 0.05)):
+            name = f"{100 * share:.0f} % of {channel} off by {1000 * size:.0f} fF"
+            fault = Outliers(channel, share, size)
+            yield Row("readings", name, (replace(HAND, reading_faults=(fault,)),), limits)
+
+
+def railed(name: str, flagged: float, decimals: int, rail: Callable[[OneChannel], Rail]) -> Row:  # fmt: skip
+    """Return a row of channels that end."""
+    worlds = tuple(
+        replace(HAND, decimals=decimals, reading_faults=(rail(channel),)) for channel in CHANNELS
+    )
+    limits = (Limit(Measure.NAMED, low=flagged), Limit(Measure.SILENT, high=1 - flagged))
+    return Row("saturated", name, worlds, limits, names=SATURATED)
+
+
+def saturated() -> Iterator[Row]:
+    """Return the rows of a channel that ends without a word of it, and of healthy presses that are printed coarsely."""
+    for decimals in (3, 4, 6):
+        yield railed(f"at its own end, {decimals} decimals", 0.95, decimals, Rail)
+    yield railed("at 4.096 pF, 2 decimals", 0.90, 2, lambda channel: Rail(channel, at=4.096))
+    yield railed("last digit toggles, 4 decimals", 0.80, 4, lambda channel: Rail(channel, toggles=1e-4))  # fmt: skip
+    worlds = tuple(replace(HAND, decimals=6, faults=(Rail(channel),)) for channel in CHANNELS)
+    limits = (Limit(Measure.NAMED, low=0.80), Limit(Measure.SILENT, high=0.20))
+    yield Row("saturated", "ends before the noise, 6 decimals", worlds, limits, names=SATURATED)
+    for decimals in (2, 3, 4):
+        for by, called in CALLED.items():
+            world = replace(HAND, by=by, decimals=decimals)
+            limit = Limit(Measure.CALLED, high=called)
+            yield Row("saturated", f"healthy: {by}, {decimals} decimals", (world,), (limit,))
+
+
+def frozen() -> Iterator[Row]:
+    """Return the rows of channels that are dead, and of a probe that falls."""
+    named = (Limit(Measure.NAMED, low=0.95),)
+    cases = {
+        "from the start": (0.0, None),
+        "from 1.5 s on": (1.5, None),
+        "at 0 from the start": (0.0, 0.0),
+        "at -4.096 pF from the start": (0.0, -4.096),
+    }
+    for name, (from_s, value) in cases.items():
+        worlds = tuple(
+            replace(
+                HAND,
+                rest_s=14.0,
+                decimals=decimals,
+                reading_faults=(Frozen(channel, from_s, value),),
+            )
+            for channel in CHANNELS
+            for decimals in (4, 6)
+        )
+        yield Row("frozen", name, worlds, named, names=SATURATED)
+    falling = replace(HAND, faults=(Falling(),))
+    yield Row("falling", "both channels", (falling,), named, names=frozenset({"falling"}))
+
+
+def jumps() -> Iterator[Row]:
+    """Return the rows of a level that jumps at rest, in ten presses each 7 s."""
+    for channel in HARD_SOFT_OR_BOTH:
+        for sign, way in SIDES:
+            for size in (0.02, 0.1, 0.3, 1.0, 3.0):
+                world = replace(HAND, presses=10, faults=(Jump(channel, sign * size),))
+                name = f"{channel} {way} by {size:g} pF at rest"
+                limits = (FEW_SILENT, Limit(Measure.SAID, low=0.80))
+                yield Row("jump", name, (world,), limits, frozenset({"jumped"}), lost_in_a_session=1)  # fmt: skip
+
+
+def steps() -> Iterator[Row]:
+    """Return the rows of a step within a press: the second one of five counts."""
+    parts: tuple[Part, ...] = ("hold", "rise", "fall")
+    for part in parts:
+        for size in (0.02, 0.05, 0.164, 0.5):
+            worlds = tuple(
+                replace(HAND, presses=5, faults=(StepInPress(channel, sign * size, part),))
+                for channel in CHANNELS
+                for sign in (1, -1)
+            )
+            limits: tuple[Limit, ...] = (FEW_SILENT,)
+            if part == "hold":
+                limits = (Limit(Measure.NAMED, low=0.80), Limit(Measure.NOTED, low=1.0), FEW_SILENT)
+            name = f"{size:g} pF in the {part}"
+            yield Row("step", name, worlds, limits, STEPPED, only=1, lost_in_a_session=1)
+
+
+def baselines() -> Iterator[Row]:
+    """Return the rows of a baseline that moves during a press."""
+    moments: tuple[tuple[Moment, str], ...] = (
+        ("contact", "steps at the contact"),
+        ("release", "steps at the release"),
+        ("evenly", "drifts"),
+    )
+    for channel in CHANNELS:
+        for when, text in moments:
+            for size in (0.001, 0.003, 0.005, 0.01):
+                name = f"{channel} {text}, {1000 * size:g} fF"
+                yield baseline_row(name, BaselineStep(channel, size, when))
+
+
+def baseline_row(name: str, fault: BaselineStep) -> Row:
+    """Return the row of one way in which a baseline moves; an even drift is compared with before."""
+    worlds = (replace(HAND, faults=(fault,)),)
+    if fault.when == "evenly":
+        return Row("baseline", name, worlds, (NONE_LOST,), compared=Compared(1.03, 2.3))
+    low = 0.65 if fault.size < 0.003 else 0.80
+    return Row("baseline", name, worlds, (Limit(Measure.COVERED, low=low), NONE_LOST))
+
+
+def slow_noise() -> Iterator[Row]:
+    """Return the rows of noise that is not white, after 10 s of rest."""
+    noises: tuple[tuple[str, Fault], ...] = (
+        ("breathing", Breathing()),
+        ("walk", Walk()),
+        ("flicker", Flicker()),
+        ("AR .9", Autoregressive()),
+    )
+    for name, noise in noises:
+        for rate in (38.46, 115, 1000):
+            for depth_pF in (0.05, 0.25):
+                world = replace(
+                    HAND, pair_s=1 / rate, depth_pF=depth_pF, rest_s=10.0, faults=(noise,)
+                )
+                low = 0.75 if depth_pF < 0.1 or rate == 115 else 0.80
+                title = f"{name}, {rate:.0f} pairs/s, {depth_pF:g} pF"
+                yield Row(
+                    "slow noise", title, (world,), (Limit(Measure.COVERED, low=low), NONE_LOST)
+                )
+
+
+def slow_pairs() -> Iterator[Row]:
+    """Return the rows of slow converters."""
+    for name, pair_s, rest_s in (("capf=4, 2 s of rest", 0.124, 2.0), ("4.8 pairs/s, 2 s of rest", 1 / 4.8, 2.0), ("capf=7, five pairs of rest", 0.2192, 5.2 * 0.2192)):  # fmt: skip
+        world = replace(HAND, pair_s=pair_s, rest_s=rest_s, hold_s=(2.0, 3.0))
+        yield Row("slow pairs", name, (world,), (Limit(Measure.COVERED, low=0.85), NONE_LOST))
+    rates = tuple(replace(HAND, pair_s=1 / rate) for rate in (22, 23, 24, 25))
+    yield Row(
+        "slow pairs", "22 to 25 pairs/s", rates, (Limit(Measure.COVERED, 0.92, 0.98), NONE_LOST)
+    )
+
+
+KINDS = {
+    "hand, 0.25 pF": HAND,
+    "hand, 0.05 pF": replace(HAND, depth_pF=0.05),
+    "hand, 1 pF": replace(HAND, depth_pF=1.0),
+    "trembling by 15 %": replace(HAND, tremor=0.15),
+    "domes": replace(HAND, exponent=1.5),
+    "stage": replace(HAND, by="stage"),
+    "relaxing object": replace(HAND, by="relaxing"),
+}
+RATES = (38.46, 80, 115, 320, 1000)
+
+
+def healthy_row(name: str, worlds: Sequence[World]) -> Row:
+    """Return a row of healthy presses."""
+    limits = (Limit(Measure.FLAGGED, high=0.002), Limit(Measure.COVERED, 0.92, 0.98), NONE_LOST)
+    return Row("healthy", name, tuple(worlds), limits, compared=Compared(1.03, 1.1))
+
+
+def healthy() -> Iterator[Row]:
+    """Return the rows of healthy presses: of each kind at all rates, of all kinds at each rate, of a tilted probe."""
+    for name, world in KINDS.items():
+        yield healthy_row(name, [replace(world, pair_s=1 / rate) for rate in RATES])
+    for rate in RATES:
+        worlds = [replace(world, pair_s=1 / rate) for world in KINDS.values()]
+        yield healthy_row(f"all of them at {rate:.0f} pairs/s", worlds)
+    tilted = tuple(replace(HAND, tilt=tilt, pair_s=1 / rate) for tilt in (0.01, 0.05) for rate in RATES)  # fmt: skip
+    called = Limit(Measure.CALLED, high=0.002)
+    yield Row("healthy", "tilted by 1 and 5 %: no fault of a lab", tilted, (called, NONE_LOST))
+
+
+THEMES: dict[str, Callable[[], Iterator[Row]]] = {
+    "readings": outliers,
+    "saturated": saturated,
+    "frozen": frozen,
+    "jump": jumps,
+    "step": steps,
+    "baseline": baselines,
+    "slow noise": slow_noise,
+    "slow pairs": slow_pairs,
+    "healthy": healthy,
+}
