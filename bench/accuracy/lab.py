@@ -1,11 +1,23 @@
-"""Required results of the scene handheld in a lab: bad readings, rails, jumps, steps, slow noise, slow converters, healthy presses.
+"""Required results of the scene handheld in a lab.
 
     python -m bench.accuracy.lab [--seeds 20] [--rows PATTERN] [--store]
 
-Each row has the rms error of its touches, the coverage of their 95 % intervals, the share of silent touches (wrong by more than 5 % or by more
-than 4 standard errors, and neither a flag that excludes nor a judgement names it), of flagged ones (such a flag or a judgement), of those that
-have a right name, and of presses that are lost. A row `holds`, FAILS, or is `known` not to hold, with the reason below it. Exit
-code 1: one FAILS. `--store` keeps the figures: later runs print them in brackets, and healthy presses are compared with them.
+Bad readings, rails, jumps, steps, slow noise, slow converters, and healthy presses. Each row has
+the rms error of its touches with the median half-width of their 95 % intervals, and shares:
+
+    covered   touches whose interval holds the true ratio
+    silent    touches that are wrong by more than 5 % or by more than 4 standard errors, and neither
+              a flag that excludes them nor a judgement says so; touches without a press count, too
+    flagged   presses with such a flag or judgement
+    named     presses with a flag or a judgement of the right name
+    said      sessions with a judgement of the right name and channel
+    lost      presses without a touch
+    noted     presses with any flag but "short" and "late", or with a judgement
+    called    presses with a flag or a judgement of a fault of the lab
+
+A row `holds`, FAILS, or is `known` not to hold, with the reason below it. Exit code 1: one FAILS.
+`--store` keeps the figures: later runs print them in brackets, and healthy presses are compared
+with them.
 """
 
 import argparse
@@ -29,7 +41,14 @@ from bench.accuracy.lab_worlds import Session, make
 from bench.results_age import RESULTS, about
 
 STORE = RESULTS / "lab.json"
-SHOWN = (Measure.COVERED, Measure.SILENT, Measure.FLAGGED, Measure.NAMED, Measure.LOST)
+SHOWN = (
+    Measure.COVERED,
+    Measure.SILENT,
+    Measure.FLAGGED,
+    Measure.NAMED,
+    Measure.SAID,
+    Measure.LOST,
+)
 PRICE = 1.3  # of before, the time of handheld against that of paper
 ROUNDS = 15
 
@@ -38,7 +57,14 @@ Figures = list[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Stored:
-    """What a row had when it was stored: its text, and rms error and half-width of each session, by world."""
+    """What a row had when it was stored.
+
+    Attributes
+    ----------
+    text : str
+    worlds : list
+        (rms error, half-width) of each session, by world; empty if the row is not compared.
+    """
 
     text: str
     worlds: list[Figures]
@@ -65,7 +91,8 @@ class Result:
     @property
     def text(self) -> str:
         """What is measured, in one line."""
-        parts = [f"error {percent(self.summary.error)}"]
+        half_width = 100 * self.summary.half_width
+        parts = [f"error {percent(self.summary.error)}, +- {half_width:.2g}"]
         more = [limit.measure for limit in self.row.limits if limit.measure not in SHOWN]
         for measure in (*SHOWN, *more):
             parts.append(f"{measure} {100 * self.summary.shares[measure].value:.3g}")
@@ -73,9 +100,11 @@ class Result:
 
     @property
     def growth(self) -> tuple[float, float]:
-        """Error and half-width over the stored ones, of the same sessions; 1 if nothing is stored."""
+        """Error and half-width over those stored of the same sessions; 1 if none are."""
         if self.before is None:
             return 1.0, 1.0
+        if len(self.worlds) != len(self.before.worlds):
+            raise ValueError(f"{STORE.name} has other worlds of {self.row.title!r}: store again")
         return growth_of(self.worlds, self.before.worlds)
 
     @property
@@ -123,7 +152,8 @@ def verdict_of(title: str, *, holds: bool) -> str:
 def growth_of(now: list[Figures], before: list[Figures]) -> tuple[float, float]:
     """Return error and half-width of sessions over those of the same sessions before.
 
-    Of each world the ratio of the rms errors; their root mean square. Of each session the ratio of half-widths; their median.
+    Error: the ratio of the rms errors in each world; the root mean square of these. Half-width: the
+    ratio in each session; the median of these.
     """
     squares, widths = [], []
     for new, old in zip(now, before, strict=True):
@@ -164,7 +194,7 @@ def results_of(theme: str, pattern: str, seeds: int, stored: dict[str, Stored]) 
 
 @dataclass(frozen=True)
 class Price:
-    """Times of `Tracker.take`, ns a reading pair: minimum and median of the scenes paper and handheld, in turn."""
+    """Times of `Tracker.take`, ns a pair: minimum and median of both scenes, in turn."""
 
     paper: tuple[float, float]
     handheld: tuple[float, float]
@@ -177,7 +207,7 @@ class Price:
 
     @property
     def verdict(self) -> str:
-        """As of a row."""
+        """Whether it "holds" or "FAILS"."""
         return verdict_of("price", holds=self.before is None or self.ratio <= PRICE * self.before)
 
     def __str__(self) -> str:
@@ -185,7 +215,8 @@ class Price:
         before = "" if self.before is None else f" ({self.before:.2f} before)"
         return (
             f"{self.verdict:5} price: Tracker.take, ns a pair, minimum and median: "
-            f"paper {self.paper[0]:.1f}, {self.paper[1]:.1f}; handheld {self.handheld[0]:.1f}, {self.handheld[1]:.1f}; "
+            f"paper {self.paper[0]:.1f}, {self.paper[1]:.1f}; "
+            f"handheld {self.handheld[0]:.1f}, {self.handheld[1]:.1f}; "
             f"ratio of minima {self.ratio:.2f}{before}, limit: {PRICE:g} of before"
         )
 
@@ -194,7 +225,7 @@ def time_of(session: Session, scene: str) -> float:
     """Return the time that a tracker of a scene takes, ns a pair."""
     start = time.perf_counter_ns()
     taken(session, scene)
-    return (time.perf_counter_ns() - start) / session.values.shape[1]
+    return (time.perf_counter_ns() - start) / len(session.times_s[0])
 
 
 def price(before: float | None) -> Price:

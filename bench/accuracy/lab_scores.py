@@ -1,4 +1,4 @@
-"""How the bench lab judges sessions: what became of each press, shares of all presses, and their limits."""
+"""How the bench lab judges sessions: outcomes of presses, their shares, and limits of these."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -15,10 +15,8 @@ from bench.accuracy.lab_worlds import Press, Session, World, make
 EARLY_S = 0.3  # that a touch may begin before its press, and still be it
 MEANS_S = 0.025  # of a sample of a fast converter
 LATE_S = 1.0  # after a press: a judgement of it needs readings from after it
-WRONG, ERRORS = (
-    0.05,
-    4.0,
-)  # a silent touch is off by more than this share, or by more than these standard errors
+WRONG = 0.05  # a share: such a ratio is wrong
+ERRORS = 4.0  # standard errors: a ratio that is farther off is wrong, too
 SIDES = 1.96
 STATES = frozenset({"saturated", "frozen", "falling"})  # judged once, true from then on
 REMARKS = frozenset({"short", "late"})
@@ -35,6 +33,10 @@ class Judgement(Protocol):
     @property
     def name(self) -> str:
         """What was judged."""
+
+    @property
+    def channel(self) -> str:
+        """Of which channel: "hard", "soft" or "both"."""
 
 
 class Measure(StrEnum):
@@ -100,11 +102,19 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Played:
-    """What became of the presses of a session, of the touches without a press, and of the judgements of the session."""
+    """What became of a session.
+
+    Attributes
+    ----------
+    presses, phantoms : tuple of Outcome
+        Of each press; of each touch without a press.
+    said : frozenset of str
+        Names of the judgements about a channel that has a fault.
+    """
 
     presses: tuple[Outcome, ...]
     phantoms: tuple[Outcome, ...]
-    judgements: tuple[str, ...] = ()
+    said: frozenset[str] = frozenset()
 
     @property
     def lost(self) -> int:
@@ -113,7 +123,7 @@ class Played:
 
 
 def about(judgements: Iterable[Judgement], begin_s: float, end_s: float) -> frozenset[str]:
-    """Return the names of the judgements that are about a time: from within it, or of a state from before."""
+    """Return the names of the judgements within a time, and of states that began before it."""
     return frozenset(
         str(judgement.name)
         for judgement in judgements
@@ -141,7 +151,10 @@ def outcome_of(
 
 
 def belongs(touch: palpate.Touch, press: Press, session: Session) -> bool:
-    """Return whether a touch begins in a press or a little before it, or earlier, lasts into it, and is right."""
+    """Return whether a touch is the one of a press.
+
+    It begins in the press or a little before it; or it begins earlier, lasts into it, and is right.
+    """
     if press.contact_s - EARLY_S < touch.start_s < press.end_s:
         return True
     sample_s = session.pair_s if session.pair_s > MEANS_S / 2 else MEANS_S
@@ -149,8 +162,8 @@ def belongs(touch: palpate.Touch, press: Press, session: Session) -> bool:
     return lasts and abs(touch.ratio / session.ratio - 1) < WRONG
 
 
-def judged(session: Session, tracker: "palpate.Tracker") -> Played:
-    """Return what became of a session that a tracker has taken."""
+def judged(session: Session, faulty: frozenset[str], tracker: "palpate.Tracker") -> Played:
+    """Return what became of a session that a tracker has taken; `faulty`: channels with faults."""
     judgements: Sequence[Judgement] = getattr(tracker, "judgements", [])
     presses, outside = [], list(tracker.touches)
     for press in session.presses:
@@ -166,7 +179,8 @@ def judged(session: Session, tracker: "palpate.Tracker") -> Played:
         outcome_of(touch, session.ratio, touch.start_s, touch.start_s + LATE_S, judgements)
         for touch in outside
     ]
-    return Played(tuple(presses), tuple(phantoms), tuple(str(one.name) for one in judgements))
+    said = [one.name for one in judgements if one.channel == "both" or one.channel in faulty]
+    return Played(tuple(presses), tuple(phantoms), frozenset(said))
 
 
 def taken(session: Session, scene: str = "handheld") -> "palpate.Tracker":
@@ -181,7 +195,7 @@ def taken(session: Session, scene: str = "handheld") -> "palpate.Tracker":
 def played(world: World, seed: int) -> Played:
     """Make the session of a seed and judge it."""
     session = make(world, seed)
-    return judged(session, taken(session))
+    return judged(session, world.faulty, taken(session))
 
 
 @dataclass(frozen=True)
@@ -253,9 +267,9 @@ def median(values: Sequence[float]) -> float:
 def summary_of(
     sessions: Sequence[Played], names: frozenset[str] = NEW_FLAGS, only: int | None = None
 ) -> Summary:
-    """Summarise sessions; `names`: those that are right; `only`: the number of the press that counts, None: all.
+    """Summarise sessions, with the names that are right; `only`: number of the press that counts.
 
-    A touch without a press counts as a press for silent touches only: it has no ratio that is right.
+    A touch without a press counts as silent, unless something says what it is.
     """
     presses = [
         outcome
@@ -284,7 +298,7 @@ def summary_of(
             Measure.CALLED: share_of(presses, lambda outcome: outcome.names(NEW_FLAGS)),
             Measure.LOST: share_of(presses, lambda outcome: not outcome.found),
             Measure.SAID: Share(
-                sum(bool(names.intersection(session.judgements)) for session in sessions),
+                sum(bool(names & session.said) for session in sessions),
                 len(sessions),
             ),
         },
@@ -295,7 +309,10 @@ def summary_of(
 
 @dataclass(frozen=True)
 class Limit:
-    """The range that a share must be in. A share of n may be outside by two standard errors of a share of n at the limit."""
+    """The range that a share must be in.
+
+    A share of n presses may be outside by two standard errors of a share of n at the limit.
+    """
 
     measure: Measure
     low: float = 0.0

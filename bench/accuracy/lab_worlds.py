@@ -1,13 +1,14 @@
-"""Sessions of a probe in a lab, for the bench lab: a simulator of its own, which shares no code with `palpate.simulation`.
+"""Sessions of a probe in a lab, for the bench lab: a simulator of its own.
 
-A probe comes from above the object, so it is open before the contact. Its depth is a smooth way with a tremor of many
-lines from 3 to 12 Hz and a sway, or that of a stage, which is still. Each bump is a spring with the force depth^p. A
-tilt makes the depth of the hard bump larger. One converter reads hard, then soft, each as a mean over its conversion. Faults change the
+It shares no code with `palpate.simulation`. A probe comes from above the object, so it is open
+before the contact. Its depth is a smooth way, with a tremor of many lines and a sway, or that of a
+stage, which is still. Each bump is a spring with the force depth^p. A tilt makes the hard bump
+deeper. One converter reads hard, then soft, each as a mean over its conversion. Faults change the
 signal before the white noise is added, or the readings after that.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
@@ -22,7 +23,7 @@ Moment = Literal["contact", "release", "evenly"]
 HARD, SOFT = 0, 1
 APPROACH = 0.2  # of the depth: the height of the open probe above the object
 TREMOR_LINES, SWAY_LINES = 24, 6
-GAUSS = {1: np.polynomial.legendre.leggauss(1), 3: np.polynomial.legendre.leggauss(3), 6: np.polynomial.legendre.leggauss(6)}  # fmt: skip
+GAUSS = {count: np.polynomial.legendre.leggauss(count) for count in (1, 3, 6)}
 
 
 def rows_of(channel: Channel) -> list[int]:
@@ -32,7 +33,7 @@ def rows_of(channel: Channel) -> list[int]:
 
 @dataclass(frozen=True)
 class Press:
-    """When a press begins to move, reaches its depth, leaves it, and has ended, s; its soft signal, pF."""
+    """When a press begins, reaches its depth, leaves it, and ends, s; its soft signal, pF."""
 
     contact_s: float
     held_s: float
@@ -74,6 +75,10 @@ class Session:
 class Fault(Protocol):
     """Something that a lab does to a probe."""
 
+    @property
+    def channel(self) -> Channel:
+        """The channel that has it."""
+
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Change the values of the session."""
 
@@ -82,8 +87,8 @@ class Fault(Protocol):
 class World:
     """How sessions are made; a seed makes one of them. Times in s, capacitances in pF.
 
-    `by`: who presses; a relaxing object is pressed by a stage. `tilt`: share of the depth by which the hard bump is deeper. `faults`
-    change the signal, `reading_faults` the readings.
+    A relaxing object is pressed by a stage. The tilt is the share of the depth by which the hard
+    bump is deeper. `faults` change the signal, `reading_faults` the readings.
     """
 
     pair_s: float = 0.026
@@ -97,6 +102,7 @@ class World:
     depth_pF: float = 0.25
     by: Presser = "hand"
     tremor: float = 0.05
+    tremor_hz: tuple[float, float] = (3.0, 12.0)
     sway: float = 0.05
     exponent: float = 1.0
     tilt: float = 0.0
@@ -104,6 +110,14 @@ class World:
     decimals: int | None = None
     faults: tuple[Fault, ...] = ()
     reading_faults: tuple[Fault, ...] = ()
+
+    @property
+    def faulty(self) -> frozenset[str]:
+        """The channels with faults: "hard", "soft", or both of them."""
+        names: set[str] = set()
+        for fault in (*self.faults, *self.reading_faults):
+            names |= {"hard", "soft"} if fault.channel == "both" else {fault.channel}
+        return frozenset(names)
 
 
 @dataclass(frozen=True)
@@ -157,7 +171,7 @@ class Hand:
         self, world: World, press: Press, ratio: float, random: np.random.Generator
     ) -> None:
         self._world, self._press, self._ratio = world, press, ratio
-        self._tremor = lines(random, 3.0, 12.0, TREMOR_LINES)
+        self._tremor = lines(random, *world.tremor_hz, TREMOR_LINES)
         self._sway = lines(random, 0.2, 1.5, SWAY_LINES)
         self._share = random.uniform(0.1, 0.2)
         self._time_s = random.uniform(0.3, 1.2)
@@ -186,7 +200,13 @@ def nodes_of(conversion_s: float) -> int:
     return 3 if conversion_s < 0.03 else 6
 
 
-def converted(hands: Sequence[Hand], presses: Sequence[Press], times: Array, channel: int, conversion_s: float) -> Array:  # fmt: skip
+def converted(
+    hands: Sequence[Hand],
+    presses: Sequence[Press],
+    times: Array,
+    channel: int,
+    conversion_s: float,
+) -> Array:
     """Return the means of one channel over conversions around `times`."""
     values = np.zeros_like(times)
     places, weights = GAUSS[nodes_of(conversion_s)]
@@ -233,22 +253,24 @@ def make(world: World, seed: int) -> Session:
 
 @dataclass(frozen=True)
 class LooseWire:
-    """A share of the readings of a channel falls to its baseline, alone or up to `longest` in a row."""
+    """A share of the readings of a channel is at its baseline, up to `longest` in a row."""
 
     channel: Channel
     share: float
     longest: int = 1
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
-        """Let readings fall; their noise stays."""
+        """Put idle readings in their place."""
         count = session.values.shape[1]
         starts = random.random(count) < self.share / ((1 + self.longest) / 2)
-        lengths = random.integers(1, self.longest + 1, size=count)
+        lengths = np.asarray(random.integers(1, self.longest + 1, count))
         for row in rows_of(self.channel):
+            before = session.times_s[row] < session.presses[0].contact_s
+            idle = session.values[row, before]
             for start in np.flatnonzero(starts):
                 part = slice(start, start + lengths[start])
-                idle = session.values[row, : part.stop - part.start]
-                session.values[row, part] = idle[: len(session.values[row, part])]
+                fallen = session.values[row, part]
+                fallen[:] = random.choice(idle, len(fallen))
 
 
 @dataclass(frozen=True)
@@ -269,7 +291,10 @@ class Outliers:
 
 @dataclass(frozen=True)
 class Rail:
-    """A channel ends at 20 to 80 % of its press; `at`: this end, pF. `toggles`: its last digit is one of two."""
+    """A channel ends at 20 to 80 % of its press.
+
+    `at` is this end, pF. Beyond the end the readings toggle between it and `toggles` above it.
+    """
 
     channel: OneChannel
     at: float | None = None
@@ -289,7 +314,7 @@ class Rail:
 
 @dataclass(frozen=True)
 class Frozen:
-    """A channel stays at one reading from a time, s, on; 0: from the first reading. `value`: this reading, pF; None: as it was."""
+    """A channel stays at one reading from a time, s, on; at its own one, or at `value`, pF."""
 
     channel: Channel
     from_s: float
@@ -306,6 +331,8 @@ class Frozen:
 @dataclass(frozen=True)
 class Falling:
     """Both channels fall when pressed."""
+
+    channel: Channel = "both"
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Turn the sign of the changes."""
@@ -361,7 +388,7 @@ class StepInPress:
 
 @dataclass(frozen=True)
 class BaselineStep:
-    """The level of a channel moves by a size, pF, up or down, in each press: at the contact, at the release, or evenly."""
+    """The level of a channel moves by a size, pF, up or down, in each press."""
 
     channel: OneChannel
     size: float
@@ -383,14 +410,28 @@ class BaselineStep:
             add_step(session, row, at[0], size, at[1] - at[0])
 
 
+@dataclass(frozen=True)
+class Drift:
+    """The levels move evenly all the time, up to this rate, pF/s."""
+
+    rate: float
+    channel: Channel = "both"
+
+    def __call__(self, session: Session, random: np.random.Generator) -> None:
+        """Add it."""
+        rates = self.rate * random.uniform(-1, 1, 2)
+        session.values += rates[:, np.newaxis] * session.times_s
+
+
 # Slow noise
 
 
 @dataclass(frozen=True)
 class Breathing:
-    """A line of 0.3 Hz in both channels, with an amplitude of 1 fF in one of them and less in the other one."""
+    """A line of 0.3 Hz in both channels, with this amplitude in one, pF, and less in the other."""
 
     amplitude: float = 1e-3
+    channel: Channel = "both"
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Add it."""
@@ -405,6 +446,7 @@ class Walk:
     """A random walk of each channel, pF / sqrt(s)."""
 
     size: float = 2e-4
+    channel: Channel = "both"
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Add it."""
@@ -414,18 +456,19 @@ class Walk:
 
 @dataclass(frozen=True)
 class Flicker:
-    """Noise with a density of 1/f from 0.01 Hz on, as a sum of lines, with 0.115 fF in each factor e of frequency."""
+    """Noise with a density of 1/f from 0.01 Hz on, as lines; its size in pF of a factor e."""
 
     size: float = 1.15e-4
-    lines_: int = 60
+    count: int = 60
+    channel: Channel = "both"
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Add it, up to half of the rate of pairs."""
         span = np.log(0.5 / session.pair_s / 0.01)
         for row in (HARD, SOFT):
-            frequencies = 0.01 * np.exp(span * random.random(self.lines_))
-            amplitudes = random.rayleigh(self.size * np.sqrt(span / self.lines_), self.lines_)
-            phases = random.uniform(0, 2 * np.pi, self.lines_)
+            frequencies = 0.01 * np.exp(span * random.random(self.count))
+            amplitudes = random.rayleigh(self.size * np.sqrt(span / self.count), self.count)
+            phases = random.uniform(0, 2 * np.pi, self.count)
             session.values[row] += Lines(frequencies, amplitudes, phases)(session.times_s[row])
 
 
@@ -435,12 +478,13 @@ class Autoregressive:
 
     kept: float = 0.9
     size: float = 4e-5
-    length: int = field(default=120, repr=False)
+    length: int = 120
+    channel: Channel = "both"
 
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Add it."""
-        kernel = self.kept ** np.arange(self.length)
+        response = self.kept ** np.arange(self.length)
         for row in (HARD, SOFT):
             count = session.values.shape[1]
             white = self.size * random.standard_normal(count + self.length - 1)
-            session.values[row] += np.convolve(white, kernel, "valid")
+            session.values[row] += np.convolve(white, response, "valid")
