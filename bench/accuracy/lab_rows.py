@@ -181,7 +181,8 @@ def frozen() -> Iterator[Row]:
         )
         yield Row("frozen", name, worlds, named, names=SATURATED)
     falling = replace(HAND, faults=(Falling(),))
-    yield Row("falling", "both channels", (falling,), named, names=frozenset({"falling"}))
+    limits = (Limit(Measure.SAID, low=0.95), Limit(Measure.SILENT, high=0.05))
+    yield Row("falling", "both channels", (falling,), limits, names=frozenset({"falling"}))
 
 
 def jumps() -> Iterator[Row]:
