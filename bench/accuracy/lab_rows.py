@@ -42,6 +42,8 @@ KNOWN_ENDS_pF = (4.096, 8.192, 15.0)
 BANDS_Hz = ((3.0, 12.0), (4.0, 5.0), (6.0, 7.0), (8.0, 9.0), (10.0, 10.5))
 RATES = (38.46, 80, 115, 320, 1000)
 NO_FALSE_FLAG = Limit(Measure.FLAGGED, high=0.002)
+BAD_READINGS = (FEW_SILENT, Limit(Measure.COVERED, low=0.88), NONE_LOST)
+IN_HOLD = (Limit(Measure.NAMED, low=0.80), Limit(Measure.NOTED, low=1.0), FEW_SILENT)
 SATURATED = frozenset({"saturated", "frozen"})
 JUMPED = frozenset({"jumped"})
 STEPPED = frozenset({"step", "jumped"})
@@ -103,27 +105,34 @@ class Row:
         return ", ".join(texts)
 
 
-def outliers() -> Iterator[Row]:
+def with_fault(world: World, *faults: Fault) -> tuple[World, ...]:
+    """Return a world with each fault of the signal."""
+    return tuple(replace(world, faults=(fault,)) for fault in faults)
+
+
+def with_reading_fault(world: World, *faults: Fault) -> tuple[World, ...]:
+    """Return a world with each fault of the readings."""
+    return tuple(replace(world, reading_faults=(fault,)) for fault in faults)
+
+
+def readings() -> Iterator[Row]:
     """Return the rows of bad readings."""
-    limits = (FEW_SILENT, Limit(Measure.COVERED, low=0.88), NONE_LOST)
     for channel in CHANNELS:
         for longest, kind in ((1, "alone"), (3, "up to 3 in a row")):
             for share in (0.05, 0.10, 0.15, 0.20):
-                wire = LooseWire(channel, share, longest)
+                wires = with_reading_fault(HAND, LooseWire(channel, share, longest))
                 name = f"{100 * share:.0f} % of {channel} at its baseline, {kind}"
-                yield Row("readings", name, (replace(HAND, reading_faults=(wire,)),), limits)
+                yield Row("readings", name, wires, BAD_READINGS)
         for share, size in ((0.05, 0.5), (0.02, 0.05)):
             name = f"{100 * share:.0f} % of {channel} off by {1000 * size:.0f} fF"
-            fault = Outliers(channel, share, size)
-            yield Row("readings", name, (replace(HAND, reading_faults=(fault,)),), limits)
+            outliers = with_reading_fault(HAND, Outliers(channel, share, size))
+            yield Row("readings", name, outliers, BAD_READINGS)
 
 
 def railed(name: str, low: float, decimals: int, *rails: Rail, by: Presser = "hand") -> Row:
     """Return a row of channels that end."""
-    worlds = tuple(
-        replace(HAND, by=by, decimals=decimals, reading_faults=(rail,)) for rail in rails
-    )
-    return saturated_row(name, low, worlds)
+    world = replace(HAND, by=by, decimals=decimals)
+    return saturated_row(name, low, with_reading_fault(world, *rails))
 
 
 def saturated_row(name: str, low: float, worlds: tuple[World, ...]) -> Row:
@@ -141,7 +150,7 @@ def saturated() -> Iterator[Row]:
     yield railed("at a known end, 2 decimals", 0.90, 2, *known)
     toggles = [Rail(channel, toggles=1e-4) for channel in CHANNELS]
     yield railed("last digit toggles, 4 decimals", 0.80, 4, *toggles)
-    before = tuple(replace(HAND, decimals=6, faults=(rail,)) for rail in own)
+    before = with_fault(replace(HAND, decimals=6), *own)
     yield saturated_row("before the noise, 6 decimals", 0.80, before)
     yield railed("pressed by a stage, 6 decimals", 0.80, 6, *own, by="stage")
     both = (Rail("hard", 4.096), Rail("soft", 4.096))
@@ -169,48 +178,51 @@ def frozen() -> Iterator[Row]:
         "at -4.096 pF from the start": (0.0, -4.096),
     }
     for name, (from_s, value) in cases.items():
-        worlds = tuple(
-            replace(
-                HAND,
-                rest_s=14.0,
-                decimals=decimals,
-                reading_faults=(Frozen(channel, from_s, value),),
-            )
-            for channel in CHANNELS
-            for decimals in (4, 6)
-        )
+        dead = [Frozen(channel, from_s, value) for channel in CHANNELS]
+        coarse_hand = replace(HAND, rest_s=14.0, decimals=4)
+        fine_hand = replace(coarse_hand, decimals=6)
+        worlds = with_reading_fault(coarse_hand, *dead) + with_reading_fault(fine_hand, *dead)
         yield Row("frozen", name, worlds, named, names=SATURATED)
-    falling = replace(HAND, faults=(Falling(),))
+    falling = with_fault(HAND, Falling())
     limits = (Limit(Measure.SAID, low=0.95), Limit(Measure.SILENT, high=0.05))
-    yield Row("falling", "both channels", (falling,), limits, names=frozenset({"falling"}))
+    yield Row("falling", "both channels", falling, limits, names=frozenset({"falling"}))
 
 
 def jumps() -> Iterator[Row]:
     """Return the rows of a level that jumps at rest, in ten presses each 7 s."""
+    hand = replace(HAND, presses=10)
     for channel in HARD_SOFT_OR_BOTH:
         for sign, way in SIDES:
             for size in (0.02, 0.1, 0.3, 1.0, 3.0):
-                world = replace(HAND, presses=10, faults=(Jump(channel, sign * size),))
                 name = f"{channel} {way} by {size:g} pF at rest"
-                limits = (FEW_SILENT, Limit(Measure.SAID, low=0.80))
-                yield Row("jump", name, (world,), limits, JUMPED, lost_in_a_session=1)
+                yield jump_row(name, with_fault(hand, Jump(channel, sign * size)))
+
+
+def jump_row(name: str, worlds: tuple[World, ...]) -> Row:
+    """Return a row of a level that jumps at rest."""
+    limits = (FEW_SILENT, Limit(Measure.SAID, low=0.80))
+    return Row("jump", name, worlds, limits, JUMPED, lost_in_a_session=1)
 
 
 def steps() -> Iterator[Row]:
-    """Return the rows of a step within a press: the second one of five counts."""
-    parts: tuple[Part, ...] = ("hold", "rise", "fall")
-    for part in parts:
+    """Return the rows of a step of either channel within a press, up or down."""
+    hand = replace(HAND, presses=5)
+    limits_of: dict[Part, tuple[Limit, ...]] = {
+        "hold": IN_HOLD,
+        "rise": (FEW_SILENT,),
+        "fall": (FEW_SILENT,),
+    }
+    for part, limits in limits_of.items():
         for size in (0.02, 0.05, 0.164, 0.5):
-            worlds = tuple(
-                replace(HAND, presses=5, faults=(StepInPress(channel, sign * size, part),))
-                for channel in CHANNELS
-                for sign in (1, -1)
-            )
-            limits: tuple[Limit, ...] = (FEW_SILENT,)
-            if part == "hold":
-                limits = (Limit(Measure.NAMED, low=0.80), Limit(Measure.NOTED, low=1.0), FEW_SILENT)
-            name = f"{size:g} pF in the {part}"
-            yield Row("step", name, worlds, limits, STEPPED, only=1, lost_in_a_session=1)
+            faults = [
+                StepInPress(channel, sign * size, part) for channel in CHANNELS for sign, _ in SIDES
+            ]
+            yield step_row(f"{size:g} pF in the {part}", with_fault(hand, *faults), limits)
+
+
+def step_row(name: str, worlds: tuple[World, ...], limits: tuple[Limit, ...]) -> Row:
+    """Return a row of a step within the second press, which counts."""
+    return Row("step", name, worlds, limits, STEPPED, only=1, lost_in_a_session=1)
 
 
 def baselines() -> Iterator[Row]:
@@ -229,7 +241,7 @@ def baselines() -> Iterator[Row]:
 
 def baseline_row(name: str, fault: BaselineStep) -> Row:
     """Return the row of a baseline that moves; an even drift is compared with before."""
-    worlds = (replace(HAND, faults=(fault,)),)
+    worlds = with_fault(HAND, fault)
     if fault.when == "evenly":
         return Row("baseline", name, worlds, (NONE_LOST,), compared=Compared(1.03, 2.3))
     low = 0.65 if fault.size < 0.003 else 0.80
@@ -247,14 +259,11 @@ def slow_noise() -> Iterator[Row]:
     for name, noise in noises:
         for rate in (38.46, 115, 1000):
             for depth_pF in (0.05, 0.25):
-                world = replace(
-                    HAND, pair_s=1 / rate, depth_pF=depth_pF, rest_s=10.0, faults=(noise,)
-                )
+                hand = replace(HAND, pair_s=1 / rate, depth_pF=depth_pF, rest_s=10.0)
                 low = 0.75 if depth_pF < 0.1 or rate == 115 else 0.80
+                limits = (Limit(Measure.COVERED, low=low), NONE_LOST)
                 title = f"{name}, {rate:.0f} pairs/s, {depth_pF:g} pF"
-                yield Row(
-                    "slow noise", title, (world,), (Limit(Measure.COVERED, low=low), NONE_LOST)
-                )
+                yield Row("slow noise", title, with_fault(hand, noise), limits)
 
 
 def slow_pairs() -> Iterator[Row]:
@@ -325,8 +334,26 @@ def healthy() -> Iterator[Row]:
     yield Row("healthy", "tilted by 1 and 5 %, no fault of a lab", tilted, limits)
 
 
+def other_rates() -> Iterator[Row]:
+    """Return a row of each kind of fault, in either channel, for faster converters."""
+    for rate in (115, 1000):
+        hand = replace(HAND, pair_s=1 / rate, presses=5)
+        at_rate = f"{rate} pairs/s"
+        wires = with_reading_fault(hand, LooseWire("hard", 0.1), LooseWire("soft", 0.1))
+        name = f"10 % of one channel at its baseline, {at_rate}"
+        yield Row("other rates", name, wires, BAD_READINGS)
+        rails = with_reading_fault(replace(hand, decimals=4), Rail("hard"), Rail("soft"))
+        yield saturated_row(f"at its own end, 4 decimals, {at_rate}", 0.95, rails)
+        jumped = with_fault(hand, Jump("hard", 0.3, 1), Jump("soft", 0.3, 1))
+        yield jump_row(f"up by 0.3 pF at rest, {at_rate}", jumped)
+        stepped = with_fault(
+            hand, StepInPress("hard", 0.1, "hold"), StepInPress("soft", 0.1, "hold")
+        )
+        yield step_row(f"0.1 pF in the hold, {at_rate}", stepped, IN_HOLD)
+
+
 THEMES: dict[str, Callable[[], Iterator[Row]]] = {
-    "readings": outliers,
+    "readings": readings,
     "saturated": saturated,
     "frozen": frozen,
     "jump": jumps,
@@ -334,5 +361,6 @@ THEMES: dict[str, Callable[[], Iterator[Row]]] = {
     "baseline": baselines,
     "slow noise": slow_noise,
     "slow pairs": slow_pairs,
+    "other rates": other_rates,
     "healthy": healthy,
 }
