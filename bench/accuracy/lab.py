@@ -266,12 +266,22 @@ def any_fails(results: Sequence[Result | Price]) -> bool:
     return any(result.verdict == "FAILS" for result in results)
 
 
+def pattern_of(text: str) -> str:
+    """Return a regular expression, or the error that names its fault."""
+    try:
+        re.compile(text)
+    except re.error as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {error}") from error
+    return text
+
+
 def main() -> None:
     """Print the rows."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=20, help="sessions of each world")
     parser.add_argument(
         "--rows",
+        type=pattern_of,
         default="",
         metavar="PATTERN",
         help="regular expression: only rows with it in their title",

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from palpate.flags import Flag
 
+from bench import results_age
 from bench.accuracy import lab, lab_rows, lab_scores, lab_worlds
 from bench.accuracy.lab_rows import HAND, Compared, Row
 from bench.accuracy.lab_scores import Limit, Measure, Outcome, Played, Share
@@ -552,6 +553,13 @@ def test_the_stored_figures_are_of_these_rows() -> None:
     assert json.loads(lab.STORE.read_text(encoding="utf-8"))["kept"]
 
 
+@pytest.mark.parametrize(("kept", "code"), [(True, 0), (False, 1)])
+def test_kept_figures_may_be_old(tmp_path: Path, kept: bool, code: int) -> None:
+    document = {"kept": kept, "headers": "of other headers"}
+    (tmp_path / "lab.json").write_text(json.dumps(document), encoding="utf-8")
+    assert results_age.main(tmp_path) == code
+
+
 @pytest.mark.parametrize(("now", "verdict"), [(25.0, "holds"), (27.0, "FAILS")])
 def test_the_price_is_compared(now: float, verdict: str) -> None:
     price = lab.Price((10.0, 12.0), (now, 30.0), before=2.0)
@@ -564,6 +572,7 @@ def test_the_price_is_compared(now: float, verdict: str) -> None:
     [
         (["--seeds", "0"], "--seeds is 0; give 1 or more"),
         (["--rows", "no such"], "no row has 'no such' in its title"),
+        (["--rows", "(step"], "'(step' is no regular expression: missing ), unterminated"),
         (["--rows", "step", "--store"], "--store keeps all rows; leave --rows out"),
     ],
 )
