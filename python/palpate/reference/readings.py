@@ -22,8 +22,10 @@ SLOW_NS = 40_000_000
 ENDS = (4.096, 8.192, 15.0)  # pF
 COARSEST = 0.02  # pF
 AT_END = 8  # readings
-SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0
-USUAL, RARE = 0.9, 1e-6
+USUAL = 12  # equal readings in a row: the codes are coarse
+MORE = 8  # times as many as ever before
+SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0  # of a channel that stands still
+FEWEST = 40  # readings before that
 
 
 class Screened(NamedTuple):
@@ -188,7 +190,7 @@ def standstill(
         Smallest change that was seen when the reading was judged; 0: none.
     """
     at_end, was_frozen = 0, False
-    longest = all_equal = moved = equal = first = 0
+    longest = moved = equal = first = 0
     seen = list[float]()
     for number in np.flatnonzero(np.isfinite(values)):
         value, code = float(values[number]), float(codes[number])
@@ -198,9 +200,8 @@ def standstill(
         if len(seen) > 1 and value == seen[-2]:
             equal += 1
         else:
-            if not was_frozen:
-                all_equal, longest = all_equal + equal, max(longest, equal)
-            moved += len(seen) > 1 and abs(value - seen[-2]) <= 3 * code
+            longest = longest if was_frozen else max(longest, equal)
+            moved += 1
             equal, first, was_frozen = 0, int(number), False
         time_s = times_ns[number] * 1e-9
         ended = Judgement(time_s, channel, "saturated", value) if at_end == AT_END else None
@@ -211,11 +212,8 @@ def standstill(
             if min(seen) == max(seen):
                 was_frozen = stands_s >= NEVER_S or is_last
             else:
-                share = (all_equal + 1) / (all_equal + moved + 2)
-                is_rare = share < USUAL and share**equal < RARE
-                was_frozen = (
-                    stands_s >= SHORTEST_S and moved > 0 and equal > 2 * longest and is_rare
-                )
+                is_new = longest < USUAL and equal > MORE * longest
+                was_frozen = moved >= FEWEST and is_new and stands_s >= SHORTEST_S
             if was_frozen:
                 frozen = Judgement(times_ns[first] * 1e-9, channel, "frozen", value)
         yield int(number), at_end >= AT_END, ended, frozen
@@ -274,7 +272,7 @@ def screen(
     codes = np.zeros(values.shape)
     steps = np.diff(times[:, 0], append=times[-1:, 0])
     for number in range(len(values)):
-        if any([test.suspects(number) for test in both]):  # all are asked: each remembers
+        if np.any([test.suspects(number) for test in both]):  # each remembers what it saw
             outlier[number] = find_outliers(both, number, slow=bool(steps[number] > SLOW_NS))
         for channel, test in enumerate(both):
             test.judged(number, outlier=bool(outlier[number, channel]))

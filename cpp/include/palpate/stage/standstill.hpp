@@ -14,12 +14,13 @@ class Standstill {
   // pF: AD7746; twice that, where its range is extended; FDC1004.
   static constexpr Real ends[] = {Real(4.096), Real(8.192), Real(15)};
   static constexpr Real coarsest =
-      Real(0.02);                     // code, pF, with which a reading is at an end; and how far beyond is over
-  static constexpr int in_a_row = 8;  // readings at an end
-  static constexpr std::uint32_t shortest = 20;  // readings that stand still, for at least a second
+      Real(0.02);                             // code, pF, with which a reading is at an end; and how far beyond is over
+  static constexpr int in_a_row = 8;          // readings at an end
+  static constexpr std::uint32_t usual = 12;  // equal readings in a row: the codes are coarse
+  static constexpr std::uint32_t more = 8;    // times as many as ever before
+  static constexpr std::uint32_t shortest = 20;  // of a channel that stands still, for at least a second
+  static constexpr std::uint32_t fewest = 40;    // before that
   static constexpr Real never = Real(10);        // seconds without any change
-  static constexpr Real usual = Real(0.9);       // share of equal readings: the codes are coarser than the noise
-  static constexpr Real rare = Real(1e-6);       // the chance of such a run
 
  public:
   /// Takes a reading; NaN: none; `code`: the smallest change that was seen, 0: none. Returns at_end().
@@ -38,10 +39,10 @@ class Standstill {
       equal_ += 1;
       return at_end();
     }
-    if (equal_ > 0) {
-      end_run();
-    }
-    moved_ += magnitude(value - last_) <= 3 * code;  // its last digit; a press is no such change
+    longest_ = is_frozen_ || equal_ < longest_ ? longest_ : equal_;
+    moved_ += moved_ < fewest;
+    equal_ = 0;
+    is_frozen_ = false;
     last_ = value;
     since_ = time;
     return at_end();
@@ -58,14 +59,15 @@ class Standstill {
   /// Since when the channel stands still.
   constexpr Time since() const noexcept { return since_; }
 
-  /// Whether it is new that the channel stands still: no reading ever differed, or chance does not explain it. `last`: no
-  /// reading will follow.
+  /// Whether it is new that the channel stands still: no reading ever differed, or before there was nothing like it.
+  /// Where the codes are coarser than the noise, this is no news. `last`: no reading will follow.
   PALPATE_INLINE constexpr bool freezes(Time time, bool last = false) noexcept {
     if (PALPATE_LIKELY(equal_ < shortest || is_frozen_)) {
       return false;
     }
     const Real seconds = time.template seconds_since<Real>(since_);
-    is_frozen_ = highest_ == lowest_ ? last || seconds >= never : seconds >= 1 && is_no_chance();
+    const bool is_new = moved_ == fewest && longest_ < usual && equal_ > more * longest_ && seconds >= 1;
+    is_frozen_ = highest_ == lowest_ ? last || seconds >= never : is_new;
     return is_frozen_;
   }
 
@@ -92,33 +94,11 @@ class Standstill {
     at_end_ = reaches_ ? at_end_ : 0;
   }
 
-  constexpr void end_run() noexcept {
-    if (!is_frozen_) {
-      all_equal_ += equal_;
-      longest_ = equal_ > longest_ ? equal_ : longest_;
-    }
-    equal_ = 0;
-    is_frozen_ = false;
-  }
-
-  // The share of equal readings before, to the power of this run.
-  constexpr bool is_no_chance() const noexcept {
-    const auto equal = static_cast<Real>(all_equal_ + 1), share = equal / (equal + static_cast<Real>(moved_ + 1));
-    if (!(moved_ > 0 && share < usual && equal_ > 2 * longest_)) {
-      return false;
-    }
-    Real chance = 1;
-    for (std::uint32_t i = 0; i < equal_ && chance > rare; ++i) {
-      chance = product(chance, share);
-    }
-    return chance < rare;
-  }
-
   Real highest_ = -std::numeric_limits<Real>::infinity(), lowest_ = std::numeric_limits<Real>::infinity();
   Real top_ = not_a_number<Real>, bottom_ = not_a_number<Real>;  // known ends at both, that of the lowest one negated
   Real last_ = not_a_number<Real>, code_ = 0;
-  std::uint32_t all_equal_ = 0, moved_ = 0;  // readings equal to the one before them, and others
-  std::uint32_t equal_ = 0, longest_ = 0;    // in a row
+  std::uint32_t equal_ = 0, longest_ = 0;  // readings equal to the one before them, in a row
+  std::uint32_t moved_ = 0;                // other readings, at most `fewest`
   Time since_;
   std::uint8_t at_end_ = 0;
   bool reaches_ = false;  // it has been at a known end
