@@ -25,7 +25,7 @@ AT_END = 8  # readings
 USUAL = 12  # equal readings in a row: the codes are coarse
 MORE = 8  # times as many as ever before
 SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0  # of a channel that stands still
-FEWEST = 20  # readings before that
+FEWEST = 40  # readings before that
 
 
 class Screened(NamedTuple):

@@ -19,7 +19,7 @@ class Standstill {
   static constexpr std::uint32_t usual = 12;  // equal readings in a row: the codes are coarse
   static constexpr std::uint32_t more = 8;    // times as many as ever before
   static constexpr std::uint32_t shortest = 20;  // of a channel that stands still, for at least a second
-  static constexpr std::uint32_t fewest = 20;    // before that
+  static constexpr std::uint32_t fewest = 40;    // before that
   static constexpr Real never = Real(10);        // seconds without any change
 
  public:
