@@ -19,6 +19,7 @@ from typing import (
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.judgements import Judgement
 from palpate.touch import Touch
 
 __version__: str
@@ -226,6 +227,7 @@ class Tracker:
     def gap(self) -> None: ...
     def touches_since(self, count: int, /) -> list[Touch]: ...
     def revisions_since(self, count: int, /) -> list[int]: ...
+    def judgements_since(self, count: int, /) -> list[Judgement]: ...
     scene: Final[_Scene]
     settings: Final[dict[str, Any]]
     state: Final[Literal["baseline", "waiting", "contact", "done"]]
@@ -233,6 +235,7 @@ class Tracker:
     standard_error: Final[float]
     threshold: Final[float]
     readings: Final[int]
+    judgements: Final[list[Judgement]]
     touches: Final[list[Touch]]
     touch_count: Final[int]
     revision_count: Final[int]

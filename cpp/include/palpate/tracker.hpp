@@ -281,7 +281,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   }
 
   PALPATE_INLINE constexpr Report<Real> take_due(bool last) noexcept {
-    const Reading reading = Screen::take(is_finite(settings.full_scale), last, judgements_);
+    const Reading reading = Screen::take(settings.full_scale, last, judgements_);
     Screen::count(reading, open_);
     return take(reading);
   }
