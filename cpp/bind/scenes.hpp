@@ -44,6 +44,7 @@ Settings settings_of() {
   settings.add("full_scale", core.settings.full_scale);
   if constexpr (has_gate<Core>) {
     settings.add("release", core.gate.settings.release);
+    settings.add("falling", core.settings.falling);
   }
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);

@@ -9,7 +9,7 @@ namespace {
 bool is_samples(std::string_view name) { return name == "samples"; }
 bool is_length(std::string_view name) { return is_samples(name) || name == "seconds"; }
 bool is_size(std::string_view name) { return name == "size"; }
-bool is_switch(std::string_view name) { return name == "host_stamps" || name == "intercept"; }
+bool is_switch(std::string_view name) { return name == "host_stamps" || name == "intercept" || name == "falling"; }
 
 double checked(const char* name, py::handle value) {
   if (value.is_none() && is_length(name)) {

@@ -174,12 +174,13 @@ struct Run {
   TrackerRow row(const Report<double>& report, std::size_t touches) const {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const bool measured = report.finished || core.open();
+    const double sign = core.settings.falling ? -1 : 1;
     const auto number = static_cast<std::int32_t>(touches) + (report.finished ? 0 : 1);
     return {report.ratio,
             core.standard_error(),
             core.estimator.statistic(),
-            based ? core.hard_baseline.level() : nan,
-            based ? core.soft_baseline.level() : nan,
+            based ? sign * core.hard_baseline.level() : nan,
+            based ? sign * core.soft_baseline.level() : nan,
             measured ? number : 0,
             report.alarm,
             report.contact,

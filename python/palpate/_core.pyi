@@ -42,6 +42,7 @@ class _FixedSettings(_Prior, total=False):
 
 class _Gated(_Common, total=False):
     release: float
+    falling: bool
 
 class _PaperSettings(_Prior, _Gated, total=False):
     steady: float

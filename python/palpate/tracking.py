@@ -351,6 +351,13 @@ class Fed(NamedTuple):
     rows: NDArray[np.void]
     era: NDArray[np.int64]
 
+    def negated(self) -> "Fed":
+        """Return the pairs with the other sign of readings and baselines."""
+        rows = self.rows.copy()
+        rows["hard_baseline"] *= -1
+        rows["soft_baseline"] *= -1
+        return self._replace(hard=-self.hard, soft=-self.soft, rows=rows)
+
     @staticmethod
     def joined(parts: Iterable["Fed"]) -> "Fed | None":
         """Return consecutive parts as one; None: there is no pair."""

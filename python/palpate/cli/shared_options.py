@@ -52,6 +52,7 @@ class TrackerOptions:
     scene: str | None = None
     touch_seconds: float | None = None
     samples: int | None = None
+    falling: bool | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -94,8 +95,8 @@ class TrackerOptions:
         return replace(self, settings={**self.settings, **_without_none(settings)})
 
     def _changed_settings(self) -> dict[str, float]:
-        length = {"seconds": self.touch_seconds, "samples": self.samples}
-        return {**self.settings, **_without_none(length)}
+        named = {"seconds": self.touch_seconds, "samples": self.samples, "falling": self.falling}
+        return {**self.settings, **_without_none(named)}
 
 
 def _without_none(values: Mapping[str, Any]) -> Keywords:
@@ -256,6 +257,12 @@ _SETTINGS: Sequence[_Decorator] = [
         "--samples",
         type=click.IntRange(min=1),
         help="Length of a touch in samples, in place of seconds.",
+    ),
+    click.option(
+        "--falling/--rising",
+        default=None,
+        help="Whether a press makes both channels fall: mutual capacitances, inverted wiring.  "
+        "[default: rising]",
     ),
     click.option(
         "--set",

@@ -129,6 +129,8 @@ def offline(
     tracker = tracker_of(recording, scene, settings)
     whole = Fed.joined(feed_recording(tracker, recording))
     tracker.finish()
+    if whole is not None and tracker.settings["falling"]:
+        whole = whole.negated()
     if whole is None or not tracker.touches:
         return []
     t_hard = whole.t_hard_s

@@ -286,6 +286,7 @@ def handheld(
     *,
     contact_exponent: float = 1.0,
     age: float = 0.0,
+    falling: bool = False,
 ) -> tuple[list[Touch], Rows]:
     """Find touches and estimate their ratios: reference of `palpate.Tracker("handheld")`.
 
@@ -294,7 +295,7 @@ def handheld(
     t_hard, t_soft : array_like of int, shape (n,), ns
     hard, soft : array_like, shape (n,), pF
         Readings; nan or infinite: a missing one.
-    contact_exponent, age : float
+    contact_exponent, age, falling
         As the settings of the tracker.
 
     Returns
@@ -307,11 +308,17 @@ def handheld(
     def begin(start: int, noise: float) -> Estimate:
         return Estimate(start, sweep=Sweep(contact_exponent, age), _state=estimator(noise))
 
-    return _tracked(_Tracker(begin, age=age), t_hard, t_soft, hard, soft)
+    state = _Tracker(begin, age=age)
+    return _tracked(state, t_hard, t_soft, *_rising(hard, soft, falling=falling))
 
 
 def sliding(
-    t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+    t_hard: ArrayLike,
+    t_soft: ArrayLike,
+    hard: ArrayLike,
+    soft: ArrayLike,
+    *,
+    falling: bool = False,
 ) -> tuple[list[Touch], Rows]:
     """Find touches whose ratio may move: reference of `palpate.Tracker("sliding")`.
 
@@ -320,6 +327,8 @@ def sliding(
     t_hard, t_soft : array_like of int, shape (n,), ns
     hard, soft : array_like, shape (n,), pF
         Readings; nan or infinite: a missing one.
+    falling : bool
+        As the setting of the tracker.
 
     Returns
     -------
@@ -336,7 +345,13 @@ def sliding(
     (60, True, 2.5)
     """
     state = _Tracker(lambda start, _: MovingEstimate(start), release=LATE_RELEASE, seconds=np.inf)
-    return _tracked(state, t_hard, t_soft, hard, soft)
+    return _tracked(state, t_hard, t_soft, *_rising(hard, soft, falling=falling))
+
+
+def _rising(hard: ArrayLike, soft: ArrayLike, *, falling: bool) -> tuple[ArrayLike, ArrayLike]:
+    """Return readings that rise in a touch."""
+    sign = -1.0 if falling else 1.0
+    return sign * np.asarray(hard, float), sign * np.asarray(soft, float)
 
 
 def _tracked(
