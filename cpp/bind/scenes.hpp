@@ -3,6 +3,8 @@
 
 // The scenes: the settings of each, and how each runs.
 
+#include <array>
+#include <limits>
 #include <variant>
 
 #include "../runs/run.hpp"
@@ -34,6 +36,18 @@ constexpr bool has_gate = !std::is_same_v<decltype(Core::gate), palpate::AlwaysC
 template <class Core>
 constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::MatchedPair<double, palpate::Nanoseconds>>;
 
+template <class Core>
+constexpr bool is_given = std::is_same_v<decltype(Core::hard_baseline), palpate::GivenBaseline<double>>;
+
+/// A baseline that is known has no end of its contacts by patience: it is not measured again.
+template <class Core>
+void give_baseline(Core& core, const std::array<double, 4>& given) {
+  const double sign = core.settings.falling ? -1 : 1;
+  core.hard_baseline.give(sign * given[0], given[2]);
+  core.soft_baseline.give(sign * given[1], given[3]);
+  core.gate.settings.patience = std::numeric_limits<double>::infinity();
+}
+
 /// A scene's settings are those of its tracker, as the core makes it, and of its estimator.
 template <class Kind, class Core>
 Settings settings_of() {
@@ -45,6 +59,9 @@ Settings settings_of() {
   if constexpr (has_gate<Core>) {
     settings.add("release", core.gate.settings.release);
     settings.add("falling", core.settings.falling);
+  }
+  if constexpr (is_given<Core>) {
+    settings.add_baseline();
   }
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
@@ -74,6 +91,13 @@ AnyRun run_of(const Settings& s) {
     core.gate.settings.release = s["release"];
     require(palpate::valid(core.gate.settings), "release", s["release"], "0 < release < 1");
   }
+  std::optional<std::array<double, 4>> given;
+  if constexpr (is_given<Core>) {
+    given = s.baseline();
+    if (given) {
+      give_baseline(core, *given);
+    }
+  }
   bool host_stamps = false;
   double period = 0;
   if constexpr (is_aligned<Core>) {
@@ -85,7 +109,7 @@ AnyRun run_of(const Settings& s) {
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }
-  return Run<Core>(core, host_stamps, period);
+  return Run<Core>(core, host_stamps, period, given.has_value());
 }
 
 struct Scene {

@@ -69,8 +69,8 @@ template <class Core_>
 struct Run {
   using Core = Core_;
 
-  explicit Run(const Core& made, bool host_stamps, double period = 0)
-      : core(made), smooths(host_stamps), nominal_s(period) {}
+  explicit Run(const Core& made, bool host_stamps, double period = 0, bool has_baseline = false)
+      : core(made), smooths(host_stamps), given(has_baseline), nominal_s(period) {}
 
   /// Each touch that it ends goes to `all.end`, and one that it revises to `all.revise`.
   template <class Touches>
@@ -133,7 +133,7 @@ struct Run {
 
   /// Measure the baseline again; unless it is `proven` to be without contact, the next touch has to show it.
   void tare(bool proven) {
-    unproven = !proven;
+    unproven = !proven && !given;
     released = false;
     core.tare();
   }
@@ -198,6 +198,7 @@ struct Run {
   Core core;
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
+  bool given;                      // the baseline, which then is valid after a gap, too
   double nominal_s;                // from pair to pair of the device; 0: not known
   Nanoseconds last_whole, opened;  // times of pairs with both values: the last one, and the one before the touch
   std::uint32_t came = 0;          // such pairs in the touch

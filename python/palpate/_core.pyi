@@ -52,6 +52,7 @@ class _PaperSettings(_Prior, _Gated, total=False):
     clear_level: float
 
 class _SlidingSettings(_Gated, total=False):
+    baseline: Literal["measured", "zero"] | tuple[float, float] | tuple[float, float, float, float]
     host_stamps: bool
     period: float
     averaged: float

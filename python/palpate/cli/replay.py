@@ -49,7 +49,7 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     windows = []
     try:
         for text in texts:
-            begin, end = text.split(":")
+            begin, end = text.replace(",", ":").split(":")
             windows.append((float(begin), float(end)))
     except ValueError:
         allowed = "BEGIN:END, two times, s, as 2.0:8.5"
@@ -78,7 +78,8 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     multiple=True,
     callback=_parse_windows,
     metavar="BEGIN:END",
-    help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated.",
+    help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated. Its "
+    "baseline is from the rest before or after it, or --baseline.",
 )
 @click.option(
     "--jobs",

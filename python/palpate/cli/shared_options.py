@@ -53,6 +53,7 @@ class TrackerOptions:
     touch_seconds: float | None = None
     samples: int | None = None
     falling: bool | None = None
+    baseline: str | tuple[float, float] | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -94,8 +95,13 @@ class TrackerOptions:
         """Return the options with more settings, without those that are None."""
         return replace(self, settings={**self.settings, **_without_none(settings)})
 
-    def _changed_settings(self) -> dict[str, float]:
-        named = {"seconds": self.touch_seconds, "samples": self.samples, "falling": self.falling}
+    def _changed_settings(self) -> Keywords:
+        named = {
+            "seconds": self.touch_seconds,
+            "samples": self.samples,
+            "falling": self.falling,
+            "baseline": self.baseline,
+        }
         return {**self.settings, **_without_none(named)}
 
 
@@ -163,6 +169,19 @@ def _parse_settings(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
     return parse_numbers(texts, "smallest_shift=1")
+
+
+def _parse_baseline(
+    _context: click.Context, _parameter: click.Parameter, text: str | None
+) -> str | tuple[float, float] | None:
+    if text in (None, "measured", "zero"):
+        return text
+    try:
+        hard, soft = map(float, str(text).split(","))
+    except ValueError:
+        allowed = "zero, measured, or two values, pF, as 6.9,4.6"
+        raise click.BadParameter(f"got {quoted(text)}, allowed: {allowed}") from None
+    return hard, soft
 
 
 def _check_lsl_name(
@@ -263,6 +282,13 @@ _SETTINGS: Sequence[_Decorator] = [
         default=None,
         help="Whether a press makes both channels fall: mutual capacitances, inverted wiring.  "
         "[default: rising]",
+    ),
+    click.option(
+        "--baseline",
+        callback=_parse_baseline,
+        metavar="HARD,SOFT",
+        help="Readings without contact, pF, as 6.9,4.6, in place of measured; zero: the readings are changes "
+        "already, as of an indenter. A touch may then begin in the first rows.  [default: measured]",
     ),
     click.option(
         "--set",
