@@ -4,6 +4,7 @@
 // The scenes: the settings of each, and how each runs.
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <variant>
 
@@ -65,6 +66,7 @@ Settings settings_of() {
   }
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
+    settings.add("soft_later", 0);
     settings.add("period", 0);
   }
   if constexpr (Core::levels) {
@@ -99,8 +101,10 @@ AnyRun run_of(const Settings& s) {
     }
   }
   bool host_stamps = false;
-  double period = 0;
+  double period = 0, soft_later = 0;
   if constexpr (is_aligned<Core>) {
+    soft_later = s["soft_later"];
+    require(soft_later > -1 && soft_later < 1, "soft_later", soft_later, "-1 < soft_later < 1");
     host_stamps = s["host_stamps"] != 0;
     period = s["period"];
     require(period >= 0 && period <= 1e9, "period", period, "0 <= period <= 1e9, s");
@@ -109,7 +113,9 @@ AnyRun run_of(const Settings& s) {
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }
-  return Run<Core>(core, host_stamps, period, given.has_value());
+  Run<Core> run(core, host_stamps, period, given.has_value());
+  run.soft_later_ns = std::llround(1e9 * soft_later);
+  return run;
 }
 
 struct Scene {

@@ -26,7 +26,13 @@ struct Result : Touch<double> {
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
-  double lag_ms() const noexcept { return 1000 * misfits.lag * period_s; }
+  // The test of the model has a slope over two pairs for the lag, and the ratio of both channels at one time: with the
+  // phase a of the movement from pair to pair, a lag of d pairs appears as tan(a d) / sin a.
+  double lag_ms() const noexcept {
+    const double phase = misfits.bend > 0 ? 2 * std::atan(std::sqrt(misfits.bend)) : 0;
+    const double pairs = phase > 0 ? std::atan(misfits.lag * std::sin(phase)) / phase : misfits.lag;
+    return 1000 * pairs * period_s;
+  }
   // A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired,
   // or wired to fall.
   bool one_sided() const noexcept {
@@ -79,6 +85,7 @@ struct Run {
       t_hard = hard_stamps.smooth(t_hard);
       t_soft = soft_stamps.smooth(t_soft);
     }
+    t_soft = t_soft.later(soft_later_ns);
     // Times of the first readings of the last pairs, as many as a touch may be dated back.
     if (core.pairs() != begun) {
       begun = core.pairs();
@@ -199,6 +206,7 @@ struct Run {
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
   bool given;                      // the baseline, which then is valid after a gap, too
+  std::int64_t soft_later_ns = 0;  // of the soft readings, after their stamps
   double nominal_s;                // from pair to pair of the device; 0: not known
   Nanoseconds last_whole, opened;  // times of pairs with both values: the last one, and the one before the touch
   std::uint32_t came = 0;          // such pairs in the touch

@@ -54,6 +54,7 @@ class _PaperSettings(_Prior, _Gated, total=False):
 class _SlidingSettings(_Gated, total=False):
     baseline: Literal["measured", "zero"] | tuple[float, float] | tuple[float, float, float, float]
     host_stamps: bool
+    soft_later: float
     period: float
     averaged: float
     false_alarm_interval: float

@@ -39,6 +39,9 @@ class Touches(list[Touch], Framed, Plotted):
         next one too soon after them.
     unit : str
         Unit of both signals.
+    soft_later_s : float
+        How much later the soft channel is read than its times say, where most touches show it; 0:
+        it is not.
 
     Examples
     --------
@@ -49,6 +52,7 @@ class Touches(list[Touch], Framed, Plotted):
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     unit: str = "pF"
+    soft_later_s: float = 0.0
 
     @overload
     def __getitem__(self, index: SupportsIndex, /) -> Touch: ...
@@ -65,6 +69,8 @@ class Touches(list[Touch], Framed, Plotted):
         self.notes = recording.notes
         self.doubts = recording.doubts
         self.unit = recording.unit
+        if isinstance(recording, Touches):
+            self.soft_later_s = recording.soft_later_s
         return self
 
     def __repr__(self) -> str:
@@ -113,8 +119,10 @@ def tracked(
         return _tracked_in(windows, recording, scene, settings)
     tracker = tracker_of(recording, scene, settings)
     period_s = 0.0
+    has_one_time = recording.timed
     for _, part in _parts(tracker, recording):
         tracker.take(*part.columns)
+        has_one_time = has_one_time and np.array_equal(part.t_hard, part.t_soft)
         if period_s == 0 and part.pairs > 1 and recording.timed:
             period_s = part.step_s
     ended = tracker.touch_count
@@ -128,7 +136,59 @@ def tracked(
         *_tracker_notes(tracker),
         *_touch_notes(touches, period_s, revises=not has_given_baseline(tracker)),
     )
+    if has_one_time and _most_lag(touches):
+        later_s = _soft_later(recording, scene, settings, touches)
+        if 0 < abs(later_s) < period_s:
+            touches.soft_later_s = later_s
+            touches.notes += (_soft_later_note(later_s),)
     return Tracked(touches, tracker.retaken, tracker.touch_count - ended)
+
+
+def _most_lag(touches: Touches) -> bool:
+    """Return whether most touches have the flag lag, and agree about it within a third."""
+    lags = _lags_ms(touches)
+    if 2 * len(lags) <= len(touches):
+        return False
+    typical = float(np.median(lags))
+    apart = np.abs(np.array(lags) - typical)
+    return bool(np.median(apart) < abs(typical) / 3)
+
+
+def _lags_ms(touches: Sequence[Touch]) -> list[float]:
+    return [touch.effects["lag"] for touch in touches if "lag" in touch.flags]
+
+
+def _soft_later(
+    recording: RecordingProtocol, scene: "_Scene", settings: "_AnySettings", touches: Touches
+) -> float:
+    """Return how much later the soft channel is read, s, so that no lag is left; 0: unknown."""
+    later_s = float(cast(Any, settings).get("soft_later", 0.0))
+    found: Sequence[Touch] = touches
+    lag_ms = float(np.median(_lags_ms(touches)))
+    for _ in range(_TRIES):
+        later_s -= lag_ms / 1000
+        changed = cast("_AnySettings", {**settings, "soft_later": later_s})
+        tracker = tracker_of(recording, scene, changed)
+        for _, part in _parts(tracker, recording):
+            tracker.take(*part.columns)
+        tracker.finish()
+        found = tracker.touches
+        lag_ms = float(np.median([touch.effects["lag"] for touch in found]))
+        if abs(lag_ms) < _NO_LAG_MS:
+            break
+    is_right = 2 * len(_lags_ms(found)) <= len(found)
+    return later_s if is_right else 0.0
+
+
+_TRIES = 4  # each lag is right by some per cent
+_NO_LAG_MS = 0.1
+
+
+def _soft_later_note(later_s: float) -> str:
+    """Return the note on a channel that is read later than its times say."""
+    later_ms = 1000 * later_s
+    side = "after" if later_s > 0 else "before"
+    return f"soft is read {abs(later_ms):.1f} ms {side} hard: --soft-later-ms {later_ms:.1f}"
 
 
 def has_given_baseline(tracker: Tracker) -> bool:

@@ -52,6 +52,7 @@ class TrackerOptions:
     scene: str | None = None
     touch_seconds: float | None = None
     samples: int | None = None
+    soft_later_ms: float | None = None
     falling: bool | None = None
     baseline: str | tuple[float, float] | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
@@ -96,9 +97,13 @@ class TrackerOptions:
         return replace(self, settings={**self.settings, **_without_none(settings)})
 
     def _changed_settings(self) -> Keywords:
+        later_s = None
+        if self.soft_later_ms is not None:
+            later_s = self.soft_later_ms / 1000
         named = {
             "seconds": self.touch_seconds,
             "samples": self.samples,
+            "soft_later": later_s,
             "falling": self.falling,
             "baseline": self.baseline,
         }
@@ -276,6 +281,13 @@ _SETTINGS: Sequence[_Decorator] = [
         "--samples",
         type=click.IntRange(min=1),
         help="Length of a touch in samples, in place of seconds.",
+    ),
+    click.option(
+        "--soft-later-ms",
+        type=float,
+        metavar="MS",
+        help="How much later the soft channel is read than its times say, as with one time for both "
+        "channels; negative: earlier.  [default: 0]",
     ),
     click.option(
         "--falling/--rising",

@@ -142,7 +142,7 @@ def offline(
     if whole is None or not tracker.touches:
         return []
     t_hard = whole.t_hard_s
-    t_soft = whole.t_soft_s
+    t_soft = whole.t_soft_s + tracker.settings.get("soft_later", 0.0)
     if tracker.settings.get("host_stamps"):
         t_hard = smooth(t_hard)
         t_soft = smooth(t_soft)

@@ -64,6 +64,8 @@ rate_hz=40), or with times_s; for a table without times, reading={"rate": 40}
             given = "soft_later_s"
         if given:
             table = 'for a table without times, reading={"rate": 40}'
+            if given == "soft_later_s":
+                table = "for a recording, soft_later=0.0156"
             raise TypeError(f"{given}: got it without two arrays, allowed: {_CALL}; {table}")
 
     def seconds(self, rows: int) -> tuple[_Array, _Array, str]:
