@@ -349,7 +349,7 @@ def _why_no_touch(recording: OpenedRecording, *, was_retaken: bool) -> str:
     if len(spans) < 2:
         return "a channel has no values"
     if was_retaken:
-        return baseline
+        return f"{baseline}; if the recording begins in a press: --baseline zero, or --baseline HARD,SOFT"
     return (
         "no change was above the idle noise for long enough. The channels span "
         f"{', '.join(spans)}; check --unit; {baseline}"
