@@ -22,14 +22,16 @@ struct Result : Touch<double> {
   bool knows_error;
   double contact_exponent, age;  // of the level ratio; 0: none
   bool gap;                      // it ended at a gap, or its baseline was measured after one, perhaps in contact
+  bool together;                 // both channels had one time
   bool late, held;  // a fifth of its pairs did not come in time; it had nearly the length of the scene all the same
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
-  // The test of the model has a slope over two pairs for the lag, and the ratio of both channels at one time: with the
-  // phase a of the movement from pair to pair, a lag of d pairs appears as tan(a d) / sin a.
+  // The test of the model has a slope over two pairs for the lag: right for a bump that gives way slowly. Where both
+  // channels have one time, the readings may be d pairs apart: with the phase a of the movement from pair to pair, that
+  // appears as tan(a d) / sin a.
   double lag_ms() const noexcept {
-    const double phase = misfits.bend > 0 ? 2 * std::atan(std::sqrt(misfits.bend)) : 0;
+    const double phase = together && misfits.bend > 0 ? 2 * std::atan(std::sqrt(misfits.bend)) : 0;
     const double pairs = phase > 0 ? std::atan(misfits.lag * std::sin(phase)) / phase : misfits.lag;
     return 1000 * pairs * period_s;
   }
@@ -86,6 +88,7 @@ struct Run {
       t_soft = soft_stamps.smooth(t_soft);
     }
     t_soft = t_soft.later(soft_later_ns);
+    together = t_hard == t_soft;
     // Times of the first readings of the last pairs, as many as a touch may be dated back.
     if (core.pairs() != begun) {
       begun = core.pairs();
@@ -165,6 +168,7 @@ struct Run {
             level_settings().contact_exponent,
             level_settings().age,
             unproven,
+            together,
             nominal_s > 0 && came <= 0.8 * passed_s / nominal_s,
             passed_s >= 0.8 * static_cast<double>(core.settings.seconds)};
   }
@@ -206,6 +210,7 @@ struct Run {
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
   bool given;                      // the baseline, which then is valid after a gap, too
+  bool together = false;           // both channels of the last pair have one time
   std::int64_t soft_later_ns = 0;  // of the soft readings, after their stamps
   double nominal_s;                // from pair to pair of the device; 0: not known
   Nanoseconds last_whole, opened;  // times of pairs with both values: the last one, and the one before the touch
