@@ -43,6 +43,7 @@ class _FixedSettings(_Prior, total=False):
 
 class _Gated(_Common, total=False):
     release: float
+    falling: bool
 
 class _PaperSettings(_Prior, _Gated, total=False):
     steady: float
@@ -52,7 +53,9 @@ class _PaperSettings(_Prior, _Gated, total=False):
     clear_level: float
 
 class _SlidingSettings(_Gated, total=False):
+    baseline: Literal["measured", "zero"] | tuple[float, float] | tuple[float, float, float, float]
     host_stamps: bool
+    soft_later: float
     period: float
     averaged: float
     false_alarm_interval: float

@@ -83,7 +83,11 @@ class Screen {
     judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
     judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
     waiting_ -= 1;
-    oldest_ = waiting_ > 0 ? 1 : newest + 1;
+    oldest_ = 1;
+    if (PALPATE_UNLIKELY(waiting_ == 0)) {  // what comes next may be at another place
+      oldest_ = newest + 1;
+      hard_ = soft_ = {};
+    }
     return reading;
   }
 
