@@ -39,7 +39,7 @@ void fit() {
     }
   }
   const auto f = stage.result(hard, soft, ratio);
-  put(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
+  put(f.offset, f.drift, f.drift_error, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
 }
 
 // Times in ns, values.
@@ -84,7 +84,8 @@ struct Known {
 };
 
 // Start, number of samples, forgetting, sample of a hand-over or -1, its count, readings until the end, ratio, mean
-// regressor; then the numbers of four baselines: hard and soft before, hard and soft after.
+// regressor; the evidence of the touch: drift, its error, its length, error of the ratio, level ratio and its error; then the
+// numbers of four baselines: hard and soft before, hard and soft after.
 void revise() {
   Reviser<double> stage;
   const auto start = static_cast<std::size_t>(next());
@@ -94,6 +95,11 @@ void revise() {
   const auto kept = next();
   const auto reading = static_cast<std::size_t>(next());
   const auto ratio = next(), mean = next();
+  TouchEvidence<double> evidence;
+  for (double* number : {&evidence.drift, &evidence.drift_error, &evidence.length, &evidence.ratio_error,
+                         &evidence.level.ratio, &evidence.level.standard_error}) {
+    *number = next();
+  }
   Known known[4];
   for (auto& one : known) {
     for (double& number : one.numbers) {
@@ -107,7 +113,7 @@ void revise() {
     stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
   stage.keep(known[0], known[1], start);
-  const auto found = stage.result(known[2], known[3], reading, ratio, mean);
+  const auto found = stage.result(known[2], known[3], reading, ratio, mean, evidence);
   put(static_cast<int>(found.kind), found.shift, found.variance, found.open, found.significant);
 }
 

@@ -18,6 +18,7 @@ from palpate.reference.moving import MovingEstimate
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
 FALLEN = 0.05  # share of the touch
+NEARER = 3.0  # times nearer is the level ratio to the ratio that it decides for
 RECOVERY_VALUES = 16  # over which a recovery is seen, between two medians of as many values
 RECOVERED = 4.0  # standard errors of the change
 RECOVERED_NOISE = 1.77  # of the move in noises: 4 sqrt(pi / 2) sqrt(2 / 16)
@@ -79,6 +80,37 @@ class Revised(NamedTuple):
     significant: bool
 
 
+class Seen(NamedTuple):
+    """What a touch itself shows of how its baselines moved.
+
+    Attributes
+    ----------
+    drift, drift_error : float
+        Change of the output from the first to the last sample, share of it, and its standard error; nan: not known.
+    length : float
+        From the first to the last sample, share of the line between the baselines.
+    error : float
+        Standard error of the ratio.
+    level_ratio, level_error : float
+        Ratio over the swept depth, and its standard error; nan: not known.
+
+    Examples
+    --------
+    >>> Seen().drift
+    nan
+    """
+
+    drift: float = np.nan
+    drift_error: float = np.nan
+    length: float = 0.0
+    error: float = 0.0
+    level_ratio: float = np.nan
+    level_error: float = np.nan
+
+
+NOTHING_SEEN = Seen()
+
+
 def line_share(middle: float, start: float, end: float, ages: tuple[float, float]) -> float:
     """Return where on the line between two baselines the middle of a touch is: 0, at the first one, to 1; times in readings."""
     first, second = start - ages[0], end - ages[1]
@@ -93,6 +125,7 @@ def revised(
     mean: float,
     share: float,
     changed: bool = False,
+    seen: Seen = NOTHING_SEEN,
 ) -> Revised:
     """Return what the change of the baselines did to a ratio.
 
@@ -108,6 +141,8 @@ def revised(
         `line_share` of the touch.
     changed : bool
         Whether the ratio changed during the touch: a jump of a baseline does that.
+    seen : Seen
+        What the touch itself shows of how its baselines moved.
 
     Returns
     -------
@@ -119,6 +154,9 @@ def revised(
     r - (D_hard - r D_soft) / mean. D is a share of the whole change: by the line, if the change is more than 3
     standard deviations; otherwise by the mean of both baselines with the smallest variance.
 
+    A step at the contact or at the release gives no drift within the touch. D of it is all of the step at the contact, and 0
+    at the release; the level ratio decides, else D is half of it, and the other half is left open.
+
     Examples
     --------
     >>> first, second = (Known(0.62), Known(-0.41)), (Known(0.6204), Known(-0.41))
@@ -129,23 +167,49 @@ def revised(
     first, second = (known[0].variance + ratio**2 * known[1].variance for known in (before, after))
     change, error = hard - ratio * soft, np.sqrt(first + second)
     drifted = abs(change) > SURE * error
-    part = share if drifted else first / (first + second)
-    shift = -part * change / mean
     significant = bool(abs(change) > SIGNIFICANT * error)
+    part, stepped = share if drifted else first / (first + second), 0.0
+    kind = "drift"
     if -(hard + soft) > FALLEN * (ratio + 1) * mean:
-        return Revised("baseline", shift, first, shift**2, significant)
-    if any(_recovers(*channel) for channel in zip(before, after, strict=True)):
-        return Revised("creep", shift, first, shift**2, significant)
+        kind = "baseline"
+    elif any(_recovers(*channel) for channel in zip(before, after, strict=True)):
+        kind = "creep"
+    elif drifted:
+        part, stepped = _with_steps(-change / mean, ratio, share, seen)
+    shift = -part * change / mean
+    if kind != "drift":
+        return Revised(kind, shift, first, shift**2, significant)
     # What both errors do not explain is drift or slow noise. Of a drift half of the correction is open for a jump and for a
     # walk, a quarter for an exponential that is large enough for a flag.
     excess = max(change**2 - error**2, 0.0)
     uneven = changed or not significant
-    left_open = (
-        (shift / (2 if uneven else 4)) ** 2 if drifted else part * (1 - part) * excess / mean**2
-    )
-    return Revised(
-        "drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant
-    )
+    left_open = part * (1 - part) * excess / mean**2
+    if drifted:
+        left_open = (shift / (2 if uneven else 4)) ** 2 + (stepped * change / mean) ** 2
+    variance = (1 - part) ** 2 * first + part**2 * second
+    return Revised("drift", shift, variance, left_open, significant)
+
+
+def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[float, float]:
+    """Return the shares of the change of the baselines that are corrected and left open.
+
+    `whole`: of the ratio, if the baselines had changed at the contact. Half of the drift that an even change gives is enough, as
+    the age of a baseline that drifts is known no better.
+    """
+    half = -whole / ratio * seen.length / 2
+    even, error = 0.0, 1.0
+    if half and np.isfinite(seen.drift):
+        even = min(max(seen.drift / half, 0.0), 1.0)
+        error = min(seen.drift_error / abs(half), 1.0)
+    step = 1 - even
+    release = ratio + even * share * whole
+    contact = release + step * whole
+    far, near = (f(abs(seen.level_ratio - at) for at in (release, contact)) for f in (max, min))
+    doubt = max(step, error)
+    if far > SURE * np.hypot(seen.level_error, seen.error) and far > NEARER * near:
+        at_contact = abs(seen.level_ratio - contact) < abs(seen.level_ratio - release)
+        return even * share + step * at_contact, doubt / 6
+    return even * share + step / 2, doubt / 2
 
 
 def _recovers(before: Known, after: Known) -> bool:
@@ -551,10 +615,18 @@ class _Tracker:
         if touch is None or before is None or not touch.samples:
             return False
         self._known, after = None, self._baselines()
-        share = line_share(touch.middle, self._first, number, (before[0].age, after[0].age))
+        ages, last = (before[0].age, after[0].age), self.touches[-1]
+        share = line_share(touch.middle, self._first, number, ages)
         place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
-        found = revised(before, after, **place, changed=touch.changed)
-        last = self.touches[-1]
+        seen = Seen(
+            last.misfit.drift if last.misfit.drift_error else np.nan,
+            last.misfit.drift_error,
+            touch.fit.length() / (number - ages[1] - self._first + ages[0]),
+            touch.standard_error(self._errors(touch.ratio)),
+            last.level_ratio,
+            last.level_standard_error,
+        )
+        found = revised(before, after, **place, changed=touch.changed, seen=seen)
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
         error = touch.standard_error(

@@ -188,7 +188,9 @@ class Judge {
     }
     const Real size = square_root(estimator.mean_square());
     const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-    revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean);
+    const TouchEvidence<Real> evidence{misfits_.drift, misfits_.drift_error, evidence_.test.length(),
+                                       errors.of(estimator), level_};
+    revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean, evidence);
     const Real drift = revision_.significant ? Real(0) : misfits_.open_drift;  // else the baselines explain it
     const Real open = misfits_.open + revision_.open + drift;
     error = errors.with(estimator, revision_.variance + errors.rounding(estimator), open);

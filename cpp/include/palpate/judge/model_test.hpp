@@ -24,13 +24,14 @@ enum Misfit : std::uint8_t {
 /// The sizes of what the model leaves out.
 template <class Real>
 struct Misfits {
-  Real offset = 0;      ///< the soft bump is reached first, by this share of the mean depth
-  Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
-  Real lag = 0;         ///< of the soft channel behind the hard one, pairs
-  Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
-  Real tilt = 0;        ///< the ratio above the level ratio, share of it
-  Real open = 0;        ///< variance of the ratio that these leave open, without the drift
-  Real open_drift = 0;  ///< the same by the drift
+  Real offset = 0;       ///< the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;        ///< change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real drift_error = 0;  ///< its standard error; 0: the touch is too short to show a drift
+  Real lag = 0;          ///< of the soft channel behind the hard one, pairs
+  Real curve = 0;        ///< output at twice the mean depth, above the straight line, share of the mean output
+  Real tilt = 0;         ///< the ratio above the level ratio, share of it
+  Real open = 0;         ///< variance of the ratio that these leave open, without the drift
+  Real open_drift = 0;   ///< the same by the drift
   Real offset_ratio = not_a_number<Real>;  ///< if only the offset contradicts: of y = r x + c
   Real offset_error = not_a_number<Real>;  ///< its standard error
   std::uint8_t flags = 0;                  ///< of Misfit
@@ -167,6 +168,7 @@ struct TermTests {
 
   constexpr void test_drift(const TermSums<Real>& solved) noexcept {
     const Real error = product(solved.error(term_time), product(length, length));
+    found_.drift_error = share(square_root(product(error, variance_)));
     found_.open_drift =
         tested(misfit_drift, product(solved.at(term_time, term_y), length), error, found_.drift, least) / 4;
   }
@@ -270,6 +272,9 @@ class ModelTest {
     }
     return found;
   }
+
+  /// Readings from the first pair to the last one, in which the drift is seen.
+  constexpr Real length() const noexcept { return 256 * latest_; }
 
   /// The ratio of all samples alike; its standard error, if they scattered independently.
   constexpr Estimate<Real> mean() const noexcept {

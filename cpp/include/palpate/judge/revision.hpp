@@ -3,7 +3,7 @@
 
 // The baseline after a touch: what the baseline did during the touch, and what that did to the ratio.
 
-#include <palpate/arithmetic.hpp>
+#include <palpate/estimate.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -16,9 +16,23 @@ enum class Revision : std::uint8_t {
   baseline,  ///< the baseline before the touch was measured in contact: the ratio is not corrected
 };
 
+/// What a touch itself shows of how its baselines moved: its drift, and a ratio that a constant offset does not change.
+template <class Real>
+struct TouchEvidence {
+  Real drift = 0;          ///< change of the output during `length`, share of it
+  Real drift_error = 0;    ///< standard error of the drift; 0: not known
+  Real length = 0;         ///< of the samples that show the drift, readings
+  Real ratio_error = 0;    ///< standard error of the ratio
+  Estimate<Real> level{};  ///< ratio over the swept depth
+};
+
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
 ///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
 /// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance.
+///
+/// A baseline may also step when the probe makes contact or is lifted, since hand and cable move then. A change that is even
+/// gives a drift within the touch; the share of it that is missing was a step. D of a step is all of it at the contact and 0 at the
+/// release. The level ratio decides which if it is near to one of the two; else D is half of it, and the rest is left open.
 template <class Real>
 class Reviser {
  public:
@@ -55,31 +69,37 @@ class Reviser {
   constexpr bool waits() const noexcept { return waits_; }
 
   template <class Baseline>
-  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio,
-                          Real mean) noexcept {
+  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio, Real mean,
+                          const TouchEvidence<Real>& evidence) noexcept {
     waits_ = false;
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
     const Real rise = product(ratio, rise_soft) - rise_hard, rise2 = product(rise, rise);
     const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
     const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
     const bool drifted = rise2 > 9 * (before + after);
-    // Without a drift the mean of both baselines with the smallest variance.
-    const Real part = drifted ? when(reading, hard.age()) : before / (before + after);
-    Result found;
-    found.shift = product(part, rise) / mean;
-    found.significant = rise2 > 64 * (before + after);
-    const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
-    found.open = product(found.shift, found.shift);
+    const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean);
     const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
+    Result found;
     // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
     // and corrected.
     found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
+    found.significant = rise2 > 64 * (before + after);
     found.variance = before;
+    // Without a drift the mean of both baselines with the smallest variance.
+    const Line line = when(reading, hard.age());
+    Share share{drifted ? line.middle : before / (before + after), Real(0)};
+    if (found.kind == Revision::drift && drifted) {
+      share = with_steps(line, rise / mean, ratio, evidence);
+    }
+    const Real part = share.part, rest = 1 - part, open = product(share.open, rise / mean);
+    found.shift = product(part, rise) / mean;
+    found.open = product(found.shift, found.shift);
     if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
       // What both errors do not explain is drift or noise that is slow.
       const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
-      found.open = drifted ? open_after_drift(found) : product(product(part, rest), excess) / product(mean, mean);
+      found.open = drifted ? open_after_drift(found) + product(open, open)
+                           : product(product(part, rest), excess) / product(mean, mean);
     }
     return found;
   }
@@ -95,12 +115,47 @@ class Reviser {
     return changed_ || !found.significant ? found.open / 4 : found.open / 16;
   }
 
-  // The part of the line at the mean time of the samples.
-  constexpr Real when(std::size_t reading, Real age) const noexcept {
+  /// The line between the baselines: the place of the mean time of the samples on it, and its length in readings.
+  struct Line {
+    Real middle, all;
+  };
+  /// Of the change of the baselines: what is corrected, and what is left open.
+  struct Share {
+    Real part, open;
+  };
+
+  constexpr Line when(std::size_t reading, Real age) const noexcept {
     const Real touch = static_cast<Real>(last_ - start_) - mean_age_ + hard_.age;
     const Real all = static_cast<Real>(reading - start_) - age + hard_.age;
-    return touch < all ? touch / all : Real(1);
+    return {touch < all ? touch / all : Real(1), all};
   }
+
+  // `whole`: of the ratio, if the baselines had changed at the contact. Half of the expected drift shows an even change: the age of
+  // a baseline that drifts is known no better.
+  static constexpr Share with_steps(const Line& line, Real whole, Real ratio,
+                                    const TouchEvidence<Real>& evidence) noexcept {
+    const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
+    const bool known = evidence.drift_error > 0 && half != 0;
+    const Real even = known ? limited(evidence.drift / half) : Real(0), step = 1 - even;
+    const Real error = known ? limited(evidence.drift_error / magnitude(half)) : Real(1);
+    const Real at_release = product(even, line.middle);
+    const Real place = where(whole, step, evidence, evidence.level.ratio - ratio - product(at_release, whole));
+    const Real open = step > error ? step : error;
+    return {at_release + product(step, place), place == Real(0.5) ? open / 2 : open / 6};
+  }
+
+  // 0: the level ratio shows a step at the release; 1: at the contact; 1/2: it does not decide. It decides if it is off one of the
+  // two ratios by more than 3 standard errors, and nearer to the other one by a factor of 3: a tilt is far from both.
+  static constexpr Real where(Real whole, Real step, const TouchEvidence<Real>& evidence, Real off) noexcept {
+    const Real from_release = magnitude(off), from_contact = magnitude(off - product(step, whole));
+    const bool contact = from_contact < from_release;
+    const Real near = contact ? from_contact : from_release, far = contact ? from_release : from_contact;
+    const Real square = product(evidence.level.standard_error, evidence.level.standard_error) +
+                        product(evidence.ratio_error, evidence.ratio_error);
+    return product(far, far) > 9 * square && far > 3 * near ? Real(contact) : Real(0.5);
+  }
+
+  static constexpr Real limited(Real share) noexcept { return share < 0 ? Real(0) : share > 1 ? Real(1) : share; }
 
   // The slope after the touch is against the rise, by more than 4 of its standard errors.
   template <class Baseline>
