@@ -6,6 +6,7 @@
 #include <palpate/judge/level_ratio.hpp>
 #include <palpate/judge/pending_change.hpp>
 #include <palpate/judge/ratio_error.hpp>
+#include <palpate/judge/slow_noise.hpp>
 #include <palpate/judge/touch.hpp>
 
 namespace palpate {
@@ -37,6 +38,12 @@ struct JudgedSample {
   std::size_t number;  ///< of the pair
 };
 
+/// A number for each channel.
+template <class Real>
+struct OfChannels {
+  Real hard = 0, soft = 0;
+};
+
 /// The null judge: a ratio and its standard error.
 template <class Estimator>
 struct NoJudge {
@@ -44,6 +51,7 @@ struct NoJudge {
   static constexpr bool judges = false;        ///< there are no flags and no revision
   static constexpr bool levels = false;        ///< there is no level ratio
   static constexpr NoCodeSteps codes{};        ///< of both channels
+  static constexpr OfChannels<Real> slow{};    ///< variances by slow noise
   /// @{
   /// As the function of Judge of this name.
   static constexpr void read(Real, Real, bool, bool) noexcept {}
@@ -81,6 +89,7 @@ class Judge {
   static constexpr bool judges = true;           ///< there are flags, and a revision
   static constexpr bool levels = Level::levels;  ///< there is a level ratio
   CodeSteps<Real> codes;                         ///< of both channels
+  OfChannels<Real> slow;                         ///< variances by slow noise, of the last touch
 
   /// Each reading, also without contact; `held`: a touch takes samples.
   PALPATE_INLINE constexpr void read(Real hard, Real soft, bool at_once, bool held) noexcept {
@@ -88,8 +97,16 @@ class Judge {
     at_once_ = at_once;
   }
 
+  /// Values of both channels without contact.
+  constexpr void rested(Real hard, Real soft, bool suspected) noexcept {
+    idle_[0].add(hard, suspected);
+    idle_[1].add(soft, suspected);
+  }
+
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
+    idle_[0].interrupt();
+    idle_[1].interrupt();
     evidence_.test.reset();
     changes_.reset();
     earlier_ = after_ = level_ = {};
@@ -131,6 +148,9 @@ class Judge {
     } else {
       changes_.follow(step.alarm || step.drifts, estimator, evidence_);
     }
+    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {
+      find_slow(errors);
+    }
     const bool counts = step.gain != 0;  // in the sums
     evidence_.reviser.follow(sample.number, estimator.count(), step.alarm, counts);
     if (sample.matched && counts && !step.outlier) {
@@ -155,6 +175,7 @@ class Judge {
   /// error.
   template <class Errors>
   constexpr Real ended(Estimator& estimator, const Errors& errors) noexcept {
+    find_slow(errors);
     lifted_ = changes_.holds(estimator);
     bool changed = lifted_ ? go_back(estimator, errors) : has_changed(estimator, errors);
     const Real code = codes.coarser(errors.hard.noise(), errors.soft.noise());
@@ -177,7 +198,7 @@ class Judge {
   /// The release is over: the baselines from before the touch, with the number of its first pair.
   template <class Baseline>
   constexpr void released(const Baseline& hard, const Baseline& soft, std::size_t first) noexcept {
-    evidence_.reviser.keep(hard, soft, first);
+    evidence_.reviser.keep(hard, soft, slow, first);
   }
 
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
@@ -323,6 +344,19 @@ class Judge {
     }
   }
 
+  // At each doubling of the samples, and at the end.
+  template <class Errors>
+  constexpr void find_slow(const Errors& errors) noexcept {
+    slow = {of_touch(idle_[0], errors.hard, errors.samples), of_touch(idle_[1], errors.soft, errors.samples)};
+  }
+  template <class Baseline>
+  static constexpr Real of_touch(const SlowNoise<Real>& idle, const Baseline& baseline,
+                                 std::uint32_t samples) noexcept {
+    const Real white = product(baseline.noise(), baseline.noise());
+    return idle.variance(static_cast<Real>(samples), white / baseline.variance(), white);
+  }
+
+  SlowNoise<Real> idle_[2];
   Evidence evidence_;
   std::conditional_t<Before::goes_back, PendingChange<Real, Time, Estimator, Snapshot, Evidence>,
                      LastHold<Estimator, Evidence>>

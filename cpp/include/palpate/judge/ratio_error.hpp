@@ -29,12 +29,13 @@ inline constexpr bool knows_its_error =
 
 /// The error of the ratio of an estimator, from the noise of the readings and of the estimator, and from the errors of
 /// the baselines, which are common to all samples of a touch.
-template <class Estimator, class Baseline, class Codes>
+template <class Estimator, class Baseline, class Codes, class Slow>
 struct RatioError {
   using Real = typename Estimator::real_type;
   const Baseline& hard;   ///< of the hard channel
   const Baseline& soft;   ///< of the soft channel
   const Codes& codes;     ///< of both
+  const Slow& slow;       ///< variances of both
   std::size_t decimated;  ///< readings in a pair
   std::uint32_t samples;  ///< of the touch
 
@@ -56,9 +57,13 @@ struct RatioError {
     }
   }
 
-  /// The variance that all samples of a touch share: of the baselines.
+  /// The variance that all samples of a touch share: of the baselines, and of noise that is slower than the readings.
   constexpr Real shared(const Estimator& estimator) const noexcept {
-    return of_ratio(estimator, hard.variance(), soft.variance()) + rounding(estimator);
+    if constexpr (std::is_same_v<Codes, NoCodeSteps>) {
+      return of_ratio(estimator, hard.variance(), soft.variance());
+    } else {
+      return of_ratio(estimator, hard.variance() + slow.hard, soft.variance() + slow.soft) + rounding(estimator);
+    }
   }
 
   /// The standard error of the ratio, from the variance that all samples share and the variance of

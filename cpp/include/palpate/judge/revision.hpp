@@ -57,11 +57,11 @@ class Reviser {
     last_ = reading;
   }
 
-  /// The baselines before the touch, when those after it are about to be measured.
-  template <class Baseline>
-  constexpr void keep(const Baseline& hard, const Baseline& soft, std::size_t start) noexcept {
-    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise()};
-    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise()};
+  /// The baselines before the touch, when those after it are about to be measured; `slow`: variances by slow noise.
+  template <class Baseline, class Slow>
+  constexpr void keep(const Baseline& hard, const Baseline& soft, const Slow& slow, std::size_t start) noexcept {
+    hard_ = {hard.level(), hard.variance() + slow.hard, hard.age(), hard.noise(), slow.hard};
+    soft_ = {soft.level(), soft.variance() + slow.soft, soft.age(), soft.noise(), slow.soft};
     start_ = start;
     waits_ = true;
   }
@@ -75,7 +75,7 @@ class Reviser {
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
     const Real rise = product(ratio, rise_soft) - rise_hard, rise2 = product(rise, rise);
     const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
-    const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
+    const Real after = hard.variance() + hard_.slow + product(product(ratio, ratio), soft.variance() + soft_.slow);
     const bool drifted = rise2 > 9 * (before + after);
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean);
     const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
@@ -106,7 +106,7 @@ class Reviser {
 
  private:
   struct Before {
-    Real level, variance, age, noise;
+    Real level, variance, age, noise, slow;
   };
 
   // Half of the correction is open for a jump, which was a change of the ratio, and for a walk; a quarter for an exponential,
@@ -163,7 +163,7 @@ class Reviser {
     const Real fall = 16 * after.slope();  // from the median of the earlier 16 values to that of the later ones
     // The standard error of the difference of two medians of 16 is sqrt(2) sqrt(pi / 2) / sqrt(16) = 0.443 of the noise.
     return product(fall, rise) < 0 && magnitude(fall) > product(Real(1.77), before.noise) &&
-           product(rise, rise) > 16 * (after.variance() + before.variance);
+           product(rise, rise) > 16 * (after.variance() + before.slow + before.variance);
   }
 
   Before hard_{}, soft_{};
