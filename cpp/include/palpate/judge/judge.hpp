@@ -204,7 +204,11 @@ class Judge {
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
   template <class Errors>
   constexpr bool measured(const Estimator& estimator, const Errors& errors, std::size_t pair, Real& error) noexcept {
-    if (!evidence_.reviser.waits() || estimator.mean_regressor() == 0) {
+    if (!evidence_.reviser.waits()) {  // the first ones, or again: what was before them was perhaps no idle value
+      idle_[0] = idle_[1] = {};
+      return false;
+    }
+    if (estimator.mean_regressor() == 0) {
       return false;
     }
     const Real size = square_root(estimator.mean_square());

@@ -60,8 +60,8 @@ class Reviser {
   /// The baselines before the touch, when those after it are about to be measured; `slow`: variances by slow noise.
   template <class Baseline, class Slow>
   constexpr void keep(const Baseline& hard, const Baseline& soft, const Slow& slow, std::size_t start) noexcept {
-    hard_ = {hard.level(), hard.variance() + slow.hard, hard.age(), hard.noise(), slow.hard};
-    soft_ = {soft.level(), soft.variance() + slow.soft, soft.age(), soft.noise(), slow.soft};
+    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise(), slow.hard};
+    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise(), slow.soft};
     start_ = start;
     waits_ = true;
   }
@@ -74,8 +74,10 @@ class Reviser {
     waits_ = false;
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
     const Real rise = product(ratio, rise_soft) - rise_hard, rise2 = product(rise, rise);
-    const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
-    const Real after = hard.variance() + hard_.slow + product(product(ratio, ratio), soft.variance() + soft_.slow);
+    const Real ratio2 = product(ratio, ratio), slow = hard_.slow + product(ratio2, soft_.slow);
+    const Real first = hard_.variance + product(ratio2, soft_.variance);
+    const Real second = hard.variance() + product(ratio2, soft.variance());
+    const Real before = first + slow, after = second + slow;
     const bool drifted = rise2 > 9 * (before + after);
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean);
     const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
@@ -85,9 +87,9 @@ class Reviser {
     found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
     found.significant = rise2 > 64 * (before + after);
     found.variance = before;
-    // Without a drift the mean of both baselines with the smallest variance.
+    // Where neither a drift nor slow noise moved the baselines: their mean with the smallest variance.
     const Line line = when(reading, hard.age());
-    Share share{drifted ? line.middle : before / (before + after), Real(0)};
+    Share share{rise2 > 9 * (first + second) ? line.middle : first / (first + second), Real(0)};
     if (found.kind == Revision::drift && drifted) {
       share = with_steps(line, rise / mean, ratio, evidence);
     }
@@ -163,7 +165,7 @@ class Reviser {
     const Real fall = 16 * after.slope();  // from the median of the earlier 16 values to that of the later ones
     // The standard error of the difference of two medians of 16 is sqrt(2) sqrt(pi / 2) / sqrt(16) = 0.443 of the noise.
     return product(fall, rise) < 0 && magnitude(fall) > product(Real(1.77), before.noise) &&
-           product(rise, rise) > 16 * (after.variance() + before.slow + before.variance);
+           product(rise, rise) > 16 * (after.variance() + before.variance + 2 * before.slow);
   }
 
   Before hard_{}, soft_{};

@@ -14,7 +14,8 @@ inline namespace PALPATE_NAMESPACE {
 template <class Real>
 class SlowNoise {
   static constexpr int smallest = 8, levels = 6;
-  static constexpr std::uint8_t fewest = 4, most = 255;  // differences
+  static constexpr std::uint8_t first = 16, fewest = 4,
+                                most = 255;  // differences: of the smallest blocks; of larger ones
 
  public:
   /// Add an idle value. `suspected`: a touch may have begun, so that no block ends.
@@ -84,14 +85,16 @@ class SlowNoise {
   }
 
   // Variance of a mean over so many values, from the smallest blocks that are as long; from shorter ones, if these are not known,
-  // as of a walk. The noise of single values counts with 3 of its standard errors.
+  // as of a walk. The noise of single values counts with 3 of its standard errors, sqrt(2 / n).
   constexpr Real of_mean(Real length, Real white) const noexcept {
     Real found = 0, size = smallest;
+    std::uint8_t least = first;
     for (const Level& level : levels_) {
-      if (level.count < fewest) {
+      if (level.count < least) {
         break;
       }
-      const Real n = level.count, of_white = product(white / size, 1 + 3 / square_root(n));
+      least = fewest;
+      const Real n = level.count, of_white = product(white / size, 1 + 4 / square_root(n));
       found = positive_part(product(level.variance, n / (n - 1)) / 2 - of_white);
       if (!(size < length)) {
         return found;
