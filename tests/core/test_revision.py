@@ -28,8 +28,9 @@ def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     # far below: measured in contact
     moved = draw(st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))]))
     ages = [draw(st.floats(0, 63)) for _ in range(2)]
+    slow = draw(st.sampled_from([0.0, 0.0, 0.01, 1.0])) * noise**2
     return (
-        Known(level, variances[0], ages[0], noise),
+        Known(level, variances[0], ages[0], noise, slow=slow),
         Known(level + moved, variances[1], ages[1], noise, draw(slopes) * noise),
     )
 
@@ -128,7 +129,7 @@ def test_the_core_is_the_reference(
         + place * abs(moves[0] - touch["ratio"] * moves[1]) / abs(touch["mean"])
     )
     variances = sum(
-        known.variance * weight
+        (known.variance + known.slow) * weight
         for pair, weight in ((hard, 1.0), (soft, touch["ratio"] ** 2))
         for known in pair
     )

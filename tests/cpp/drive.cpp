@@ -75,7 +75,7 @@ void contact() {
 }
 
 struct Known {
-  double numbers[5];  // level, variance, age, noise, slope
+  double numbers[6];  // level, variance, age, noise, slope, slow
   double level() const { return numbers[0]; }
   double variance() const { return numbers[1]; }
   double age() const { return numbers[2]; }
@@ -112,9 +112,21 @@ void revise() {
     count = i == change ? kept : forgetting * count + 1;
     stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
-  stage.keep(known[0], known[1], start);
+  stage.keep(known[0], known[1], OfChannels<double>{known[0].numbers[5], known[1].numbers[5]}, start);
   const auto found = stage.result(known[2], known[3], reading, ratio, mean, evidence);
   put(static_cast<int>(found.kind), found.shift, found.variance, found.open, found.significant);
+}
+
+// Length of the mean, variance of the noise of a value; then values, each with 0, 1: a touch is suspected, or 2: it begins.
+void slow_noise() {
+  SlowNoise<double> stage;
+  const auto length = next(), white = next();
+  while (more()) {
+    const auto value = next();
+    const int what = static_cast<int>(next());
+    what == 2 ? stage.interrupt() : stage.add(value, what == 1);
+  }
+  put(stage.of_mean(length, white));
 }
 
 void stamps() {
@@ -139,8 +151,8 @@ int main(int count, char** arguments) {
   const struct {
     const char* name;
     void (*run)();
-  } all[] = {{"fit", fit},       {"pair", pair},     {"baseline", baseline},    {"contact", contact},
-             {"revise", revise}, {"stamps", stamps}, {"elasticity", elasticity}};
+  } all[] = {{"fit", fit},       {"pair", pair},     {"baseline", baseline},     {"contact", contact},
+             {"revise", revise}, {"stamps", stamps}, {"elasticity", elasticity}, {"slow_noise", slow_noise}};
   for (double value; std::fread(&value, sizeof value, 1, stdin) == 1;) {
     in.push_back(value);
   }

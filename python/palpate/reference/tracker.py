@@ -14,6 +14,7 @@ from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, Idle
 from palpate.reference.level import Sweep
 from palpate.reference.moving import MovingEstimate
+from palpate.reference.slow_noise import SlowNoise
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
@@ -37,6 +38,8 @@ class Known(NamedTuple):
         Standard deviation of a value.
     slope : float, pF
         Change from value to value.
+    slow : float, pF^2
+        Variance of its difference to the mean of the touch by slow noise.
 
     Examples
     --------
@@ -49,6 +52,7 @@ class Known(NamedTuple):
     age: float = 15.5
     noise: float = 4e-5
     slope: float = 0.0
+    slow: float = 0.0
 
 
 class Revised(NamedTuple):
@@ -152,7 +156,8 @@ def revised(
     -----
     With D the change from the first baselines to those at the mean time of the samples, the true ratio is
     r - (D_hard - r D_soft) / mean. D is a share of the whole change: by the line, if the change is more than 3
-    standard deviations; otherwise by the mean of both baselines with the smallest variance.
+    standard deviations of the noise of the readings; otherwise by the mean of both baselines with the smallest variance.
+    It is a drift if it is also more than 3 standard deviations with the slow noise.
 
     A step at the contact or at the release gives no drift within the touch. D of it is all of the step at the contact, and 0
     at the release; the level ratio decides, else D is half of it, and the other half is left open.
@@ -165,10 +170,13 @@ def revised(
     """
     hard, soft = (later.level - earlier.level for earlier, later in zip(before, after, strict=True))
     first, second = (known[0].variance + ratio**2 * known[1].variance for known in (before, after))
-    change, error = hard - ratio * soft, np.sqrt(first + second)
+    change, slow = hard - ratio * soft, before[0].slow + ratio**2 * before[1].slow
+    moved = abs(change) > SURE * np.sqrt(first + second)
+    part, stepped = share if moved else first / (first + second), 0.0
+    first, second = first + slow, second + slow
+    error = np.sqrt(first + second)
     drifted = abs(change) > SURE * error
     significant = bool(abs(change) > SIGNIFICANT * error)
-    part, stepped = share if drifted else first / (first + second), 0.0
     kind = "drift"
     if -(hard + soft) > FALLEN * (ratio + 1) * mean:
         kind = "baseline"
@@ -197,7 +205,7 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
     the age of a baseline that drifts is known no better.
     """
     half = -whole / ratio * seen.length / 2
-    even, error = 0.0, 1.0
+    even, error = 1.0, 1.0
     if half and np.isfinite(seen.drift):
         even = min(max(seen.drift / half, 0.0), 1.0)
         error = min(seen.drift_error / abs(half), 1.0)
@@ -216,7 +224,9 @@ def _recovers(before: Known, after: Known) -> bool:
     """Return whether a channel moves back after the release, by more than 4 standard errors of the move and the change."""
     change, move = after.level - before.level, RECOVERY_VALUES * after.slope
     moves_back = move * change < 0 and abs(move) > RECOVERED_NOISE * before.noise
-    return moves_back and change**2 > RECOVERED**2 * (before.variance + after.variance)
+    return moves_back and change**2 > RECOVERED**2 * (
+        before.variance + after.variance + 2 * before.slow
+    )
 
 
 SECONDS = 6.5  # length of a touch
@@ -431,6 +441,8 @@ class _Tracker:
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
         self._idle = Idle(gate=Contact(release=release))
+        self._blocks = SlowNoise(), SlowNoise()
+        self._slow = [0.0, 0.0]  # variances of the last touch
         self._touch: AnyEstimate | None = None  # the last one
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found
@@ -470,6 +482,8 @@ class _Tracker:
             self._touch = self._begin(begin, noise)
             self._begin_ns = time_ns
             self._running, self._known = True, None
+            for blocks in self._blocks:
+                blocks.interrupt()
         elif event in ("released", "idle"):
             self.finish()
         if event == "idle":
@@ -479,6 +493,9 @@ class _Tracker:
             alarm = self._in_touch(number, time_ns, pair)
         else:
             self._before_ns = time_ns
+            if self._idle.rests and there.all():
+                for blocks, value in zip(self._blocks, values.tolist(), strict=True):
+                    blocks.add(value, suspected=self._idle.gate.suspects)
             self._falling(time_ns, pair)
         self._readings += 1
         self._pairs += 1
@@ -510,6 +527,8 @@ class _Tracker:
             alarm, before = self._touch.add(
                 *self._changes(hard, soft), number, since_s, matched=bool(matched)
             )
+            if self._touch.samples & (self._touch.samples - 1) == 0:
+                self._find_slow(self._touch.samples)
             self._note(before)
         else:
             self._touch.refused += 1
@@ -538,6 +557,7 @@ class _Tracker:
         if not self._running or self._touch is None:
             return
         self._running, touch = False, self._touch
+        self._find_slow(touch.samples)
         changed = touch.end(self._errors)
         errors = self._errors(touch.ratio)
         hard_noise, soft_noise = (max(noise, self._one_code()) for noise in errors.noises)
@@ -581,10 +601,19 @@ class _Tracker:
             result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted)
         )
 
+    def _find_slow(self, samples: int) -> None:
+        """Find the variances by slow noise: at each doubling of the samples, and at the end."""
+        channels = zip(self._blocks, (self._idle.hard.now, self._idle.soft.now), strict=True)
+        for k, (blocks, now) in enumerate(channels):
+            white = now.noise**2
+            lengths = samples, white / now.variance
+            self._slow[k] = sum(blocks.of_mean(length, white) for length in lengths)
+
     def _baselines(self) -> tuple[Known, Known]:
+        levels = zip((self._idle.hard.now, self._idle.soft.now), self._slow, strict=True)
         hard, soft = (
-            Known(now.level, now.variance, now.age, now.noise, now.slope)
-            for now in (self._idle.hard.now, self._idle.soft.now)
+            Known(now.level, now.variance, now.age, now.noise, now.slope, slow)
+            for now, slow in levels
         )
         return hard, soft
 
@@ -601,7 +630,7 @@ class _Tracker:
         )
         # step^2 / 12 of the readings, and the same of the baseline
         rounding = (hard_step**2 + ratio**2 * soft_step**2) / 6
-        shared = hard.variance + ratio**2 * soft.variance
+        shared = hard.variance + hard.slow + ratio**2 * (soft.variance + soft.slow)
         return Errors((hard.noise, soft.noise), shared, rounding)
 
     def _note(self, before: _Handover | None) -> None:
@@ -612,7 +641,10 @@ class _Tracker:
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
         touch, before = self._touch, self._known
-        if touch is None or before is None or not touch.samples:
+        if before is None:  # the first baselines, or again: before them was perhaps no idle reading
+            self._blocks = SlowNoise(), SlowNoise()
+            return False
+        if touch is None or not touch.samples:
             return False
         self._known, after = None, self._baselines()
         ages, last = (before[0].age, after[0].age), self.touches[-1]

@@ -132,6 +132,9 @@ class Judge {
   PALPATE_INLINE constexpr void sampled(const Step& step, const Snapshot& before,
                                         const JudgedSample<Real, Time>& sample, const Estimator& estimator,
                                         const Errors& errors, Real confirmed) noexcept {
+    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {
+      find_slow(errors);
+    }
     if (PALPATE_UNLIKELY(step.alarm)) {
       keep(before, sample.time, estimator, confirmed, true);
       evidence_.level.restart();
@@ -147,9 +150,6 @@ class Judge {
       }
     } else {
       changes_.follow(step.alarm || step.drifts, estimator, evidence_);
-    }
-    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {
-      find_slow(errors);
     }
     const bool counts = step.gain != 0;  // in the sums
     evidence_.reviser.follow(sample.number, estimator.count(), step.alarm, counts);
@@ -353,11 +353,13 @@ class Judge {
   constexpr void find_slow(const Errors& errors) noexcept {
     slow = {of_touch(idle_[0], errors.hard, errors.samples), of_touch(idle_[1], errors.soft, errors.samples)};
   }
+  // The variance of the difference between the mean of a touch and that of a baseline. For means of equal lengths it is twice that of
+  // one; with a walk or with stationary noise it is their sum, also if the lengths differ.
   template <class Baseline>
   static constexpr Real of_touch(const SlowNoise<Real>& idle, const Baseline& baseline,
                                  std::uint32_t samples) noexcept {
     const Real white = product(baseline.noise(), baseline.noise());
-    return idle.variance(static_cast<Real>(samples), white / baseline.variance(), white);
+    return idle.of_mean(static_cast<Real>(samples), white) + idle.of_mean(white / baseline.variance(), white);
   }
 
   SlowNoise<Real> idle_[2];

@@ -138,7 +138,7 @@ class Reviser {
                                     const TouchEvidence<Real>& evidence) noexcept {
     const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
     const bool known = evidence.drift_error > 0 && half != 0;
-    const Real even = known ? limited(evidence.drift / half) : Real(0), step = 1 - even;
+    const Real even = known ? limited(evidence.drift / half) : Real(1), step = 1 - even;
     const Real error = known ? limited(evidence.drift_error / magnitude(half)) : Real(1);
     const Real at_release = product(even, line.middle);
     const Real place = where(whole, step, evidence, evidence.level.ratio - ratio - product(at_release, whole));

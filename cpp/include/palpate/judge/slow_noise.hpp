@@ -39,11 +39,26 @@ class SlowNoise {
     }
   }
 
-  /// Variance of the difference between a mean over the values of a touch and a mean over those of a baseline, beyond the noise
-  /// of single values with the variance `white`. For blocks of equal length it is twice the variance of each; for a walk and for noise
-  /// that is stationary it is exactly the mean of both, also where the lengths differ.
-  constexpr Real variance(Real touch, Real baseline, Real white) const noexcept {
-    return of_mean(touch, white) + of_mean(baseline, white);
+  /// Variance of a mean over so many values, beyond the noise of single values with the variance `white`: from the smallest blocks
+  /// that are as long; if these are not known, from shorter ones, in proportion as of a walk. Of the noise of single values 3 of its
+  /// standard errors, sqrt(2 / n), are taken away, too: with white noise nothing is left.
+  constexpr Real of_mean(Real length, Real white) const noexcept {
+    Real found = 0, size = smallest;
+    std::uint8_t least = first;
+    for (const Level& level : levels_) {
+      if (level.count < least) {
+        break;
+      }
+      least = fewest;
+      const Real n = level.count, of_white = product(white / size, 1 + 4 / square_root(n));
+      found = positive_part(product(level.variance, n / (n - 1)) / 2 - of_white);
+      if (!(size < length)) {
+        return found;
+      }
+      found = product(found, length / size);
+      size *= 2;
+    }
+    return found;
   }
 
  private:
@@ -82,27 +97,6 @@ class SlowNoise {
       }
       block = (before + block) / 2;
     }
-  }
-
-  // Variance of a mean over so many values, from the smallest blocks that are as long; from shorter ones, if these are not known,
-  // as of a walk. The noise of single values counts with 3 of its standard errors, sqrt(2 / n).
-  constexpr Real of_mean(Real length, Real white) const noexcept {
-    Real found = 0, size = smallest;
-    std::uint8_t least = first;
-    for (const Level& level : levels_) {
-      if (level.count < least) {
-        break;
-      }
-      least = fewest;
-      const Real n = level.count, of_white = product(white / size, 1 + 4 / square_root(n));
-      found = positive_part(product(level.variance, n / (n - 1)) / 2 - of_white);
-      if (!(size < length)) {
-        return found;
-      }
-      found = product(found, length / size);
-      size *= 2;
-    }
-    return found;
   }
 
   Level levels_[levels] = {};
