@@ -112,7 +112,7 @@ void revise() {
     count = i == change ? kept : forgetting * count + 1;
     stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
-  stage.keep(known[0], known[1], OfChannels<double>{known[0].numbers[5], known[1].numbers[5]}, start);
+  stage.keep(known[0], known[1], known[0].numbers[5], known[1].numbers[5], start);
   const auto found = stage.result(known[2], known[3], reading, ratio, mean, evidence);
   put(static_cast<int>(found.kind), found.shift, found.variance, found.open, found.significant);
 }

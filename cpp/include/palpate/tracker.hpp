@@ -270,10 +270,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
   /// Whether the touch has ended, and the probe is not yet lifted.
   constexpr bool falls() const noexcept { return levels && !open_ && counts_.samples > 0 && !gate.idle(); }
 
-  PALPATE_INLINE constexpr auto errors() const noexcept {
-    return RatioError<estimator_type, typename Scene::baseline, std::decay_t<decltype(Judge::codes)>,
-                      std::decay_t<decltype(Judge::slow)>>{hard_baseline, soft_baseline,           Judge::codes,
-                                                           Judge::slow,   Front::decimator.size(), counts_.samples};
+  PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, Judge> errors() const noexcept {
+    return {hard_baseline, soft_baseline, *this, Front::decimator.size(), counts_.samples};
   }
 
   PALPATE_INLINE constexpr Event detect(Time time, Real hard, Real soft, bool whole) noexcept {
@@ -327,7 +325,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   PALPATE_INLINE constexpr void rest([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
     if constexpr (Judge::judges) {
       if (Detector::rests() && is_finite(hard + soft)) {
-        Judge::rested(hard, soft, gate.suspects());
+        Judge::slow.add(hard, soft, gate.suspects());
       }
     }
   }

@@ -38,12 +38,6 @@ struct JudgedSample {
   std::size_t number;  ///< of the pair
 };
 
-/// A number for each channel.
-template <class Real>
-struct OfChannels {
-  Real hard = 0, soft = 0;
-};
-
 /// The null judge: a ratio and its standard error.
 template <class Estimator>
 struct NoJudge {
@@ -51,7 +45,6 @@ struct NoJudge {
   static constexpr bool judges = false;        ///< there are no flags and no revision
   static constexpr bool levels = false;        ///< there is no level ratio
   static constexpr NoCodeSteps codes{};        ///< of both channels
-  static constexpr OfChannels<Real> slow{};    ///< variances by slow noise
   /// @{
   /// As the function of Judge of this name.
   static constexpr void read(Real, Real, bool, bool) noexcept {}
@@ -89,7 +82,7 @@ class Judge {
   static constexpr bool judges = true;           ///< there are flags, and a revision
   static constexpr bool levels = Level::levels;  ///< there is a level ratio
   CodeSteps<Real> codes;                         ///< of both channels
-  OfChannels<Real> slow;                         ///< variances by slow noise, of the last touch
+  SlowNoises<Real> slow;                         ///< of both channels
 
   /// Each reading, also without contact; `held`: a touch takes samples.
   PALPATE_INLINE constexpr void read(Real hard, Real soft, bool at_once, bool held) noexcept {
@@ -97,16 +90,9 @@ class Judge {
     at_once_ = at_once;
   }
 
-  /// Values of both channels without contact.
-  constexpr void rested(Real hard, Real soft, bool suspected) noexcept {
-    idle_[0].add(hard, suspected);
-    idle_[1].add(soft, suspected);
-  }
-
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
-    idle_[0].interrupt();
-    idle_[1].interrupt();
+    slow.interrupt();
     evidence_.test.reset();
     changes_.reset();
     earlier_ = after_ = level_ = {};
@@ -132,8 +118,8 @@ class Judge {
   PALPATE_INLINE constexpr void sampled(const Step& step, const Snapshot& before,
                                         const JudgedSample<Real, Time>& sample, const Estimator& estimator,
                                         const Errors& errors, Real confirmed) noexcept {
-    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {
-      find_slow(errors);
+    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {  // at each doubling
+      slow.find(errors);
     }
     if (PALPATE_UNLIKELY(step.alarm)) {
       keep(before, sample.time, estimator, confirmed, true);
@@ -175,7 +161,7 @@ class Judge {
   /// error.
   template <class Errors>
   constexpr Real ended(Estimator& estimator, const Errors& errors) noexcept {
-    find_slow(errors);
+    slow.find(errors);
     lifted_ = changes_.holds(estimator);
     bool changed = lifted_ ? go_back(estimator, errors) : has_changed(estimator, errors);
     const Real code = codes.coarser(errors.hard.noise(), errors.soft.noise());
@@ -198,14 +184,14 @@ class Judge {
   /// The release is over: the baselines from before the touch, with the number of its first pair.
   template <class Baseline>
   constexpr void released(const Baseline& hard, const Baseline& soft, std::size_t first) noexcept {
-    evidence_.reviser.keep(hard, soft, slow, first);
+    evidence_.reviser.keep(hard, soft, slow.hard, slow.soft, first);
   }
 
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
   template <class Errors>
   constexpr bool measured(const Estimator& estimator, const Errors& errors, std::size_t pair, Real& error) noexcept {
     if (!evidence_.reviser.waits()) {  // the first ones, or again: what was before them was perhaps no idle value
-      idle_[0] = idle_[1] = {};
+      slow = {};
       return false;
     }
     if (estimator.mean_regressor() == 0) {
@@ -348,21 +334,6 @@ class Judge {
     }
   }
 
-  // At each doubling of the samples, and at the end.
-  template <class Errors>
-  constexpr void find_slow(const Errors& errors) noexcept {
-    slow = {of_touch(idle_[0], errors.hard, errors.samples), of_touch(idle_[1], errors.soft, errors.samples)};
-  }
-  // The variance of the difference between the mean of a touch and that of a baseline. For means of equal lengths it is twice that of
-  // one; with a walk or with stationary noise it is their sum, also if the lengths differ.
-  template <class Baseline>
-  static constexpr Real of_touch(const SlowNoise<Real>& idle, const Baseline& baseline,
-                                 std::uint32_t samples) noexcept {
-    const Real white = product(baseline.noise(), baseline.noise());
-    return idle.of_mean(static_cast<Real>(samples), white) + idle.of_mean(white / baseline.variance(), white);
-  }
-
-  SlowNoise<Real> idle_[2];
   Evidence evidence_;
   std::conditional_t<Before::goes_back, PendingChange<Real, Time, Estimator, Snapshot, Evidence>,
                      LastHold<Estimator, Evidence>>

@@ -24,6 +24,12 @@ struct TouchEvidence {
   Real length = 0;         ///< of the samples that show the drift, readings
   Real ratio_error = 0;    ///< standard error of the ratio
   Estimate<Real> level{};  ///< ratio over the swept depth
+
+  /// Whether the level ratio is so far from one ratio and so near to another one.
+  constexpr bool decides(Real far, Real near) const noexcept {
+    const Real square = product(level.standard_error, level.standard_error) + product(ratio_error, ratio_error);
+    return product(far, far) > 9 * square && far > 3 * near;
+  }
 };
 
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
@@ -58,10 +64,11 @@ class Reviser {
   }
 
   /// The baselines before the touch, when those after it are about to be measured; `slow`: variances by slow noise.
-  template <class Baseline, class Slow>
-  constexpr void keep(const Baseline& hard, const Baseline& soft, const Slow& slow, std::size_t start) noexcept {
-    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise(), slow.hard};
-    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise(), slow.soft};
+  template <class Baseline>
+  constexpr void keep(const Baseline& hard, const Baseline& soft, Real slow_hard, Real slow_soft,
+                      std::size_t start) noexcept {
+    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise(), slow_hard};
+    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise(), slow_soft};
     start_ = start;
     waits_ = true;
   }
@@ -133,28 +140,26 @@ class Reviser {
   }
 
   // `whole`: of the ratio, if the baselines had changed at the contact. Half of the expected drift shows an even change: the age of
-  // a baseline that drifts is known no better.
+  // a baseline that drifts is known no better. The level ratio decides if it is off the ratio of one step by more than 3 standard
+  // errors, and nearer to that of the other one by a factor of 3: a tilt is far from both.
   static constexpr Share with_steps(const Line& line, Real whole, Real ratio,
                                     const TouchEvidence<Real>& evidence) noexcept {
     const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
     const bool known = evidence.drift_error > 0 && half != 0;
     const Real even = known ? limited(evidence.drift / half) : Real(1), step = 1 - even;
     const Real error = known ? limited(evidence.drift_error / magnitude(half)) : Real(1);
-    const Real at_release = product(even, line.middle);
-    const Real place = where(whole, step, evidence, evidence.level.ratio - ratio - product(at_release, whole));
     const Real open = step > error ? step : error;
-    return {at_release + product(step, place), place == Real(0.5) ? open / 2 : open / 6};
-  }
-
-  // 0: the level ratio shows a step at the release; 1: at the contact; 1/2: it does not decide. It decides if it is off one of the
-  // two ratios by more than 3 standard errors, and nearer to the other one by a factor of 3: a tilt is far from both.
-  static constexpr Real where(Real whole, Real step, const TouchEvidence<Real>& evidence, Real off) noexcept {
-    const Real from_release = magnitude(off), from_contact = magnitude(off - product(step, whole));
-    const bool contact = from_contact < from_release;
-    const Real near = contact ? from_contact : from_release, far = contact ? from_release : from_contact;
-    const Real square = product(evidence.level.standard_error, evidence.level.standard_error) +
-                        product(evidence.ratio_error, evidence.ratio_error);
-    return product(far, far) > 9 * square && far > 3 * near ? Real(contact) : Real(0.5);
+    const Real release = product(even, line.middle), contact = release + step;
+    const Real off = evidence.level.ratio - ratio;
+    const Real from_release = magnitude(off - product(release, whole));
+    const Real from_contact = magnitude(off - product(contact, whole));
+    if (evidence.decides(from_contact, from_release)) {
+      return {release, open / 6};
+    }
+    if (evidence.decides(from_release, from_contact)) {
+      return {contact, open / 6};
+    }
+    return {release + step / 2, open / 2};
   }
 
   static constexpr Real limited(Real share) noexcept { return share < 0 ? Real(0) : share > 1 ? Real(1) : share; }

@@ -105,5 +105,42 @@ class SlowNoise {
   bool waits_ = false;
 };
 
+/// The slow noise of both channels.
+template <class Real>
+class SlowNoises {
+ public:
+  Real hard = 0;  ///< variance of the hard channel in the last touch
+  Real soft = 0;  ///< of the soft channel
+
+  /// As the function of SlowNoise of this name.
+  constexpr void add(Real hard_value, Real soft_value, bool suspected) noexcept {
+    of_hard_.add(hard_value, suspected);
+    of_soft_.add(soft_value, suspected);
+  }
+  /// As the function of SlowNoise of this name.
+  constexpr void interrupt() noexcept {
+    of_hard_.interrupt();
+    of_soft_.interrupt();
+  }
+  /// Finds the variances of a touch with so many samples.
+  template <class Errors>
+  constexpr void find(const Errors& errors) noexcept {
+    const auto samples = static_cast<Real>(errors.samples);
+    hard = variance(of_hard_, errors.hard, samples);
+    soft = variance(of_soft_, errors.soft, samples);
+  }
+
+ private:
+  // The variance of the difference between the mean of a touch and that of a baseline. For means of equal lengths it is twice that of
+  // one; with a walk or with stationary noise it is their sum, also if the lengths differ.
+  template <class Baseline>
+  static constexpr Real variance(const SlowNoise<Real>& noise, const Baseline& baseline, Real samples) noexcept {
+    const Real white = product(baseline.noise(), baseline.noise());
+    return noise.of_mean(samples, white) + noise.of_mean(white / baseline.variance(), white);
+  }
+
+  SlowNoise<Real> of_hard_, of_soft_;
+};
+
 }  // namespace PALPATE_NAMESPACE
 }  // namespace palpate
