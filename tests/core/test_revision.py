@@ -57,13 +57,12 @@ def evidence(draw: st.DrawFn) -> dict[str, float]:
         "drift": draw(st.sampled_from([0.0, 1.0]) | st.floats(-0.5, 1.5)),
         "error": draw(st.sampled_from([0.0, 0.01]) | st.floats(0.001, 1.5)),
         "length": draw(st.floats(0.1, 1.0)),
-        "ratio_error": draw(st.sampled_from([1e-5, 1e-3])),
         "level": draw(st.sampled_from([np.nan, 0.0, 1.0]) | st.floats(-2, 3)),
         "level_error": draw(st.sampled_from([1e-5, 1e-3])),
     }
 
 
-UNKNOWN = {"drift": 0.0, "error": 0.0, "length": 0.5, "ratio_error": 1e-3, "level": np.nan, "level_error": 1e-3}  # fmt: skip
+UNKNOWN = {"drift": 0.0, "error": 0.0, "length": 0.5, "level": np.nan, "level_error": 1e-3}  # fmt: skip
 
 
 def mean_age(touch: dict[str, float]) -> float:
@@ -98,7 +97,7 @@ def by_both(
     expected = -whole / ratio * of_touch["length"]
     drift, error = of_touch["drift"] * expected, of_touch["error"] * abs(expected)
     level = ratio + of_touch["level"] * whole
-    errors = of_touch["ratio_error"], level, of_touch["level_error"]
+    errors = level, of_touch["level_error"]
     seen = Seen(drift if error else np.nan, error, of_touch["length"], *errors)
     right = revised(before, after, ratio=ratio, mean=mean, share=share, changed=changed, seen=seen)
     head = [*(touch[name] for name in ("start", "samples", "forgetting", "change", "kept")), end]

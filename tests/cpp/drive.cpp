@@ -84,7 +84,7 @@ struct Known {
 };
 
 // Start, number of samples, forgetting, sample of a hand-over or -1, its count, readings until the end, ratio, mean
-// regressor; the evidence of the touch: drift, its error, its length, error of the ratio, level ratio and its error; then the
+// regressor; the evidence of the touch: drift, its error, its length, level ratio and its error; then the
 // numbers of four baselines: hard and soft before, hard and soft after.
 void revise() {
   Reviser<double> stage;
@@ -96,8 +96,8 @@ void revise() {
   const auto reading = static_cast<std::size_t>(next());
   const auto ratio = next(), mean = next();
   TouchEvidence<double> evidence;
-  for (double* number : {&evidence.drift, &evidence.drift_error, &evidence.length, &evidence.ratio_error,
-                         &evidence.level.ratio, &evidence.level.standard_error}) {
+  for (double* number : {&evidence.drift, &evidence.drift_error, &evidence.length, &evidence.level.ratio,
+                         &evidence.level.standard_error}) {
     *number = next();
   }
   Known known[4];

@@ -325,7 +325,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
   PALPATE_INLINE constexpr void rest([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
     if constexpr (Judge::judges) {
       if (Detector::rests() && is_finite(hard + soft)) {
-        Judge::slow.add(hard, soft, gate.suspects());
+        Judge::slow.hard.add(hard, gate.suspects());
+        Judge::slow.soft.add(soft, gate.suspects());
       }
     }
   }

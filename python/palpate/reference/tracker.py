@@ -93,8 +93,6 @@ class Seen(NamedTuple):
         Change of the output from the first to the last sample, share of it, and its standard error; nan: not known.
     length : float
         From the first to the last sample, share of the line between the baselines.
-    error : float
-        Standard error of the ratio.
     level_ratio, level_error : float
         Ratio over the swept depth, and its standard error; nan: not known.
 
@@ -107,7 +105,6 @@ class Seen(NamedTuple):
     drift: float = np.nan
     drift_error: float = np.nan
     length: float = 0.0
-    error: float = 0.0
     level_ratio: float = np.nan
     level_error: float = np.nan
 
@@ -214,7 +211,7 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
     contact = release + step * whole
     far, near = (f(abs(seen.level_ratio - at) for at in (release, contact)) for f in (max, min))
     doubt = max(step, error)
-    if far > SURE * np.hypot(seen.level_error, seen.error) and far > NEARER * near:
+    if far > SURE * seen.level_error and far > NEARER * near:
         at_contact = abs(seen.level_ratio - contact) < abs(seen.level_ratio - release)
         return even * share + step * at_contact, doubt / 6
     return even * share + step / 2, doubt / 2
@@ -654,7 +651,6 @@ class _Tracker:
             last.misfit.drift if last.misfit.drift_error else np.nan,
             last.misfit.drift_error,
             touch.fit.length() / (number - ages[1] - self._first + ages[0]),
-            touch.standard_error(self._errors(touch.ratio)),
             last.level_ratio,
             last.level_standard_error,
         )

@@ -92,7 +92,8 @@ class Judge {
 
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
-    slow.interrupt();
+    slow.hard.interrupt();
+    slow.soft.interrupt();
     evidence_.test.reset();
     changes_.reset();
     earlier_ = after_ = level_ = {};
@@ -184,7 +185,7 @@ class Judge {
   /// The release is over: the baselines from before the touch, with the number of its first pair.
   template <class Baseline>
   constexpr void released(const Baseline& hard, const Baseline& soft, std::size_t first) noexcept {
-    evidence_.reviser.keep(hard, soft, slow.hard, slow.soft, first);
+    evidence_.reviser.keep(hard, soft, slow.hard.variance, slow.soft.variance, first);
   }
 
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
@@ -199,8 +200,7 @@ class Judge {
     }
     const Real size = square_root(estimator.mean_square());
     const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-    const TouchEvidence<Real> evidence{misfits_.drift, misfits_.drift_error, evidence_.test.length(),
-                                       errors.of(estimator), level_};
+    const TouchEvidence<Real> evidence{misfits_.drift, misfits_.drift_error, evidence_.test.length(), level_};
     revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean, evidence);
     const Real drift = revision_.significant ? Real(0) : misfits_.open_drift;  // else the baselines explain it
     const Real open = misfits_.open + revision_.open + drift;

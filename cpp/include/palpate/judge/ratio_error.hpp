@@ -60,8 +60,8 @@ struct RatioError {
   constexpr Real shared(const Estimator& estimator) const noexcept {
     Real of_hard = hard.variance(), of_soft = soft.variance();
     if constexpr (Judge::judges) {
-      of_hard += judge.slow.hard;
-      of_soft += judge.slow.soft;
+      of_hard += judge.slow.hard.variance;
+      of_soft += judge.slow.soft.variance;
     }
     return of_ratio(estimator, of_hard, of_soft) + rounding(estimator);
   }

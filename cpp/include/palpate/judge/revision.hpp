@@ -22,13 +22,11 @@ struct TouchEvidence {
   Real drift = 0;          ///< change of the output during `length`, share of it
   Real drift_error = 0;    ///< standard error of the drift; 0: not known
   Real length = 0;         ///< of the samples that show the drift, readings
-  Real ratio_error = 0;    ///< standard error of the ratio
   Estimate<Real> level{};  ///< ratio over the swept depth
 
   /// Whether the level ratio is so far from one ratio and so near to another one.
   constexpr bool decides(Real far, Real near) const noexcept {
-    const Real square = product(level.standard_error, level.standard_error) + product(ratio_error, ratio_error);
-    return product(far, far) > 9 * square && far > 3 * near;
+    return far > 3 * level.standard_error && far > 3 * near;
   }
 };
 

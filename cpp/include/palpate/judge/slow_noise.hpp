@@ -8,9 +8,9 @@
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
 
-/// The slow noise of the idle readings of a channel, from differences between the means of neighbouring blocks. Blocks have
-/// 8 to 256 values. A block of a lower level is a mean without its largest and its smallest value, so that a spike is none. The mean
-/// of the differences is a drift, and no noise.
+/// The slow noise of the idle readings of a channel, from differences between the means of neighbouring blocks of 8 to 256 values.
+/// The mean of the differences is a drift, and no noise. Each block of 8 is a mean without its largest and its smallest value: a spike
+/// changes nothing.
 template <class Real>
 class SlowNoise {
   static constexpr int smallest = 8, levels = 6;
@@ -18,12 +18,18 @@ class SlowNoise {
                                 most = 255;  // differences: of the smallest blocks; of larger ones
 
  public:
+  Real variance = 0;  ///< of the difference between the mean of a touch and its baseline
+
   /// Add an idle value. `suspected`: a touch may have begun, so that no block ends.
   constexpr void add(Real value, bool suspected) noexcept {
-    highest_ = size_ > 0 && value < highest_ ? highest_ : value;
-    lowest_ = size_ > 0 && value > lowest_ ? lowest_ : value;
-    origin_ = size_ > 0 ? origin_ : value;
-    sum_ += value - origin_;
+    if (size_ == 0) {
+      origin_ = value;
+      sum_ = highest_ = lowest_ = 0;
+    }
+    const Real off = value - origin_;
+    sum_ += off;
+    highest_ = off > highest_ ? off : highest_;
+    lowest_ = off < lowest_ ? off : lowest_;
     size_ += 1;
     if (!suspected && size_ >= smallest) {
       end_block();
@@ -32,11 +38,19 @@ class SlowNoise {
 
   /// A touch has begun: the last values may belong to it, and the next block is no neighbour.
   constexpr void interrupt() noexcept {
-    size_ = sum_ = 0;
+    size_ = 0;
     waits_ = false;
     for (Level& level : levels_) {
       level.blocks = 0;
     }
+  }
+
+  /// Finds the variance of a touch. For means of equal lengths it is twice that of one; with a walk or with stationary noise it is
+  /// the sum of both, also if the lengths differ.
+  template <class Baseline>
+  constexpr void find(const Baseline& baseline, std::uint32_t samples) noexcept {
+    const Real white = product(baseline.noise(), baseline.noise());
+    variance = of_mean(static_cast<Real>(samples), white) + of_mean(white / baseline.variance(), white);
   }
 
   /// Variance of a mean over so many values, beyond the noise of single values with the variance `white`: from the smallest blocks
@@ -53,7 +67,7 @@ class SlowNoise {
       const Real n = level.count, of_white = product(white / size, 1 + 4 / square_root(n));
       found = positive_part(product(level.variance, n / (n - 1)) / 2 - of_white);
       if (!(size < length)) {
-        return found;
+        break;
       }
       found = product(found, length / size);
       size *= 2;
@@ -69,77 +83,52 @@ class SlowNoise {
     // Returns whether both blocks make a larger one.
     constexpr bool add(Real block) noexcept {
       const Real change = block - last;
+      const bool known = blocks > 0;
       last = block;
-      blocks = blocks == 1 ? 2 : blocks == 2 ? 1 : 0;
-      if (blocks == 0) {
-        blocks = 1;
-        return false;
+      blocks = blocks == 1 ? 2 : 1;
+      if (known) {  // Welford's update; in the end the oldest differences count less
+        count = static_cast<std::uint8_t>(count + (count < most));
+        const Real n = count, off = change - mean;
+        mean += off / n;
+        variance += (product(off, change - mean) - variance) / n;
       }
-      // Welford's update; the oldest differences count less, at last.
-      count = static_cast<std::uint8_t>(count + (count < most));
-      const Real n = count, off = change - mean;
-      mean += off / n;
-      variance += (product(off, change - mean) - variance) / n;
       return blocks == 2;
     }
   };
 
   constexpr void end_block() noexcept {
     Real block = waiting_;
-    waiting_ = origin_ + (sum_ - (highest_ - origin_) - (lowest_ - origin_)) / (size_ - 2);
-    size_ = sum_ = 0;
-    const bool waited = waits_;
-    waits_ = true;
-    for (int k = 0; waited && k < levels; ++k) {
-      const Real before = levels_[k].last;
-      if (!levels_[k].add(block)) {
-        return;
+    waiting_ = origin_ + (sum_ - highest_ - lowest_) / (size_ - 2);
+    size_ = 0;
+    if (waits_) {
+      for (Level& level : levels_) {
+        const Real before = level.last;
+        if (!level.add(block)) {
+          break;
+        }
+        block = (before + block) / 2;
       }
-      block = (before + block) / 2;
     }
+    waits_ = true;
   }
 
   Level levels_[levels] = {};
-  Real origin_ = 0, sum_ = 0, size_ = 0, highest_ = 0, lowest_ = 0;  // of the values of a block
+  Real origin_ = 0, sum_ = 0, size_ = 0, highest_ = 0, lowest_ = 0;  // of the values of a block; from the first one
   Real waiting_ = 0;                                                 // the last block, until the next one ends
   bool waits_ = false;
 };
 
 /// The slow noise of both channels.
 template <class Real>
-class SlowNoises {
- public:
-  Real hard = 0;  ///< variance of the hard channel in the last touch
-  Real soft = 0;  ///< of the soft channel
+struct SlowNoises {
+  SlowNoise<Real> hard, soft;
 
-  /// As the function of SlowNoise of this name.
-  constexpr void add(Real hard_value, Real soft_value, bool suspected) noexcept {
-    of_hard_.add(hard_value, suspected);
-    of_soft_.add(soft_value, suspected);
-  }
-  /// As the function of SlowNoise of this name.
-  constexpr void interrupt() noexcept {
-    of_hard_.interrupt();
-    of_soft_.interrupt();
-  }
-  /// Finds the variances of a touch with so many samples.
+  /// Finds the variances of a touch.
   template <class Errors>
   constexpr void find(const Errors& errors) noexcept {
-    const auto samples = static_cast<Real>(errors.samples);
-    hard = variance(of_hard_, errors.hard, samples);
-    soft = variance(of_soft_, errors.soft, samples);
+    hard.find(errors.hard, errors.samples);
+    soft.find(errors.soft, errors.samples);
   }
-
- private:
-  // The variance of the difference between the mean of a touch and that of a baseline. For means of equal lengths it is twice that of
-  // one; with a walk or with stationary noise it is their sum, also if the lengths differ.
-  template <class Baseline>
-  static constexpr Real variance(const SlowNoise<Real>& noise, const Baseline& baseline, Real samples) noexcept {
-    const Real white = product(baseline.noise(), baseline.noise());
-    return noise.of_mean(samples, white) + noise.of_mean(white / baseline.variance(), white);
-  }
-
-  SlowNoise<Real> of_hard_, of_soft_;
 };
 
 }  // namespace PALPATE_NAMESPACE
