@@ -171,7 +171,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
       alarm = sample(pair, frame.time, read.saturated);
       ended = ends(frame.time);
     } else {
-      rest(frame.hard, frame.soft);
+      Judge::rested(frame.hard, frame.soft, gate.suspects());
       wait(pair, frame.time);
     }
     readings_ += 1;
@@ -320,15 +320,6 @@ class Tracker : public detail::Parts<Scene>::Settings,
     }
     counts_.refused += !saturated;
     return false;
-  }
-
-  PALPATE_INLINE constexpr void rest([[maybe_unused]] Real hard, [[maybe_unused]] Real soft) noexcept {
-    if constexpr (Judge::judges) {
-      if (Detector::rests() && is_finite(hard + soft)) {
-        Judge::slow.hard.add(hard, gate.suspects());
-        Judge::slow.soft.add(soft, gate.suspects());
-      }
-    }
   }
 
   PALPATE_INLINE constexpr void wait(const Pair& pair, Time time) noexcept {

@@ -345,11 +345,6 @@ class Idle:
         """Whether both baselines are known."""
         return self.hard.ready and self.soft.ready
 
-    @property
-    def rests(self) -> bool:
-        """Whether nothing is touched, and the last release is over."""
-        return self.gate.state == "idle" and not self._settles
-
     def take(self, time_ns: int, hard: float, soft: float, least: float, *, running: bool) -> str:
         """Take a reading of both channels, pF, whose noise is at least `least`; return what begins or ends."""
         # "begun": a touch; "released": the probe; "idle": the release is over, the baselines will be measured again;

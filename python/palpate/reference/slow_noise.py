@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 SMALLEST, LEVELS = 8, 6  # values of a block, and sizes of blocks, each twice the one before it
 FIRST, FEWEST = 16, 4  # differences of neighbours: of the smallest blocks, and of the others
 MOST = 255  # differences; of more, the older ones count less
+LIMIT = 4.0  # of a difference, standard deviations
 MARGIN = 4.0  # share of the white noise for one difference
 
 
@@ -93,10 +94,12 @@ class SlowNoise:
 
 
 def _spread(changes: NDArray[np.float64]) -> float:
-    """Return the mean square of the deviations from the mean, both with exponential weights after MOST of them."""
-    mean, square = float(changes[:MOST].mean()), float(changes[:MOST].var())
-    for change in changes[MOST:].tolist():
-        off = change - mean
-        mean += off / MOST
-        square += (off * (change - mean) - square) / MOST
+    """Return the mean square of the deviations from the mean; one far out is limited, and at last the older ones count less."""
+    mean = square = 0.0
+    for number, change in enumerate(changes.tolist(), 1):
+        count, off = min(number, MOST), change - mean
+        if count > FEWEST:
+            off = float(np.clip(off, -LIMIT * np.sqrt(square), LIMIT * np.sqrt(square)))
+        mean += off / count
+        square += (off**2 * (1 - 1 / count) - square) / count
     return square

@@ -221,9 +221,7 @@ def _recovers(before: Known, after: Known) -> bool:
     """Return whether a channel moves back after the release, by more than 4 standard errors of the move and the change."""
     change, move = after.level - before.level, RECOVERY_VALUES * after.slope
     moves_back = move * change < 0 and abs(move) > RECOVERED_NOISE * before.noise
-    return moves_back and change**2 > RECOVERED**2 * (
-        before.variance + after.variance + 2 * before.slow
-    )
+    return moves_back and change**2 > RECOVERED**2 * (before.variance + after.variance)
 
 
 SECONDS = 6.5  # length of a touch
@@ -440,6 +438,7 @@ class _Tracker:
         self._idle = Idle(gate=Contact(release=release))
         self._blocks = SlowNoise(), SlowNoise()
         self._slow = [0.0, 0.0]  # variances of the last touch
+        self._rests = False  # the baselines are measured, and no touch has begun
         self._touch: AnyEstimate | None = None  # the last one
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found
@@ -479,6 +478,7 @@ class _Tracker:
             self._touch = self._begin(begin, noise)
             self._begin_ns = time_ns
             self._running, self._known = True, None
+            self._rests = False
             for blocks in self._blocks:
                 blocks.interrupt()
         elif event in ("released", "idle"):
@@ -490,7 +490,7 @@ class _Tracker:
             alarm = self._in_touch(number, time_ns, pair)
         else:
             self._before_ns = time_ns
-            if self._idle.rests and there.all():
+            if self._rests and there.all():
                 for blocks, value in zip(self._blocks, values.tolist(), strict=True):
                     blocks.add(value, suspected=self._idle.gate.suspects)
             self._falling(time_ns, pair)
@@ -638,6 +638,7 @@ class _Tracker:
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
         touch, before = self._touch, self._known
+        self._rests = True
         if before is None:  # the first baselines, or again: before them was perhaps no idle reading
             self._blocks = SlowNoise(), SlowNoise()
             return False
@@ -655,6 +656,7 @@ class _Tracker:
             last.level_standard_error,
         )
         found = revised(before, after, **place, changed=touch.changed, seen=seen)
+        self._rests = found.kind != "creep"  # a recovery is no noise
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
         error = touch.standard_error(

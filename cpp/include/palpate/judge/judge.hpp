@@ -66,6 +66,7 @@ struct NoJudge {
     return false;
   }
   static constexpr void tared() noexcept {}
+  static constexpr void rested(Real, Real, bool) noexcept {}
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
@@ -90,10 +91,19 @@ class Judge {
     at_once_ = at_once;
   }
 
+  /// Values without a touch; `suspected`: one may have begun.
+  PALPATE_INLINE constexpr void rested(Real hard, Real soft, bool suspected) noexcept {
+    if (rests_ && is_finite(hard + soft)) {
+      slow.hard.add(hard, suspected);
+      slow.soft.add(soft, suspected);
+    }
+  }
+
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
     slow.hard.interrupt();
     slow.soft.interrupt();
+    rests_ = false;
     evidence_.test.reset();
     changes_.reset();
     earlier_ = after_ = level_ = {};
@@ -191,6 +201,7 @@ class Judge {
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
   template <class Errors>
   constexpr bool measured(const Estimator& estimator, const Errors& errors, std::size_t pair, Real& error) noexcept {
+    rests_ = true;
     if (!evidence_.reviser.waits()) {  // the first ones, or again: what was before them was perhaps no idle value
       slow = {};
       return false;
@@ -202,6 +213,7 @@ class Judge {
     const Real mean = estimator.mean_regressor() > 0 ? size : -size;
     const TouchEvidence<Real> evidence{misfits_.drift, misfits_.drift_error, evidence_.test.length(), level_};
     revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean, evidence);
+    rests_ = revision_.kind != Revision::creep;                                // a recovery is no noise
     const Real drift = revision_.significant ? Real(0) : misfits_.open_drift;  // else the baselines explain it
     const Real open = misfits_.open + revision_.open + drift;
     error = errors.with(estimator, revision_.variance + errors.rounding(estimator), open);
@@ -346,6 +358,7 @@ class Judge {
   bool tilted_ = false;   // the ratio and the level ratio differ
   bool lifted_ = false;   // the result is the one before a change that was not confirmed
   bool drifts_ = false;   // the ratio, at the last sample
+  bool rests_ = false;    // the baselines are measured, and no touch has begun
   bool at_once_ = false;  // both channels are read at once
 };
 

@@ -13,6 +13,7 @@ inline namespace PALPATE_NAMESPACE {
 /// changes nothing.
 template <class Real>
 class SlowNoise {
+  static constexpr Real off_limit = Real(4);  // of a difference, standard deviations
   static constexpr int smallest = 8, levels = 6;
   static constexpr std::uint8_t first = 16, fewest = 4,
                                 most = 255;  // differences: of the smallest blocks; of larger ones
@@ -88,9 +89,10 @@ class SlowNoise {
       blocks = blocks == 1 ? 2 : 1;
       if (known) {  // Welford's update; in the end the oldest differences count less
         count = static_cast<std::uint8_t>(count + (count < most));
-        const Real n = count, off = change - mean;
+        const Real n = count, most_off = product(off_limit, square_root(variance)), seen = change - mean;
+        const Real off = count <= fewest ? seen : seen > most_off ? most_off : seen < -most_off ? -most_off : seen;
         mean += off / n;
-        variance += (product(off, change - mean) - variance) / n;
+        variance += (product(off, off - off / n) - variance) / n;
       }
       return blocks == 2;
     }

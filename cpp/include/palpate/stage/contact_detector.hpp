@@ -38,9 +38,6 @@ class ContactDetector {
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
  protected:
-  /// Whether nothing is touched, and the last release is over.
-  constexpr bool rests() const noexcept { return gate.idle() && !settles_; }
-
   /// Takes one reading; `running`: a touch takes samples; the noise is at least `least`, a Real, or 0.
   template <class Least>
   constexpr Event take(Time time, Real hard, Real soft, bool running, Least least) noexcept {
