@@ -32,23 +32,20 @@ class SlowNoise:
 
     pauses: list[list[float]] = field(default_factory=lambda: [[]])
     _values: list[float] = field(default_factory=list)
-    _waiting: float | None = None  # the last block, until the next one ends
 
     def add(self, value: float, *, suspected: bool) -> None:
         """Take an idle value, pF; `suspected`: a touch may have begun, so that no block ends."""
         self._values.append(value)
         if suspected or len(self._values) < SMALLEST:
             return
-        if self._waiting is not None:
-            self.pauses[-1].append(self._waiting)
         # without the largest and the smallest one, so that a spike is none
-        self._waiting = float(np.mean(np.sort(self._values)[1:-1]))
+        self.pauses[-1].append(float(np.mean(np.sort(self._values)[1:-1])))
         self._values = []
 
     def interrupt(self) -> None:
         """Begin another pause: a touch has begun, perhaps in the last values."""
         self.pauses.append([])
-        self._values, self._waiting = [], None
+        self._values = []
 
     def of_mean(self, length: float, white: float) -> float:
         """Return the variance of a mean by slow noise.

@@ -205,7 +205,7 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
     even, error = 1.0, 1.0
     if half and np.isfinite(seen.drift):
         even = min(max(seen.drift / half, 0.0), 1.0)
-        error = min(seen.drift_error / abs(half), 1.0)
+        error = min(seen.drift_error / abs(2 * half), 1.0)
     step = 1 - even
     release = ratio + even * share * whole
     contact = release + step * whole

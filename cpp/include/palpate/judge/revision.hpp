@@ -145,7 +145,7 @@ class Reviser {
     const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
     const bool known = evidence.drift_error > 0 && half != 0;
     const Real even = known ? limited(evidence.drift / half) : Real(1), step = 1 - even;
-    const Real error = known ? limited(evidence.drift_error / magnitude(half)) : Real(1);
+    const Real error = known ? limited(evidence.drift_error / magnitude(2 * half)) : Real(1);
     const Real open = step > error ? step : error;
     const Real release = product(even, line.middle), contact = release + step;
     const Real off = evidence.level.ratio - ratio;

@@ -37,10 +37,9 @@ class SlowNoise {
     }
   }
 
-  /// A touch has begun: the last values may belong to it, and the next block is no neighbour.
+  /// A touch has begun, perhaps in the last values; the next block is no neighbour.
   constexpr void interrupt() noexcept {
     size_ = 0;
-    waits_ = false;
     for (Level& level : levels_) {
       level.blocks = 0;
     }
@@ -99,25 +98,19 @@ class SlowNoise {
   };
 
   constexpr void end_block() noexcept {
-    Real block = waiting_;
-    waiting_ = origin_ + (sum_ - highest_ - lowest_) / (size_ - 2);
+    Real block = origin_ + (sum_ - highest_ - lowest_) / (size_ - 2);
     size_ = 0;
-    if (waits_) {
-      for (Level& level : levels_) {
-        const Real before = level.last;
-        if (!level.add(block)) {
-          break;
-        }
-        block = (before + block) / 2;
+    for (Level& level : levels_) {
+      const Real before = level.last;
+      if (!level.add(block)) {
+        break;
       }
+      block = (before + block) / 2;
     }
-    waits_ = true;
   }
 
   Level levels_[levels] = {};
   Real origin_ = 0, sum_ = 0, size_ = 0, highest_ = 0, lowest_ = 0;  // of the values of a block; from the first one
-  Real waiting_ = 0;                                                 // the last block, until the next one ends
-  bool waits_ = false;
 };
 
 /// The slow noise of both channels.
