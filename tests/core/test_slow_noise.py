@@ -1,7 +1,5 @@
 """Noise that is slower than the readings: the core against the reference, and intervals of sessions with such noise."""
 
-from collections.abc import Callable
-
 import numpy as np
 import palpate
 import pytest
@@ -63,8 +61,11 @@ def spread_of(kind: str, length: float, size: int = 20_000) -> float:
     if kind == "autoregression":
         for k in range(1, size):
             noise[k] = 0.9 * noise[k - 1] + np.sqrt(1 - 0.81) * noise[k]
-    values = {"walk": noise.cumsum(), "drift": noise + np.arange(size)}.get(kind, noise)
-    for value in values.tolist():
+    if kind == "walk":
+        noise = noise.cumsum()
+    if kind == "drift":
+        noise = noise + np.arange(size)
+    for value in noise.tolist():
         blocks.add(value, suspected=False)
     return float(np.sqrt(blocks.of_mean(length, white=1.0 if kind != "walk" else 0.0)))
 
@@ -86,14 +87,15 @@ def test_the_variance_of_a_mean(kind: str, right: float) -> None:
 
 
 def with_noise(session: Session, kind: str) -> Session:
-    add: dict[str, Callable[[], Session]] = {
-        "none": lambda: session,
-        "breathing": lambda: session.breathe(1e-3),
-        "walk": lambda: session.walk(0.2e-3),
-        "flicker": lambda: session.flicker(0.3e-3),
-        "autoregression": lambda: session.autoregress(4e-5),
-    }
-    return add[kind]()
+    if kind == "breathing":
+        return session.breathe(1e-3)
+    if kind == "walk":
+        return session.walk(0.2e-3)
+    if kind == "flicker":
+        return session.flicker(0.3e-3)
+    if kind == "autoregression":
+        return session.autoregress(4e-5)
+    return session
 
 
 KINDS = ("breathing", "walk", "flicker", "autoregression")

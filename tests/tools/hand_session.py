@@ -79,31 +79,35 @@ class Session:
         """Return 1 or -1 by chance."""
         return float(self._random.choice([-1.0, 1.0]))
 
+    def add(self, hard: Array, soft: Array) -> "Session":
+        """Add values to the readings, pF."""
+        self.hard, self.soft = self.hard + hard, self.soft + soft
+        return self
+
     def breathe(self, size_pF: float) -> "Session":
         """Add a sine of about .3 Hz to each channel."""
-        for name, time_s in (("hard", self.t_hard), ("soft", self.t_soft)):
-            frequency, phase = self._random.uniform([0.25, 0], [0.35, 6.28])
-            wave = size_pF * np.sin(2 * np.pi * frequency * time_s + phase)
-            setattr(self, name, getattr(self, name) + wave)
-        return self
+        waves = self._random.uniform([0.25, 0], [0.35, 6.28], (2, 2))
+        times_s = (self.t_hard, self.t_soft)
+        added = [
+            size_pF * np.sin(2 * np.pi * frequency * time_s + phase)
+            for (frequency, phase), time_s in zip(waves, times_s, strict=True)
+        ]
+        return self.add(*added)
 
     def walk(self, size_pF: float) -> "Session":
         """Add a random walk to each channel, pF per square root of a second."""
         step_pF = size_pF / np.sqrt(self.rate_hz)
-        walks = step_pF * self._random.standard_normal((2, len(self.t_hard))).cumsum(axis=1)
-        self.hard, self.soft = self.hard + walks[0], self.soft + walks[1]
-        return self
+        return self.add(
+            *step_pF * self._random.standard_normal((2, len(self.t_hard))).cumsum(axis=1)
+        )
 
     def flicker(self, size_pF: float) -> "Session":
         """Add noise to each channel, whose power is inverse to the frequency; standard deviation over four sessions."""
         size = 4 * len(self.t_hard)
         weight = np.maximum(np.arange(size // 2 + 1), 1) ** -0.5
-        for name in ("hard", "soft"):
-            parts = self._random.standard_normal((2, len(weight)))
-            noise = np.fft.irfft(weight * (parts[0] + 1j * parts[1]), size)
-            added = size_pF * noise[: len(self.t_hard)] / noise.std()
-            setattr(self, name, getattr(self, name) + added)
-        return self
+        real, imaginary = self._random.standard_normal((2, 2, len(weight)))
+        noise = np.fft.irfft(weight * (real + 1j * imaginary), size)
+        return self.add(*size_pF * noise[:, : len(self.t_hard)] / noise.std())
 
     def autoregress(self, size_pF: float, correlation: float = 0.9) -> "Session":
         """Add an autoregression to each channel, with this correlation from reading to reading."""
@@ -111,8 +115,7 @@ class Session:
         added = np.zeros_like(new)
         for k in range(1, new.shape[1]):
             added[:, k] = correlation * added[:, k - 1] + size_pF * new[:, k]
-        self.hard, self.soft = self.hard + added[0], self.soft + added[1]
-        return self
+        return self.add(*added)
 
     def touches(self, scene: Scene = "handheld") -> list[tuple[Press, Touch]]:
         """Return the touch of each press that was found; a touch begins within .4 s of its press."""

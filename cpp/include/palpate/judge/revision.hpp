@@ -32,7 +32,8 @@ struct TouchEvidence {
 
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
 ///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
-/// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance.
+/// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance. Without a drift, what
+/// both errors do not explain is left open.
 ///
 /// A baseline may also step when the probe makes contact or is lifted, since hand and cable move then. A change that is even
 /// gives a drift within the touch; the share of it that is missing was a step. D of a step is all of it at the contact and 0 at the
@@ -84,29 +85,21 @@ class Reviser {
     const Real second = hard.variance() + product(ratio2, soft.variance());
     const Real before = first + slow, after = second + slow;
     const bool drifted = rise2 > 9 * (before + after);
-    const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean);
-    const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
     Result found;
-    // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
-    // and corrected.
-    found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
+    found.kind = kind_of(hard, soft, rise_hard, rise_soft, product(ratio + 1, mean));
     found.significant = rise2 > 64 * (before + after);
     found.variance = before;
-    // Where neither a drift nor slow noise moved the baselines: their mean with the smallest variance.
     const Line line = when(reading, hard.age());
-    Share share{rise2 > 9 * (first + second) ? line.middle : first / (first + second), Real(0)};
-    if (found.kind == Revision::drift && drifted) {
-      share = with_steps(line, rise / mean, ratio, evidence);
-    }
+    const Real without_step = rise2 > 9 * (first + second) ? line.middle : first / (first + second);
+    const bool steps = found.kind == Revision::drift && drifted;
+    const Share share = steps ? with_steps(line, rise / mean, ratio, evidence) : Share{without_step, Real(0)};
     const Real part = share.part, rest = 1 - part, open = product(share.open, rise / mean);
     found.shift = product(part, rise) / mean;
     found.open = product(found.shift, found.shift);
     if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
-      // What both errors do not explain is drift or noise that is slow.
-      const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
       found.open = drifted ? open_after_drift(found) + product(open, open)
-                           : product(product(part, rest), excess) / product(mean, mean);
+                           : product(product(part, rest), positive_part(rise2 - before - after)) / product(mean, mean);
     }
     return found;
   }
@@ -115,6 +108,18 @@ class Reviser {
   struct Before {
     Real level, variance, age, noise, slow;
   };
+
+  // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
+  // and corrected.
+  template <class Baseline>
+  constexpr Revision kind_of(const Baseline& hard, const Baseline& soft, Real rise_hard, Real rise_soft,
+                             Real height) const noexcept {
+    if (-(rise_hard + rise_soft) > product(Real(0.05), height)) {
+      return Revision::baseline;
+    }
+    const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
+    return creeps ? Revision::creep : Revision::drift;
+  }
 
   // Half of the correction is open for a jump, which was a change of the ratio, and for a walk; a quarter for an exponential,
   // where it is large enough for a flag. Both are squared.
