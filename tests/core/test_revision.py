@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numeric import around, drive, edge
 from numpy.typing import NDArray
-from palpate.reference.tracker import Known, Revised, line_share, revised
+from palpate.reference.tracker import Known, Revised, Seen, line_share, revised
 
 KINDS = ["none", "drift", "creep", "baseline"]
 EPS = np.finfo(float).eps
@@ -28,8 +28,9 @@ def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     # far below: measured in contact
     moved = draw(st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))]))
     ages = [draw(st.floats(0, 63)) for _ in range(2)]
+    slow = draw(st.sampled_from([0.0, 0.0, 0.01, 1.0])) * noise**2
     return (
-        Known(level, variances[0], ages[0], noise),
+        Known(level, variances[0], ages[0], noise, slow=slow),
         Known(level + moved, variances[1], ages[1], noise, draw(slopes) * noise),
     )
 
@@ -49,6 +50,21 @@ def touches(draw: st.DrawFn) -> dict[str, float]:
     }
 
 
+@st.composite
+def evidence(draw: st.DrawFn) -> dict[str, float]:
+    """Draw what a touch shows of how its baselines moved; all relative to what an even change would give."""
+    return {
+        "drift": draw(st.sampled_from([0.0, 1.0]) | st.floats(-0.5, 1.5)),
+        "error": draw(st.sampled_from([0.0, 0.01]) | st.floats(0.001, 1.5)),
+        "length": draw(st.floats(0.1, 1.0)),
+        "level": draw(st.sampled_from([np.nan, 0.0, 1.0]) | st.floats(-2, 3)),
+        "level_error": draw(st.sampled_from([1e-5, 1e-3])),
+    }
+
+
+UNKNOWN = {"drift": 0.0, "error": 0.0, "length": 0.5, "level": np.nan, "level_error": 1e-3}  # fmt: skip
+
+
 def mean_age(touch: dict[str, float]) -> float:
     """Return the mean age of the samples: weights forgetting^age; those that a hand-over kept have the same weight."""
     weights = np.zeros(0)  # the newest last
@@ -62,7 +78,10 @@ def mean_age(touch: dict[str, float]) -> float:
 
 
 def by_both(
-    before: tuple[Known, Known], after: tuple[Known, Known], touch: dict[str, float]
+    before: tuple[Known, Known],
+    after: tuple[Known, Known],
+    touch: dict[str, float],
+    of_touch: dict[str, float] = UNKNOWN,
 ) -> tuple[Revised, NDArray[np.float64]]:
     """Return what the reference and the core make of a touch."""
     last, end = (
@@ -71,21 +90,32 @@ def by_both(
     )
     share = line_share(last - mean_age(touch), touch["start"], end, (before[0].age, after[0].age))
     changed = touch["change"] >= 0
-    right = revised(
-        before, after, ratio=touch["ratio"], mean=touch["mean"], share=share, changed=changed
-    )
+    ratio, mean = touch["ratio"], touch["mean"]
+    rise = [later.level - earlier.level for earlier, later in zip(before, after, strict=True)]
+    whole = -(rise[0] - ratio * rise[1]) / mean
+    span = end - after[0].age - touch["start"] + before[0].age
+    expected = -whole / ratio * of_touch["length"]
+    drift, error = of_touch["drift"] * expected, of_touch["error"] * abs(expected)
+    level = ratio + of_touch["level"] * whole
+    errors = level, of_touch["level_error"]
+    seen = Seen(drift if error else np.nan, error, of_touch["length"], *errors)
+    right = revised(before, after, ratio=ratio, mean=mean, share=share, changed=changed, seen=seen)
     head = [*(touch[name] for name in ("start", "samples", "forgetting", "change", "kept")), end]
-    given_ = [*head, touch["ratio"], touch["mean"], *np.ravel([*before, *after])]
+    known = [drift, error, of_touch["length"] * span, *errors]
+    given_ = [*head, ratio, mean, *known, *np.ravel([*before, *after])]
     return right, drive("revise", given_, 5)[0]
 
 
 @examples(400)
-@given(channels(), channels(), touches())
+@given(channels(), channels(), touches(), evidence())
 def test_the_core_is_the_reference(
-    hard: tuple[Known, Known], soft: tuple[Known, Known], touch: dict[str, float]
+    hard: tuple[Known, Known],
+    soft: tuple[Known, Known],
+    touch: dict[str, float],
+    of_touch: dict[str, float],
 ) -> None:
     before, after = zip(hard, soft, strict=True)
-    right, (kind, shift, variance, left_open, significant) = by_both(before, after, touch)
+    right, (kind, shift, variance, left_open, significant) = by_both(before, after, touch, of_touch)
     # The levels are subtracted: 10 eps of them, against what is left; and some eps of the shares.
     levels = 10 * EPS * (1 + touch["ratio"]) * 4 / abs(touch["mean"])
     # A place on the line is a difference of two times of up to a million readings.
@@ -98,7 +128,7 @@ def test_the_core_is_the_reference(
         + place * abs(moves[0] - touch["ratio"] * moves[1]) / abs(touch["mean"])
     )
     variances = sum(
-        known.variance * weight
+        (known.variance + known.slow) * weight
         for pair, weight in ((hard, 1.0), (soft, touch["ratio"] ** 2))
         for known in pair
     )

@@ -39,7 +39,7 @@ void fit() {
     }
   }
   const auto f = stage.result(hard, soft, ratio);
-  put(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
+  put(f.offset, f.drift, f.drift_error, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
 }
 
 // Times in ns, values.
@@ -75,7 +75,7 @@ void contact() {
 }
 
 struct Known {
-  double numbers[5];  // level, variance, age, noise, slope
+  double numbers[6];  // level, variance, age, noise, slope, slow
   double level() const { return numbers[0]; }
   double variance() const { return numbers[1]; }
   double age() const { return numbers[2]; }
@@ -84,7 +84,8 @@ struct Known {
 };
 
 // Start, number of samples, forgetting, sample of a hand-over or -1, its count, readings until the end, ratio, mean
-// regressor; then the numbers of four baselines: hard and soft before, hard and soft after.
+// regressor; the evidence of the touch: drift, its error, its length, level ratio and its error; then the
+// numbers of four baselines: hard and soft before, hard and soft after.
 void revise() {
   Reviser<double> stage;
   const auto start = static_cast<std::size_t>(next());
@@ -94,6 +95,11 @@ void revise() {
   const auto kept = next();
   const auto reading = static_cast<std::size_t>(next());
   const auto ratio = next(), mean = next();
+  TouchEvidence<double> evidence;
+  for (double* number : {&evidence.drift, &evidence.drift_error, &evidence.length, &evidence.level.ratio,
+                         &evidence.level.standard_error}) {
+    *number = next();
+  }
   Known known[4];
   for (auto& one : known) {
     for (double& number : one.numbers) {
@@ -106,9 +112,21 @@ void revise() {
     count = i == change ? kept : forgetting * count + 1;
     stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
-  stage.keep(known[0], known[1], start);
-  const auto found = stage.result(known[2], known[3], reading, ratio, mean);
+  stage.keep(known[0], known[1], known[0].numbers[5], known[1].numbers[5], start);
+  const auto found = stage.result(known[2], known[3], reading, ratio, mean, evidence);
   put(static_cast<int>(found.kind), found.shift, found.variance, found.open, found.significant);
+}
+
+// Length of the mean, variance of the noise of a value; then values, each with 0, 1: a touch is suspected, or 2: it begins.
+void slow_noise() {
+  SlowNoise<double> stage;
+  const auto length = next(), white = next();
+  while (more()) {
+    const auto value = next();
+    const int what = static_cast<int>(next());
+    what == 2 ? stage.interrupt() : stage.add(value, what == 1);
+  }
+  put(stage.of_mean(length, white));
 }
 
 void stamps() {
@@ -133,8 +151,8 @@ int main(int count, char** arguments) {
   const struct {
     const char* name;
     void (*run)();
-  } all[] = {{"fit", fit},       {"pair", pair},     {"baseline", baseline},    {"contact", contact},
-             {"revise", revise}, {"stamps", stamps}, {"elasticity", elasticity}};
+  } all[] = {{"fit", fit},       {"pair", pair},     {"baseline", baseline},     {"contact", contact},
+             {"revise", revise}, {"stamps", stamps}, {"elasticity", elasticity}, {"slow_noise", slow_noise}};
   for (double value; std::fread(&value, sizeof value, 1, stdin) == 1;) {
     in.push_back(value);
   }

@@ -308,6 +308,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
       alarm = sample(pair, frame.time, read.saturated);
       ended = ends(frame.time);
     } else {
+      Judge::rested(frame.hard, frame.soft, gate.suspects());
       wait(pair, frame.time);
     }
     readings_ += 1;
@@ -336,9 +337,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
   /// Whether the touch has ended, and the probe is not yet lifted.
   constexpr bool falls() const noexcept { return levels && !open_ && counts_.samples > 0 && !gate.idle(); }
 
-  PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, std::decay_t<decltype(Judge::codes)>>
-  errors() const noexcept {
-    return {hard_baseline, soft_baseline, Judge::codes, Front::decimator.size(), counts_.samples};
+  PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, Judge> errors() const noexcept {
+    return {hard_baseline, soft_baseline, *this, Front::decimator.size(), counts_.samples};
   }
 
   PALPATE_INLINE constexpr Event detect(Time time, Real hard, Real soft, bool whole) noexcept {

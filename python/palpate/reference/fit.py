@@ -56,6 +56,8 @@ class Misfit:
     ----------
     offset, drift, curve : float
         Share of the mean output (offset: of the mean depth) that the term has.
+    drift_error : float
+        Standard error of the drift; 0: not known.
     lag : float, pairs
         Of the soft channel behind the hard one.
     open, open_drift : float
@@ -72,6 +74,7 @@ class Misfit:
 
     offset: float = 0.0
     drift: float = 0.0
+    drift_error: float = 0.0
     lag: float = 0.0
     curve: float = 0.0
     open: float = 0.0
@@ -152,6 +155,7 @@ def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Mis
             offset_ratio, offset_error = line["x"], float(np.sqrt(line_variances["x"] * alone))
     return Misfit(
         **{name: float(size) for name, (size, _) in sizes.items()},
+        drift_error=float(np.sqrt(variances["time"] * variance) * length / scale),
         open=opens,
         open_drift=left_open("drift") / 4,
         offset_ratio=offset_ratio,
@@ -218,6 +222,10 @@ class Fit:
         terms = {name: values[whole] for name, values in terms.items()}
         terms["time"] = terms["time"] - terms["time"][:1]
         return terms
+
+    def length(self) -> float:
+        """Return the readings from the first to the last sample of the test."""
+        return float(self.terms()["time"][-1:].sum())
 
     def mean(self) -> tuple[float, float]:
         """Return the ratio of all samples alike and its standard error, if they scattered independently; nan: too few."""

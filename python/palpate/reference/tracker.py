@@ -15,10 +15,12 @@ from palpate.reference.idle import RELEASE, Contact, GivenBaseline, Idle
 from palpate.reference.level import Sweep
 from palpate.reference.moving import MovingEstimate
 from palpate.reference.readings import AHEAD, screen
+from palpate.reference.slow_noise import SlowNoise
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
 FALLEN = 0.05  # share of the touch
+NEARER = 3.0  # times nearer is the level ratio to the ratio that it decides for
 RECOVERY_VALUES = 16  # over which a recovery is seen, between two medians of as many values
 RECOVERED = 4.0  # standard errors of the change
 RECOVERED_NOISE = 1.77  # of the move in noises: 4 sqrt(pi / 2) sqrt(2 / 16)
@@ -37,6 +39,8 @@ class Known(NamedTuple):
         Standard deviation of a value.
     slope : float, pF
         Change from value to value.
+    slow : float, pF^2
+        Variance of its difference to the mean of the touch by slow noise.
 
     Examples
     --------
@@ -49,6 +53,7 @@ class Known(NamedTuple):
     age: float = 15.5
     noise: float = 4e-5
     slope: float = 0.0
+    slow: float = 0.0
 
 
 class Revised(NamedTuple):
@@ -80,6 +85,34 @@ class Revised(NamedTuple):
     significant: bool
 
 
+class Seen(NamedTuple):
+    """What a touch itself shows of how its baselines moved.
+
+    Attributes
+    ----------
+    drift, drift_error : float
+        Change of the output from the first to the last sample, share of it, and its standard error; nan: not known.
+    length : float
+        From the first to the last sample, share of the line between the baselines.
+    level_ratio, level_error : float
+        Ratio over the swept depth, and its standard error; nan: not known.
+
+    Examples
+    --------
+    >>> Seen().drift
+    nan
+    """
+
+    drift: float = np.nan
+    drift_error: float = np.nan
+    length: float = 0.0
+    level_ratio: float = np.nan
+    level_error: float = np.nan
+
+
+NOTHING_SEEN = Seen()
+
+
 def line_share(middle: float, start: float, end: float, ages: tuple[float, float]) -> float:
     """Return where on the line between two baselines the middle of a touch is: 0, at the first one, to 1; times in readings."""
     first, second = start - ages[0], end - ages[1]
@@ -94,6 +127,7 @@ def revised(
     mean: float,
     share: float,
     changed: bool = False,
+    seen: Seen = NOTHING_SEEN,
 ) -> Revised:
     """Return what the change of the baselines did to a ratio.
 
@@ -109,6 +143,8 @@ def revised(
         `line_share` of the touch.
     changed : bool
         Whether the ratio changed during the touch: a jump of a baseline does that.
+    seen : Seen
+        What the touch itself shows of how its baselines moved.
 
     Returns
     -------
@@ -118,7 +154,11 @@ def revised(
     -----
     With D the change from the first baselines to those at the mean time of the samples, the true ratio is
     r - (D_hard - r D_soft) / mean. D is a share of the whole change: by the line, if the change is more than 3
-    standard deviations; otherwise by the mean of both baselines with the smallest variance.
+    standard deviations of the noise of the readings; otherwise by the mean of both baselines with the smallest variance.
+    It is a drift if it is also more than 3 standard deviations with the slow noise.
+
+    A step at the contact or at the release gives no drift within the touch. D of it is all of the step at the contact, and 0
+    at the release; the level ratio decides, else D is half of it, and the other half is left open.
 
     Examples
     --------
@@ -128,25 +168,54 @@ def revised(
     """
     hard, soft = (later.level - earlier.level for earlier, later in zip(before, after, strict=True))
     first, second = (known[0].variance + ratio**2 * known[1].variance for known in (before, after))
-    change, error = hard - ratio * soft, np.sqrt(first + second)
+    change, slow = hard - ratio * soft, before[0].slow + ratio**2 * before[1].slow
+    moved = abs(change) > SURE * np.sqrt(first + second)
+    part, stepped = share if moved else first / (first + second), 0.0
+    first, second = first + slow, second + slow
+    error = np.sqrt(first + second)
     drifted = abs(change) > SURE * error
-    part = share if drifted else first / (first + second)
-    shift = -part * change / mean
     significant = bool(abs(change) > SIGNIFICANT * error)
+    kind = "drift"
     if -(hard + soft) > FALLEN * (ratio + 1) * mean:
-        return Revised("baseline", shift, first, shift**2, significant)
-    if any(_recovers(*channel) for channel in zip(before, after, strict=True)):
-        return Revised("creep", shift, first, shift**2, significant)
+        kind = "baseline"
+    elif any(_recovers(*channel) for channel in zip(before, after, strict=True)):
+        kind = "creep"
+    elif drifted:
+        part, stepped = _with_steps(-change / mean, ratio, share, seen)
+    shift = -part * change / mean
+    if kind != "drift":
+        return Revised(kind, shift, first, shift**2, significant)
     # What both errors do not explain is drift or slow noise. Of a drift half of the correction is open for a jump and for a
     # walk, a quarter for an exponential that is large enough for a flag.
     excess = max(change**2 - error**2, 0.0)
     uneven = changed or not significant
-    left_open = (
-        (shift / (2 if uneven else 4)) ** 2 if drifted else part * (1 - part) * excess / mean**2
-    )
-    return Revised(
-        "drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant
-    )
+    left_open = part * (1 - part) * excess / mean**2
+    if drifted:
+        left_open = (shift / (2 if uneven else 4)) ** 2 + (stepped * change / mean) ** 2
+    variance = (1 - part) ** 2 * first + part**2 * second
+    return Revised("drift", shift, variance, left_open, significant)
+
+
+def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[float, float]:
+    """Return the shares of the change of the baselines that are corrected and left open.
+
+    `whole`: of the ratio, if the baselines had changed at the contact. Half of the drift that an even change gives is enough, as
+    the age of a baseline that drifts is known no better.
+    """
+    half = -whole / ratio * seen.length / 2
+    even, error = 1.0, 1.0
+    if half and np.isfinite(seen.drift):
+        even = min(max(seen.drift / half, 0.0), 1.0)
+        error = min(seen.drift_error / abs(2 * half), 1.0)
+    step = 1 - even
+    release = ratio + even * share * whole
+    contact = release + step * whole
+    far, near = (f(abs(seen.level_ratio - at) for at in (release, contact)) for f in (max, min))
+    doubt = max(step, error)
+    if far > SURE * seen.level_error and far > NEARER * near:
+        at_contact = abs(seen.level_ratio - contact) < abs(seen.level_ratio - release)
+        return even * share + step * at_contact, doubt / 6
+    return even * share + step / 2, doubt / 2
 
 
 def _recovers(before: Known, after: Known) -> bool:
@@ -410,6 +479,9 @@ class _Tracker:
             hard_noise, soft_noise = noises or (0.0, 0.0)
             both = GivenBaseline(hard, hard_noise), GivenBaseline(soft, soft_noise)
             self._idle = Idle(*both, Contact(release=release, patience_s=np.inf))
+        self._blocks = SlowNoise(), SlowNoise()
+        self._slow = [0.0, 0.0]  # variances of the last touch
+        self._rests = False  # the baselines are measured, and no touch has begun
         self._touch: AnyEstimate | None = None  # the last one
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found
@@ -449,6 +521,9 @@ class _Tracker:
             self._touch = self._begin(begin, noise)
             self._begin_ns = time_ns
             self._running, self._known = True, None
+            self._rests = False
+            for blocks in self._blocks:
+                blocks.interrupt()
         elif event in ("released", "idle"):
             self.finish()
         if event == "idle":
@@ -458,6 +533,9 @@ class _Tracker:
             alarm = self._in_touch(number, time_ns, pair)
         else:
             self._before_ns = time_ns
+            if self._rests and there.all():
+                for blocks, value in zip(self._blocks, values.tolist(), strict=True):
+                    blocks.add(value, suspected=self._idle.gate.suspects)
             self._falling(time_ns, pair)
         self._readings += 1
         self._pairs += 1
@@ -490,6 +568,8 @@ class _Tracker:
             alarm, before = self._touch.add(
                 *self._changes(hard, soft), number, since_s, matched=bool(matched)
             )
+            if self._touch.samples & (self._touch.samples - 1) == 0:
+                self._find_slow(self._touch.samples)
             self._note(before)
         else:
             self._touch.refused += 1
@@ -518,6 +598,7 @@ class _Tracker:
         if not self._running or self._touch is None:
             return
         self._running, touch = False, self._touch
+        self._find_slow(touch.samples)
         changed = touch.end(self._errors)
         errors = self._errors(touch.ratio)
         hard_noise, soft_noise = (max(noise, self._one_code()) for noise in errors.noises)
@@ -561,10 +642,19 @@ class _Tracker:
             result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted)
         )
 
+    def _find_slow(self, samples: int) -> None:
+        """Find the variances by slow noise: at each doubling of the samples, and at the end."""
+        channels = zip(self._blocks, (self._idle.hard.now, self._idle.soft.now), strict=True)
+        for k, (blocks, now) in enumerate(channels):
+            white = now.noise**2
+            lengths = [samples, *([white / now.variance] if now.variance > 0 else [])]
+            self._slow[k] = sum(blocks.of_mean(length, white) for length in lengths)
+
     def _baselines(self) -> tuple[Known, Known]:
+        levels = zip((self._idle.hard.now, self._idle.soft.now), self._slow, strict=True)
         hard, soft = (
-            Known(now.level, now.variance, now.age, now.noise, now.slope)
-            for now in (self._idle.hard.now, self._idle.soft.now)
+            Known(now.level, now.variance, now.age, now.noise, now.slope, slow)
+            for now, slow in levels
         )
         return hard, soft
 
@@ -581,7 +671,7 @@ class _Tracker:
         )
         # step^2 / 12 of the readings, and the same of the baseline
         rounding = (hard_step**2 + ratio**2 * soft_step**2) / 6
-        shared = hard.variance + ratio**2 * soft.variance
+        shared = hard.variance + hard.slow + ratio**2 * (soft.variance + soft.slow)
         return Errors((hard.noise, soft.noise), shared, rounding)
 
     def _note(self, before: _Handover | None) -> None:
@@ -592,13 +682,25 @@ class _Tracker:
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
         touch, before = self._touch, self._known
-        if touch is None or before is None or not touch.samples:
+        self._rests = True
+        if before is None:  # the first baselines, or again: before them was perhaps no idle reading
+            self._blocks = SlowNoise(), SlowNoise()
+            return False
+        if touch is None or not touch.samples:
             return False
         self._known, after = None, self._baselines()
-        share = line_share(touch.middle, self._first, number, (before[0].age, after[0].age))
+        ages, last = (before[0].age, after[0].age), self.touches[-1]
+        share = line_share(touch.middle, self._first, number, ages)
         place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
-        found = revised(before, after, **place, changed=touch.changed)
-        last = self.touches[-1]
+        seen = Seen(
+            last.misfit.drift if last.misfit.drift_error else np.nan,
+            last.misfit.drift_error,
+            touch.fit.length() / (number - ages[1] - self._first + ages[0]),
+            last.level_ratio,
+            last.level_standard_error,
+        )
+        found = revised(before, after, **place, changed=touch.changed, seen=seen)
+        self._rests = found.kind != "creep"  # a recovery is no noise
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
         error = touch.standard_error(

@@ -6,6 +6,7 @@
 #include <palpate/judge/level_ratio.hpp>
 #include <palpate/judge/pending_change.hpp>
 #include <palpate/judge/ratio_error.hpp>
+#include <palpate/judge/slow_noise.hpp>
 #include <palpate/judge/touch.hpp>
 
 namespace palpate {
@@ -65,6 +66,7 @@ struct NoJudge {
     return false;
   }
   static constexpr void tared() noexcept {}
+  static constexpr void rested(Real, Real, bool) noexcept {}
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
@@ -81,6 +83,7 @@ class Judge {
   static constexpr bool judges = true;           ///< there are flags, and a revision
   static constexpr bool levels = Level::levels;  ///< there is a level ratio
   CodeSteps<Real> codes;                         ///< of both channels
+  SlowNoises<Real> slow;                         ///< of both channels
 
   /// Each reading, also without contact; `held`: a touch takes samples.
   PALPATE_INLINE constexpr void read(Real hard, Real soft, bool at_once, bool held) noexcept {
@@ -88,8 +91,19 @@ class Judge {
     at_once_ = at_once;
   }
 
+  /// Values without a touch; `suspected`: one may have begun.
+  PALPATE_INLINE constexpr void rested(Real hard, Real soft, bool suspected) noexcept {
+    if (rests_ && is_finite(hard + soft)) {
+      slow.hard.add(hard, suspected);
+      slow.soft.add(soft, suspected);
+    }
+  }
+
   /// A touch begins, with this pair.
   constexpr void begun(Time time, std::size_t pair) noexcept {
+    slow.hard.interrupt();
+    slow.soft.interrupt();
+    rests_ = false;
     evidence_.test.reset();
     changes_.reset();
     earlier_ = after_ = level_ = {};
@@ -115,6 +129,9 @@ class Judge {
   PALPATE_INLINE constexpr void sampled(const Step& step, const Snapshot& before,
                                         const JudgedSample<Real, Time>& sample, const Estimator& estimator,
                                         const Errors& errors, Real confirmed) noexcept {
+    if (PALPATE_UNLIKELY((errors.samples & (errors.samples - 1)) == 0)) {  // at each doubling
+      slow.find(errors);
+    }
     if (PALPATE_UNLIKELY(step.alarm)) {
       keep(before, sample.time, estimator, confirmed, true);
       evidence_.level.restart();
@@ -155,6 +172,7 @@ class Judge {
   /// error.
   template <class Errors>
   constexpr Real ended(Estimator& estimator, const Errors& errors) noexcept {
+    slow.find(errors);
     lifted_ = changes_.holds(estimator);
     bool changed = lifted_ ? go_back(estimator, errors) : has_changed(estimator, errors);
     const Real code = codes.coarser(errors.hard.noise(), errors.soft.noise());
@@ -177,18 +195,25 @@ class Judge {
   /// The release is over: the baselines from before the touch, with the number of its first pair.
   template <class Baseline>
   constexpr void released(const Baseline& hard, const Baseline& soft, std::size_t first) noexcept {
-    evidence_.reviser.keep(hard, soft, first);
+    evidence_.reviser.keep(hard, soft, slow.hard.variance, slow.soft.variance, first);
   }
 
   /// The baselines after the touch are measured. Returns whether they revise it; then with another standard error.
   template <class Errors>
   constexpr bool measured(const Estimator& estimator, const Errors& errors, std::size_t pair, Real& error) noexcept {
-    if (!evidence_.reviser.waits() || estimator.mean_regressor() == 0) {
+    rests_ = true;
+    if (!evidence_.reviser.waits()) {  // the first ones, or again: what was before them was perhaps no idle value
+      slow = {};
+      return false;
+    }
+    if (estimator.mean_regressor() == 0) {
       return false;
     }
     const Real size = square_root(estimator.mean_square());
     const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-    revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean);
+    const TouchEvidence<Real> evidence{misfits_.drift, misfits_.drift_error, evidence_.test.length(), level_};
+    revision_ = evidence_.reviser.result(errors.hard, errors.soft, pair, estimator.ratio(), mean, evidence);
+    rests_ = revision_.kind != Revision::creep;                                // a recovery is no noise
     const Real drift = revision_.significant ? Real(0) : misfits_.open_drift;  // else the baselines explain it
     const Real open = misfits_.open + revision_.open + drift;
     error = errors.with(estimator, revision_.variance + errors.rounding(estimator), open);
@@ -333,6 +358,7 @@ class Judge {
   bool tilted_ = false;   // the ratio and the level ratio differ
   bool lifted_ = false;   // the result is the one before a change that was not confirmed
   bool drifts_ = false;   // the ratio, at the last sample
+  bool rests_ = false;    // the baselines are measured, and no touch has begun
   bool at_once_ = false;  // both channels are read at once
 };
 

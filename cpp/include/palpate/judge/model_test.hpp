@@ -24,11 +24,12 @@ enum Misfit : std::uint8_t {
 /// The sizes of what the model leaves out.
 template <class Real>
 struct Misfits {
-  Real offset = 0;  ///< the soft bump is reached first, by this share of the mean depth
-  Real drift = 0;   ///< change of the ratio, or of a baseline, during the touch, share of the mean output
-  Real lag = 0;     ///< of the soft channel behind the hard one, pairs; of a slow movement, see `bend`
-  Real bend =
-      0;  ///< tan^2(a / 2), a the phase of the movement from pair to pair: a lag of d pairs appears as tan(a d) / sin a
+  Real offset = 0;       ///< the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;        ///< change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real drift_error = 0;  ///< its standard error; 0: the touch is too short to show a drift
+  Real lag = 0;          ///< of the soft channel behind the hard one, pairs; of a slow movement, see `bend`
+  /// tan^2(a / 2), a the phase of the movement from pair to pair: a lag of d pairs appears as tan(a d) / sin a
+  Real bend = 0;
   Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
   Real tilt = 0;        ///< the ratio above the level ratio, share of it
   Real open = 0;        ///< variance of the ratio that these leave open, without the drift
@@ -170,6 +171,7 @@ struct TermTests {
 
   constexpr void test_drift(const TermSums<Real>& solved) noexcept {
     const Real error = product(solved.error(term_time), product(length, length));
+    found_.drift_error = share(square_root(product(error, variance_)));
     found_.open_drift =
         tested(misfit_drift, product(solved.at(term_time, term_y), length), error, found_.drift, least) / 4;
   }
@@ -276,6 +278,9 @@ class ModelTest {
     }
     return found;
   }
+
+  /// Readings from the first pair to the last one, in which the drift is seen.
+  constexpr Real length() const noexcept { return 256 * latest_; }
 
   /// The ratio of all samples alike; its standard error, if they scattered independently.
   constexpr Estimate<Real> mean() const noexcept {

@@ -29,12 +29,12 @@ inline constexpr bool knows_its_error =
 
 /// The error of the ratio of an estimator, from the noise of the readings and of the estimator, and from the errors of
 /// the baselines, which are common to all samples of a touch.
-template <class Estimator, class Baseline, class Codes>
+template <class Estimator, class Baseline, class Judge>
 struct RatioError {
   using Real = typename Estimator::real_type;
   const Baseline& hard;   ///< of the hard channel
   const Baseline& soft;   ///< of the soft channel
-  const Codes& codes;     ///< of both
+  const Judge& judge;     ///< with the codes and the slow noise of both
   std::size_t decimated;  ///< readings in a pair
   std::uint32_t samples;  ///< of the touch
 
@@ -46,19 +46,24 @@ struct RatioError {
 
   /// By codes that are coarser than the noise: step^2 / 12 of the readings, and the same of the baseline.
   constexpr Real rounding(const Estimator& estimator) const noexcept {
-    if constexpr (std::is_same_v<Codes, NoCodeSteps>) {
+    if constexpr (!Judge::judges) {
       return Real(0);
     } else {
       const Real size = decimated > 1 ? square_root(static_cast<Real>(decimated)) : Real(1);
-      const Real of_hard = codes.hard.coarse(product(size, hard.noise()));
-      const Real of_soft = codes.soft.coarse(product(size, soft.noise()));
+      const Real of_hard = judge.codes.hard.coarse(product(size, hard.noise()));
+      const Real of_soft = judge.codes.soft.coarse(product(size, soft.noise()));
       return of_ratio(estimator, product(of_hard, of_hard), product(of_soft, of_soft)) / 6;
     }
   }
 
-  /// The variance that all samples of a touch share: of the baselines.
+  /// The variance that all samples of a touch share: of the baselines, and of noise that is slower than the readings.
   constexpr Real shared(const Estimator& estimator) const noexcept {
-    return of_ratio(estimator, hard.variance(), soft.variance()) + rounding(estimator);
+    Real of_hard = hard.variance(), of_soft = soft.variance();
+    if constexpr (Judge::judges) {
+      of_hard += judge.slow.hard.variance;
+      of_soft += judge.slow.soft.variance;
+    }
+    return of_ratio(estimator, of_hard, of_soft) + rounding(estimator);
   }
 
   /// The standard error of the ratio, from the variance that all samples share and the variance of

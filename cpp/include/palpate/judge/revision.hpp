@@ -3,7 +3,7 @@
 
 // The baseline after a touch: what the baseline did during the touch, and what that did to the ratio.
 
-#include <palpate/arithmetic.hpp>
+#include <palpate/estimate.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -16,9 +16,28 @@ enum class Revision : std::uint8_t {
   baseline,  ///< the baseline before the touch was measured in contact: the ratio is not corrected
 };
 
+/// What a touch itself shows of how its baselines moved: its drift, and a ratio that a constant offset does not change.
+template <class Real>
+struct TouchEvidence {
+  Real drift = 0;          ///< change of the output during `length`, share of it
+  Real drift_error = 0;    ///< standard error of the drift; 0: not known
+  Real length = 0;         ///< of the samples that show the drift, readings
+  Estimate<Real> level{};  ///< ratio over the swept depth
+
+  /// Whether the level ratio is so far from one ratio and so near to another one.
+  constexpr bool decides(Real far, Real near) const noexcept {
+    return far > 3 * level.standard_error && far > 3 * near;
+  }
+};
+
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
 ///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
-/// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance.
+/// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance. Without a drift, what
+/// both errors do not explain is left open.
+///
+/// A baseline may also step when the probe makes contact or is lifted, since hand and cable move then. A change that is even
+/// gives a drift within the touch; the share of it that is missing was a step. D of a step is all of it at the contact and 0 at the
+/// release. The level ratio decides which if it is near to one of the two; else D is half of it, and the rest is left open.
 template <class Real>
 class Reviser {
  public:
@@ -43,11 +62,12 @@ class Reviser {
     last_ = reading;
   }
 
-  /// The baselines before the touch, when those after it are about to be measured.
+  /// The baselines before the touch, when those after it are about to be measured; `slow`: variances by slow noise.
   template <class Baseline>
-  constexpr void keep(const Baseline& hard, const Baseline& soft, std::size_t start) noexcept {
-    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise()};
-    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise()};
+  constexpr void keep(const Baseline& hard, const Baseline& soft, Real slow_hard, Real slow_soft,
+                      std::size_t start) noexcept {
+    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise(), slow_hard};
+    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise(), slow_soft};
     start_ = start;
     waits_ = true;
   }
@@ -55,39 +75,51 @@ class Reviser {
   constexpr bool waits() const noexcept { return waits_; }
 
   template <class Baseline>
-  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio,
-                          Real mean) noexcept {
+  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio, Real mean,
+                          const TouchEvidence<Real>& evidence) noexcept {
     waits_ = false;
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
     const Real rise = product(ratio, rise_soft) - rise_hard, rise2 = product(rise, rise);
-    const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
-    const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
+    const Real ratio2 = product(ratio, ratio), slow = hard_.slow + product(ratio2, soft_.slow);
+    const Real first = hard_.variance + product(ratio2, soft_.variance);
+    const Real second = hard.variance() + product(ratio2, soft.variance());
+    const Real before = first + slow, after = second + slow;
     const bool drifted = rise2 > 9 * (before + after);
-    // Without a drift the mean of both baselines with the smallest variance.
-    const Real part = drifted ? when(reading, hard.age()) : before / (before + after);
     Result found;
-    found.shift = product(part, rise) / mean;
+    found.kind = kind_of(hard, soft, rise_hard, rise_soft, product(ratio + 1, mean));
     found.significant = rise2 > 64 * (before + after);
-    const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
-    found.open = product(found.shift, found.shift);
-    const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
-    // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
-    // and corrected.
-    found.kind = fall > product(Real(0.05), height) ? Revision::baseline : creeps ? Revision::creep : Revision::drift;
     found.variance = before;
+    const Line line = when(reading, hard.age());
+    const Real without_step = rise2 > 9 * (first + second) ? line.middle : first / (first + second);
+    const bool steps = found.kind == Revision::drift && drifted;
+    const Share share = steps ? with_steps(line, rise / mean, ratio, evidence) : Share{without_step, Real(0)};
+    const Real part = share.part, rest = 1 - part, open = product(share.open, rise / mean);
+    found.shift = product(part, rise) / mean;
+    found.open = product(found.shift, found.shift);
     if (found.kind == Revision::drift) {
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
-      // What both errors do not explain is drift or noise that is slow.
-      const Real excess = rise2 > before + after ? rise2 - before - after : Real(0);
-      found.open = drifted ? open_after_drift(found) : product(product(part, rest), excess) / product(mean, mean);
+      found.open = drifted ? open_after_drift(found) + product(open, open)
+                           : product(product(part, rest), positive_part(rise2 - before - after)) / product(mean, mean);
     }
     return found;
   }
 
  private:
   struct Before {
-    Real level, variance, age, noise;
+    Real level, variance, age, noise, slow;
   };
+
+  // A choice: after a fall by a twentieth of the press the baseline before it was no baseline; smaller falls are a drift,
+  // and corrected.
+  template <class Baseline>
+  constexpr Revision kind_of(const Baseline& hard, const Baseline& soft, Real rise_hard, Real rise_soft,
+                             Real height) const noexcept {
+    if (-(rise_hard + rise_soft) > product(Real(0.05), height)) {
+      return Revision::baseline;
+    }
+    const bool creeps = recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_);
+    return creeps ? Revision::creep : Revision::drift;
+  }
 
   // Half of the correction is open for a jump, which was a change of the ratio, and for a walk; a quarter for an exponential,
   // where it is large enough for a flag. Both are squared.
@@ -95,12 +127,45 @@ class Reviser {
     return changed_ || !found.significant ? found.open / 4 : found.open / 16;
   }
 
-  // The part of the line at the mean time of the samples.
-  constexpr Real when(std::size_t reading, Real age) const noexcept {
+  /// The line between the baselines: the place of the mean time of the samples on it, and its length in readings.
+  struct Line {
+    Real middle, all;
+  };
+  /// Of the change of the baselines: what is corrected, and what is left open.
+  struct Share {
+    Real part, open;
+  };
+
+  constexpr Line when(std::size_t reading, Real age) const noexcept {
     const Real touch = static_cast<Real>(last_ - start_) - mean_age_ + hard_.age;
     const Real all = static_cast<Real>(reading - start_) - age + hard_.age;
-    return touch < all ? touch / all : Real(1);
+    return {touch < all ? touch / all : Real(1), all};
   }
+
+  // `whole`: of the ratio, if the baselines had changed at the contact. Half of the expected drift shows an even change: the age of
+  // a baseline that drifts is known no better. The level ratio decides if it is off the ratio of one step by more than 3 standard
+  // errors, and nearer to that of the other one by a factor of 3: a tilt is far from both.
+  static constexpr Share with_steps(const Line& line, Real whole, Real ratio,
+                                    const TouchEvidence<Real>& evidence) noexcept {
+    const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
+    const bool known = evidence.drift_error > 0 && half != 0;
+    const Real even = known ? limited(evidence.drift / half) : Real(1), step = 1 - even;
+    const Real error = known ? limited(evidence.drift_error / magnitude(2 * half)) : Real(1);
+    const Real open = step > error ? step : error;
+    const Real release = product(even, line.middle), contact = release + step;
+    const Real off = evidence.level.ratio - ratio;
+    const Real from_release = magnitude(off - product(release, whole));
+    const Real from_contact = magnitude(off - product(contact, whole));
+    if (evidence.decides(from_contact, from_release)) {
+      return {release, open / 6};
+    }
+    if (evidence.decides(from_release, from_contact)) {
+      return {contact, open / 6};
+    }
+    return {release + step / 2, open / 2};
+  }
+
+  static constexpr Real limited(Real share) noexcept { return share < 0 ? Real(0) : share > 1 ? Real(1) : share; }
 
   // The slope after the touch is against the rise, by more than 4 of its standard errors.
   template <class Baseline>
