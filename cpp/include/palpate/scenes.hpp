@@ -73,6 +73,7 @@ struct Paper : Fixed<Real, Time, Settings> {
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Handheld : Paper<Real, Time, Settings> {
   using align = MatchedPair<Real, Time>;                                       ///< from two readings to a pair
+  using baseline = Baseline<Real, true, true>;                                 ///< of a channel without contact
   using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio
   /// flags, level ratio, revision
   template <class Estimator>

@@ -40,7 +40,8 @@ namespace detail {
 template <class Stage>
 using MeasuresLevel =
     decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
-             of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()),
+             of<Stage>().reset(), of<Stage>().keep(), of<Stage>().collected(0, 1), bool(of<Stage>().empty()),
+             bool(of<Stage>().ready()), bool(of<Stage>().disturbed()),
              of<Stage>().level(), of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
 template <class Stage>
 using Touches = decltype(of<typename Stage::real_type>(), Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0),
@@ -280,7 +281,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
                             Judge::codes.coarser(hard_baseline.noise(), soft_baseline.noise()));
     }
     const Real nan = not_a_number<Real>;
-    return Detector::take_one(too_large(hard) ? nan : hard, too_large(soft) ? nan : soft);
+    return Detector::take_one(time, too_large(hard) ? nan : hard, too_large(soft) ? nan : soft);
   }
 
   /// Returns whether the last touch is revised.
