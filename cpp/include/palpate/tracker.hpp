@@ -272,7 +272,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
 
   PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, std::decay_t<decltype(Judge::codes)>>
   errors() const noexcept {
-    return {hard_baseline, soft_baseline, Judge::codes, Front::decimator.size(), counts_.samples};
+    return {hard_baseline, soft_baseline, Judge::codes, Front::decimator.size(), counts_.samples,
+            Front::aliases()};
   }
 
   PALPATE_INLINE constexpr Event detect(Time time, Real hard, Real soft, bool whole) noexcept {

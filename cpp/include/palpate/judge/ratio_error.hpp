@@ -13,7 +13,7 @@ inline namespace PALPATE_NAMESPACE {
 
 namespace detail {
 template <class Estimator, class Real = typename Estimator::real_type>
-using Scatters = decltype(Real(of<Estimator>().long_run_variance()), Real(of<Estimator>().leverage()),
+using Scatters = decltype(Real(of<Estimator>().long_run_variance(true)), Real(of<Estimator>().leverage()),
                           Real(of<Estimator>().innovation_variance()), Real(of<Estimator>().count()),
                           Real(of<Estimator>().information()), bool(of<Estimator>().settled()));
 template <class Estimator, class Real = typename Estimator::real_type>
@@ -37,6 +37,7 @@ struct RatioError {
   const Codes& codes;     ///< of both
   std::size_t decimated;  ///< readings in a pair
   std::uint32_t samples;  ///< of the touch
+  bool aliases;           ///< tremor may look like a constant
 
   /// Variance of hard - ratio * soft.
   static constexpr Real of_ratio(const Estimator& estimator, Real hard_variance, Real soft_variance) noexcept {
@@ -83,10 +84,11 @@ struct RatioError {
   static constexpr Real delay = Real(1.5);  ///< pairs from the middle of an aligned one to its last reading
 
   /// Of the ratio, by the noise: of the readings and of the innovations; and by its motion since the middle of the pair.
-  static constexpr Real own(const Estimator& estimator, Real readings) noexcept {
+  constexpr Real own(const Estimator& estimator, Real readings) const noexcept {
     if constexpr (detail::has<detail::Scatters, const Estimator>) {
-      const Real seen = estimator.settled() ? estimator.long_run_variance() : of_few(estimator, readings);
-      return product(seen > readings ? seen : readings, estimator.leverage());
+      const Real few = of_few(estimator, readings), least = aliases ? few : readings;
+      const Real seen = estimator.settled() ? estimator.long_run_variance(aliases) : few;
+      return product(seen > least ? seen : least, estimator.leverage());
     } else {
       const Real error = estimator.standard_error(), square = product(error, error);
       const Real least = product(error >= 0 ? readings : of_few(estimator, readings), estimator.covariance());

@@ -40,6 +40,7 @@ struct Front {
   static constexpr bool decimates = false;  ///< pairs are averaged
   AlignStage align;                         ///< brings both channels to the same times
   NoDecimator decimator;                    ///< each reading counts
+  static constexpr bool aliases() noexcept { return false; }  ///< it is not known
 
   /// The reading itself.
   PALPATE_INLINE static constexpr Frame<Time, Real, Pair> take(Time hard_time, Time, const ScreenedReading<Real>& read,
@@ -77,6 +78,8 @@ struct Front<Real, AlignStage, true> {
     }
     return {hard_time, read.hard, read.soft, same(pair), 1};
   }
+  /// As of the alignment.
+  constexpr bool aliases() const noexcept { return align.aliases(); }
   /// The pair of a frame.
   PALPATE_INLINE static constexpr Pair pair(const Frame<Time, Real, Pair>& frame, Time, Time,
                                             const ScreenedReading<Real>&, bool) noexcept {
