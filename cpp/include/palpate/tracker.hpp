@@ -46,7 +46,8 @@ using MeasuresLevel =
 template <class Stage>
 using Touches = decltype(of<typename Stage::real_type>(), Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0),
                          of<Stage>().reset(), bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
-                         bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()));
+                         bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()),
+                         bool(of<Stage>().pressed()));
 template <class Estimator, class Real = typename Estimator::real_type>
 using Estimates =
     decltype(Real(Estimator::default_covariance), of<Estimator>().reset(Real(), Real()),

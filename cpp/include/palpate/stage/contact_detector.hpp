@@ -132,7 +132,7 @@ class ContactDetector {
     }
   }
   constexpr void judge_first(Time time) noexcept {
-    if (!ready()) {
+    if (!ready() && !gate.pressed()) {
       hard_baseline.collected(time.since(since_), Time::second);
       soft_baseline.collected(time.since(since_), Time::second);
     }
