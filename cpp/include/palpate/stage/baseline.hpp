@@ -210,7 +210,8 @@ class Baseline : BaselineShare<Real, Timed> {
   constexpr void judge_drift() noexcept {
     if constexpr (Drifts) {
       const Real trend = now_.fast - now_.slow;
-      drifts_ = !(product(now_.count, share) < proven) && product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
+      drifts_ = !(product(now_.count, share) < proven) &&
+                product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
     }
   }
 

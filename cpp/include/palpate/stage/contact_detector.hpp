@@ -176,7 +176,7 @@ class ContactDetector {
   }
 
   Time since_;  // when a touch last took samples, or the release; while the baselines are measured: its end,
-               // then the first value
+                // then the first value
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };

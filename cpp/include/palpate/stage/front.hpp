@@ -37,9 +37,9 @@ template <class Real, class AlignStage, bool matches = detail::has<detail::Match
 struct Front {
   using Time = typename AlignStage::time_type;
   using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
-  static constexpr bool decimates = false;  ///< pairs are averaged
-  AlignStage align;                         ///< brings both channels to the same times
-  NoDecimator decimator;                    ///< each reading counts
+  static constexpr bool decimates = false;                    ///< pairs are averaged
+  AlignStage align;                                           ///< brings both channels to the same times
+  NoDecimator decimator;                                      ///< each reading counts
   static constexpr bool aliases() noexcept { return false; }  ///< it is not known
 
   /// The reading itself.

@@ -76,7 +76,7 @@ class MatchedPair {
  private:
   using Signed = typename Time::Signed;
   static constexpr int patience = 8;
-  static constexpr Signed longest = Time::second / 25;     // period: 40 ms
+  static constexpr Signed longest = Time::second / 25;  // period: 40 ms
   static constexpr Signed shortest_alias = Time::second / 12;
 
   struct Grid {

@@ -12,7 +12,6 @@ inline namespace PALPATE_NAMESPACE {
 /// all are in the first half. Timed: their number is known at the end.
 template <class Real, int Size, bool Line = true, bool Timed = false>
 class RobustLine {
-
  public:
   struct Summary {
     Real mean, count;   // of the values near the median
