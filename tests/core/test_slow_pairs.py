@@ -7,7 +7,6 @@ import numpy as np
 import palpate
 import pytest
 from palpate.simulation import ConverterModel, Press, Scenario, Simulation, simulate
-from palpate.simulation.signals import Lines
 
 RATIO = 2.86
 SEEDS = range(20)
@@ -153,11 +152,3 @@ def test_a_press_while_the_baseline_is_measured_does_not_become_it() -> None:
         touches, tracker = touches_of(simulate(scene))
         assert (len(touches), tracker.retaken) == (2, 0)
         assert all(abs(touch.ratio / RATIO - 1) < 1e-3 for touch in touches)
-
-
-def test_lines_of_a_tremor_at_the_rate_of_the_pairs_are_covered() -> None:
-    """Each channel sees one phase of the tremor, and the two differ: both look as if at rest."""
-    converter = logger(7.5)
-    lines = Lines((7.5,), width_Hz=0.2, sway=0.0)
-    scene = replace(scenario(converter, 2.0), spectrum=lines)
-    assert covered([touch for touches in all_touches(scene) for touch in touches]) >= 0.6

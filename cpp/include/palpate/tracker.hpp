@@ -111,8 +111,8 @@ struct SceneChecks : SceneIs<Scene> {
                     agrees<RealOf, Contact, Real>() && agrees<RealOf, Estimator, Real>(),
                 "palpate::Tracker: a stage or the estimator has another Real than the scene");
   static_assert(!Judge::judges || has<Matches, Align>,
-                "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
-                "NoJudge");
+                "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, and its pace(), as "
+                "MatchedPair; else use NoJudge");
   static_assert(
       !Judge::judges || (knows_its_error<Estimator> && has<Judged, Estimator>),
       "palpate::Tracker: a Judge needs an estimator with the standard error of Handover or of AdaptiveWindow, "
@@ -273,7 +273,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
 
   PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, std::decay_t<decltype(Judge::codes)>>
   errors() const noexcept {
-    return {hard_baseline, soft_baseline, Judge::codes, Front::decimator.size(), counts_.samples, Front::aliases()};
+    return {hard_baseline, soft_baseline, Judge::codes, Front::decimator.size(), counts_.samples, Front::pace()};
   }
 
   PALPATE_INLINE constexpr Event detect(Time time, Real hard, Real soft, bool whole) noexcept {

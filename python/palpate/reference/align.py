@@ -11,7 +11,9 @@ _Reading = tuple[int, float]
 
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
 SLOWEST_NS = 40_000_000  # longest period of matched filters; they stay the same above it
-ALIASES_NS = 1_000_000_000 // 12  # above this period a tremor may look like a rest
+SLOW_NS = 1_000_000_000 // 31  # above this period not all of a tremor's rest cancels
+ALIASES_NS = 1_000_000_000 // 12  # above this one a tremor may look like a rest
+FAST, SLOW, ALIASES = range(3)
 LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for a pair
 AVERAGED_NS = (
     25_000_000  # of a fast converter's readings: of one with a mean step below a third of this
@@ -28,8 +30,8 @@ class Pairs(NamedTuple):
         nan where there is no pair.
     valid, matched : numpy.ndarray of bool, shape (n,)
         Whether there is a pair; whether both channels of it have the same response.
-    aliases : numpy.ndarray of bool, shape (n,)
-        Whether pairs are so slow that a tremor may look like a rest.
+    pace : numpy.ndarray of int, shape (n,)
+        How slow the pairs are: FAST, SLOW or ALIASES.
 
     Examples
     --------
@@ -41,7 +43,7 @@ class Pairs(NamedTuple):
     soft: Array
     valid: NDArray[np.bool_]
     matched: NDArray[np.bool_]
-    aliases: NDArray[np.bool_]
+    pace: NDArray[np.int64]
 
 
 class Reading(NamedTuple):
@@ -58,7 +60,7 @@ class Reading(NamedTuple):
         Number of readings of which it is the mean; 0: the mean is not complete.
     together : bool
         Both channels are read at once, so that the pair has the whole noise of the readings.
-    aliases : bool
+    pace : int
         As in `Pairs`.
 
     Examples
@@ -73,7 +75,7 @@ class Reading(NamedTuple):
     pair: tuple[float, float, bool, bool]
     size: int = 1
     together: bool = False
-    aliases: bool = False
+    pace: int = FAST
 
 
 def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> list[Reading]:
@@ -102,16 +104,16 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
     whole = np.isfinite(values).all(axis=1)
     paces = _paces(times, whole)
     values[[bool(pace) and not there for pace, there in zip(paces, whole, strict=True)]] = np.nan
-    *columns, aliases = (column.tolist() for column in matched_pair(times, t_soft, *values.T))
+    *columns, slowness = (column.tolist() for column in matched_pair(times, t_soft, *values.T))
     pairs = zip(*columns, strict=True)
     made: list[Reading] = []
     block: list[Reading] = []  # of the mean that is not complete
     size = 1
     both = times == np.asarray(t_soft)
     rows = zip(times.tolist(), *values.T.tolist(), pairs, strict=True)
-    states = zip(paces, whole, both.tolist(), aliases, strict=True)
-    for row, (pace, there, together, alias) in zip(rows, states, strict=True):
-        one = Reading(*row)._replace(together=together, aliases=alias)
+    states = zip(paces, whole, both.tolist(), slowness, strict=True)
+    for row, (pace, there, together, slow) in zip(rows, states, strict=True):
+        one = Reading(*row)._replace(together=together, pace=slow)
         if not pace:
             block, size = [], 1
         if not (pace and there):
@@ -123,7 +125,7 @@ def means(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
         block = [*([] if complete else block), one]
         size = len(complete) or size
         mean = _mean(complete) if complete else one._replace(size=0)
-        made.append(mean._replace(aliases=alias))
+        made.append(mean._replace(pace=slow))
     return made
 
 
@@ -187,7 +189,7 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
     """
     hards: list[_Reading] = []
     softs: list[_Reading] = []
-    rows: list[tuple[float, float, bool, bool, bool]] = []
+    rows: list[tuple[float, float, bool, bool, int]] = []
     grid = _Grid()
     columns = (
         np.asarray(t_hard),
@@ -206,16 +208,17 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
         middle = _middle(hards, softs) if np.isfinite(soft_value) else None
         if middle is not None:
             row, grid = _pair(hards, softs[-4:], middle, grid)
-        rows.append((*row, grid.aliases))
+        rows.append((*row, grid.pace))
     both = np.array(rows, float).reshape(-1, 5)
-    return Pairs(both[:, 0], both[:, 1], *(column > 0 for column in both.T[2:]))
+    hard_pairs, soft_pairs, valid, matched, pace = both.T
+    return Pairs(hard_pairs, soft_pairs, valid > 0, matched > 0, pace.astype(int))
 
 
 class _Grid(NamedTuple):
-    """Windows since the last one on a grid, at most PATIENCE; whether the period aliases."""
+    """Windows since the last one on a grid, at most PATIENCE; and the pace."""
 
     uneven: int = 0
-    aliases: bool = False
+    pace: int = FAST
 
 
 def _pair(
@@ -224,13 +227,13 @@ def _pair(
     """Return the row of a window with four soft readings and a hard one in the middle, and what is known of the grid."""
     now, value = hards[middle]
     if now == softs[2][0]:  # both channels at once
-        return (value, softs[2][1], True, True), grid._replace(aliases=False)
+        return (value, softs[2][1], True, True), grid._replace(pace=FAST)
     around = hards[middle - 1 : middle + 2] if middle else []
     near = softs[2][0] - softs[1][0] <= LARGEST_GAP_NS
     pair = _filtered(around, softs) if near else None
     period = (softs[3][0] - softs[0][0]) // 3
     if len(around) == 3 and (pair is not None or grid.uneven == PATIENCE):
-        grid = grid._replace(aliases=period > ALIASES_NS)
+        grid = grid._replace(pace=int(period > SLOW_NS) + int(period > ALIASES_NS))
     if pair is not None:
         return (*pair, True, period <= SLOWEST_NS), grid._replace(uneven=0)
     grid = grid._replace(uneven=min(grid.uneven + 1, PATIENCE))

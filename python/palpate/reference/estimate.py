@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.reference.align import ALIASES, FAST, SLOW
 from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.handover import FEWEST, SETTLED, _Handover
 from palpate.reference.level import Sweep
@@ -28,8 +29,8 @@ class Errors(NamedTuple):
         Variance of the baselines: an error that all samples have in common.
     rounding : float, pF^2
         Variance by codes that are coarser than the noise: of the baselines, and of each reading.
-    aliases : bool
-        Whether pairs are so slow that a tremor may look like a rest.
+    pace : int
+        How slow the pairs are.
 
     Examples
     --------
@@ -40,7 +41,7 @@ class Errors(NamedTuple):
     noises: tuple[float, float]
     shared: float
     rounding: float
-    aliases: bool = False
+    pace: int = FAST
 
     def of_readings(self, ratio: float) -> float:
         """Return the variance of C1 - r C2 by the noise of both readings, pF^2."""
@@ -48,8 +49,14 @@ class Errors(NamedTuple):
         return hard_noise**2 + ratio**2 * soft_noise**2 + self.rounding
 
     def of_few(self, readings: float, scatter: float) -> float:
-        """Return the long-run variance by few innovations, or such that do not show it: of the readings, and their excess."""
-        return readings + (6 if self.aliases else 4) * max(scatter - readings / 2, 0.0)
+        """Return the long-run variance by few innovations: of the readings, and several times their excess."""
+        return readings + (6 if self.pace == ALIASES else 4) * max(scatter - readings / 2, 0.0)
+
+    def least(self, readings: float, scatter: float) -> float:
+        """Return the least long-run variance, by the readings and, with slow pairs, by the variance of the innovations."""
+        if self.pace == ALIASES:
+            return self.of_few(readings, scatter)
+        return readings + (0.25 if self.pace == SLOW else 0.0) * max(scatter - readings / 2, 0.0)
 
 
 def estimator(noise: float = 1.0) -> _Handover:
@@ -270,13 +277,12 @@ class Estimate:
         """
         state, noise = self._state, self._state.noise
         scatter = noise.lag0 / noise.weight if noise.weight else 0.0
-        if not self.samples or (errors.aliases and not scatter):
+        if not self.samples or (errors.pace == ALIASES and not scatter):
             return float("nan")
         readings = errors.of_readings(self.ratio)
         few = errors.of_few(readings, scatter)
         settled = noise.weight >= FEWEST and state.weight >= SETTLED
-        own = noise.long_run_variance(aliases=errors.aliases) if settled else few
-        least = few if errors.aliases else readings
-        square = max(own, least) * state.squares / state.information**2
+        own = noise.long_run_variance(aliases=errors.pace == ALIASES) if settled else few
+        square = max(own, errors.least(readings, scatter)) * state.squares / state.information**2
         square += (errors.shared + errors.rounding) * state.weight / state.information + left_open
         return float(np.sqrt(square))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from palpate.reference.adaptive import AdaptiveWindow, Settings
+from palpate.reference.align import ALIASES
 from palpate.reference.estimate import CHANGED, Errors
 from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.level import Sweep
@@ -191,7 +192,7 @@ class MovingEstimate:
         if not self.samples or not state.information() > 0:
             return float("nan")
         scatter = state.noise.lag0 / state.noise.count if state.noise.count > 0 else 0.0
-        if errors.aliases and not scatter:
+        if errors.pace == ALIASES and not scatter:
             return float("nan")
         readings = errors.of_readings(self.ratio)
         own = float(state.standard_error())

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.reference.align import Reading, means
+from palpate.reference.align import FAST, Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
@@ -374,12 +374,12 @@ class _Tracker:
             0  # all readings; all that are no part of a mean; the touch's first
         )
         self._size, self._together = 1, False  # of the last mean; as `Reading`
-        self._aliases = False
+        self._pace = FAST
 
     def feed(self, read: NDArray[np.float64], reading: Reading) -> tuple[float, ...]:
         """Take a reading of each channel, or a mean with it; return a row."""
         self._add_codes(read)
-        self._aliases = reading.aliases
+        self._pace = reading.pace
         if not reading.size:
             self._readings += 1
             return self._row(alarm=False, revises=False)
@@ -537,7 +537,7 @@ class _Tracker:
         # step^2 / 12 of the readings, and the same of the baseline
         rounding = (hard_step**2 + ratio**2 * soft_step**2) / 6
         shared = hard.variance + ratio**2 * soft.variance
-        return Errors((hard.noise, soft.noise), shared, rounding, self._aliases)
+        return Errors((hard.noise, soft.noise), shared, rounding, self._pace)
 
     def _note(self, before: _Handover | None) -> None:
         """Note the ratio before a change."""

@@ -7,6 +7,7 @@
 #include <palpate/judge/code_steps.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
+#include <palpate/stage/matched_pair.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -37,7 +38,7 @@ struct RatioError {
   const Codes& codes;     ///< of both
   std::size_t decimated;  ///< readings in a pair
   std::uint32_t samples;  ///< of the touch
-  bool aliases;           ///< tremor may look like a constant
+  Pace pace;              ///< of the pairs
 
   /// Variance of hard - ratio * soft.
   static constexpr Real of_ratio(const Estimator& estimator, Real hard_variance, Real soft_variance) noexcept {
@@ -69,11 +70,12 @@ struct RatioError {
   /// alignment does not change a mean. Too few innovations do not show their correlation. Then the
   /// long-run variance is the variance v of the readings' noise, plus 4 times the excess of the
   /// innovations' variance over v / 2. Where a tremor aliases, both channels may be off by a constant that no innovation
-  /// shows: there it is at least v plus 6 times the excess, and at least that of an AR(1) process. With these 88 to 100 %
-  /// of simulated touches are covered, from 2 to 12 pairs a second. An error of a baseline changes the ratio by this error
-  /// divided by the mean regressor, sqrt(R / W). W is the count.
+  /// shows: there it is at least v plus 6 times the excess, and that of an AR(1) process. With these 88 to 100 % of
+  /// simulated touches are covered, from 2 to 12 pairs a second. Of slow pairs it is at least v plus a quarter of the
+  /// excess, which jitter leaves of a tremor. An error of a baseline changes the ratio by this error divided by the mean
+  /// regressor, sqrt(R / W). W is the count.
   constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
-    if (samples == 0 || (aliases && estimator.innovation_variance() == 0)) {
+    if (samples == 0 || (pace == Pace::aliases && estimator.innovation_variance() == 0)) {
       return not_a_number<Real>;
     }
     const Real readings =
@@ -88,8 +90,11 @@ struct RatioError {
   /// Of the ratio, by the noise: of the readings and of the innovations; and by its motion since the middle of the pair.
   constexpr Real own(const Estimator& estimator, Real readings) const noexcept {
     if constexpr (detail::has<detail::Scatters, const Estimator>) {
-      const Real few = of_few(estimator, readings), least = aliases ? few : readings;
-      const Real seen = estimator.settled() ? estimator.long_run_variance(aliases) : few;
+      const Real few = of_few(estimator, readings);
+      const Real seen = estimator.settled() ? estimator.long_run_variance(pace == Pace::aliases) : few;
+      const Real least = pace == Pace::slow   ? scattered(estimator, readings, Real(0.25))
+                         : pace == Pace::fast ? readings
+                                              : few;
       return product(seen > least ? seen : least, estimator.leverage());
     } else {
       const Real error = estimator.standard_error(), square = product(error, error);
@@ -99,8 +104,10 @@ struct RatioError {
     }
   }
   constexpr Real of_few(const Estimator& estimator, Real readings) const noexcept {
-    const Real excess = positive_part(estimator.innovation_variance() - readings / 2);
-    return readings + product(Real(aliases ? 6 : 4), excess);
+    return scattered(estimator, readings, Real(pace == Pace::aliases ? 6 : 4));
+  }
+  static constexpr Real scattered(const Estimator& estimator, Real readings, Real times) noexcept {
+    return readings + product(times, positive_part(estimator.innovation_variance() - readings / 2));
   }
   /// Of the ratio, by a variance that all samples share.
   static constexpr Real by_all(const Estimator& estimator, Real variance) noexcept {

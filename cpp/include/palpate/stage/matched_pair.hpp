@@ -12,6 +12,13 @@ inline namespace PALPATE_NAMESPACE {
 template <class Real>
 inline constexpr Real noise_gain = Real(0.42);
 
+/// What the time from pair to pair does to a tremor.
+enum class Pace : std::uint8_t {
+  fast,     ///< what the filters leave of it oscillates, and cancels
+  slow,     ///< above 1/31 s: not all of it, as jitter of the times is corrected less well
+  aliases,  ///< above 1/12 s: it may look like a rest, with another constant in each channel
+};
+
 /// A pair of a stage that filters both channels, which a Judge needs.
 template <class Real>
 struct FilteredPair {
@@ -52,12 +59,14 @@ class MatchedPair {
       return {readings_.hard[0], readings_.soft[0], false};
     }
     if (readings_.hard.time(i) == readings_.soft.time(1)) {  // both at once: there is nothing to align
-      aliases_ = false;
+      pace_ = Pace::fast;
       return {readings_.hard[i], readings_.soft[1], true, true};
     }
     if (i >= 1 && i + 1 < readings_.hard.filled()) {
       const Grid grid = fitted(i);
-      aliases_ = grid.even || uneven_ == patience ? grid.period > shortest_alias : aliases_;
+      if (grid.even || uneven_ == patience) {
+        pace_ = grid.period > shortest_alias ? Pace::aliases : grid.period > shortest_slow ? Pace::slow : Pace::fast;
+      }
       if (grid.even) {
         uneven_ = 0;
         return wanted ? filtered(i, grid) : FilteredPair<Real>{hard, soft, false};
@@ -69,15 +78,14 @@ class MatchedPair {
   /// Forget the readings.
   constexpr void reset() noexcept { readings_.reset(); }
 
-  /// Whether a tremor of 12 Hz or less may move both channels by a constant, and each by another one: a sine that repeats
-  /// from pair to pair looks like a rest.
-  constexpr bool aliases() const noexcept { return aliases_; }
+  /// How slow the pairs are: of the last window whose period is known.
+  constexpr Pace pace() const noexcept { return pace_; }
 
  private:
   using Signed = typename Time::Signed;
   static constexpr int patience = 8;
   static constexpr Signed longest = Time::second / 25;  // period: 40 ms
-  static constexpr Signed shortest_alias = Time::second / 12;
+  static constexpr Signed shortest_slow = Time::second / 31, shortest_alias = Time::second / 12;
 
   struct Grid {
     Signed hard_before, hard_after, soft[4];  // deviations, ticks
@@ -135,7 +143,7 @@ class MatchedPair {
 
   LastReadings<Real, Time> readings_;
   std::uint8_t uneven_ = 0;
-  bool aliases_ = false;
+  Pace pace_ = Pace::fast;
 };
 
 }  // namespace PALPATE_NAMESPACE
