@@ -66,12 +66,12 @@ class Level:
     def drifts(self) -> bool:
         """Whether fast - slow is more than 4 of its standard deviations, which are sqrt(share) / 2 of the noise."""
         limit = 2 * np.sqrt(self.share) * self.noise
-        return self.count * self.share >= PROVEN and abs(self.fast - self.slow) > limit
+        return self.count >= PROVEN * self.first and abs(self.fast - self.slow) > limit
 
     @property
     def disturbed(self) -> bool:
         """Whether the first values were none of a rest: as many later ones hardly differ."""
-        return self.quiet * self.share >= 1
+        return self.quiet >= self.first
 
     @property
     def level(self) -> float:
@@ -159,7 +159,7 @@ def next_level(before: Level, value: float, floor: float) -> Level:
     taken = before.expected + off
     count = min(before.count + 1, MOST_COUNTED)
     share = before.share
-    part = 1 / count if count * share < LONGEST else share / LONGEST
+    part = 1 / min(count, LONGEST * before.first)
     fast = before.fast + (taken - before.fast) * share
     more = (PER_MAGNITUDE * abs(off) - before.noise) / min(count, MEMORY)
     noise = max(before.noise + more, floor)

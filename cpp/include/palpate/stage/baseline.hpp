@@ -54,14 +54,15 @@ struct BaselineState<Real, true> : BaselineState<Real, false> {
   }
 };
 
-/// The share of a new value in the exponential means: 1 by the number of the first values.
+/// By the number n of the first values: the share of a new one in the exponential means, 1 / n; the memory of the running
+/// mean, 2 n values; and 5 n values, after which the first slope is forgotten.
 template <class Real, bool Timed>
-struct BaselineShare {
-  static constexpr Real share = Real(1) / Real(32);
+struct BaselineMemory {
+  static constexpr Real share = Real(1) / Real(32), longest = 64, proven = 160;
 };
 template <class Real>
-struct BaselineShare<Real, true> {
-  Real share = Real(1) / Real(32);
+struct BaselineMemory<Real, true> {
+  Real share = Real(1) / Real(32), longest = 64, proven = 160;
 };
 
 /// The capacitance of a channel without contact, pF.
@@ -76,13 +77,11 @@ struct BaselineShare<Real, true> {
 /// value; and it is the level, too, if fast - slow is more than four of its standard deviations, sqrt(share) / 2 of the
 /// noise. Without Drifts there is no such test, and the level is always the mean.
 template <class Real, bool Drifts = true, bool Timed = false>
-class Baseline : BaselineShare<Real, Timed> {
-  using Share = BaselineShare<Real, Timed>;
-  using Share::share;
+class Baseline : BaselineMemory<Real, Timed> {
+  using Memory = BaselineMemory<Real, Timed>;
+  using Memory::share, Memory::longest, Memory::proven;
   static constexpr int Size = 32, Fewest = 5;
   static constexpr Real clip = Real(3);  // limits the deviation of one value, standard deviations
-  static constexpr Real longest = 2;     // memory of the running mean, in the first values
-  static constexpr Real proven = 5;      // after them the first slope is forgotten
   static constexpr Real memory = 64;     // of the noise, values
 
  public:
@@ -111,7 +110,7 @@ class Baseline : BaselineShare<Real, Timed> {
     const Real off = raw > limit ? limit : raw < -limit ? -limit : raw;
     const Real taken = expected() + off;
     now_.count += now_.count < (Drifts ? 160 : memory) ? Real(1) : Real(0);
-    const Real part = product(now_.count, share) < longest ? 1 / now_.count : share / longest, rest = 1 - part;
+    const Real part = 1 / (now_.count < longest ? now_.count : longest), rest = 1 - part;
     if constexpr (Drifts) {
       now_.fast += product(taken - now_.fast, share);
       now_.slow += product(now_.fast - now_.slow, share);
@@ -156,7 +155,7 @@ class Baseline : BaselineShare<Real, Timed> {
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of as many later
   /// ones.
-  constexpr bool disturbed() const noexcept { return product(static_cast<Real>(quiet_), share) >= 1; }
+  constexpr bool disturbed() const noexcept { return 2 * quiet_ >= static_cast<int>(longest); }
   /// Capacitance without contact, for the changes of a touch that begins now.
   constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
@@ -170,7 +169,7 @@ class Baseline : BaselineShare<Real, Timed> {
   /// Change of the level from the earlier half of the first values to the later one; of fewer than 32, whose medians know
   /// it worse, less by the root of their share.
   constexpr Real recovery() const noexcept {
-    const Real size = 1 / share, part = size / Size;
+    const Real size = longest / 2, part = size / Size;
     return product(product(size / 2, (now_.fast - now_.slow) / (size - 1)), square_root(part));
   }
   /// Standard deviation of one value.
@@ -191,7 +190,8 @@ class Baseline : BaselineShare<Real, Timed> {
     const Real lag = static_cast<Real>(size - 1);
     filled_ = Size;
     if constexpr (Timed) {
-      Share::share = 1 / static_cast<Real>(size);
+      const Real first = static_cast<Real>(size);
+      static_cast<Memory&>(*this) = {1 / first, 2 * first, 5 * first};
     }
     now_.noise = found.noise;
     now_.count = found.count;
@@ -210,8 +210,7 @@ class Baseline : BaselineShare<Real, Timed> {
   constexpr void judge_drift() noexcept {
     if constexpr (Drifts) {
       const Real trend = now_.fast - now_.slow;
-      drifts_ = !(product(now_.count, share) < proven) &&
-                product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
+      drifts_ = !(now_.count < proven) && product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
     }
   }
 
