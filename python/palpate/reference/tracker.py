@@ -14,6 +14,7 @@ from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, Idle
 from palpate.reference.level import Sweep
 from palpate.reference.moving import MovingEstimate
+from palpate.reference.readings import AHEAD, screen
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
@@ -341,12 +342,14 @@ def sliding(
 def _tracked(
     state: "_Tracker", t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
 ) -> tuple[list[Touch], Rows]:
-    raw = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
-    rows = []
-    for values, reading in zip(raw, means(t_hard, t_soft, hard, soft), strict=True):
+    screened = screen(t_hard, t_soft, hard, soft)
+    clean = np.column_stack([screened.hard, screened.soft])
+    made = means(t_hard, t_soft, *clean.T, at_end=screened.at_end)
+    rows = [state.row()] * AHEAD
+    for values, reading in zip(clean, made, strict=True):
         rows.append(state.feed(values, reading))
     state.finish()
-    columns = np.array(rows, float).reshape(-1, 6).T
+    columns = np.array(rows[: len(clean)], float).reshape(-1, 6).T
     return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
 
 
@@ -382,7 +385,7 @@ class _Tracker:
         self._pace = reading.pace
         if not reading.size:
             self._readings += 1
-            return self._row(alarm=False, revises=False)
+            return self.row(alarm=False, revises=False)
         time_ns, number, pair, self._size = reading.time, self._pairs, [*reading.pair], reading.size
         self._together = reading.together
         values = np.array([reading.hard, reading.soft])
@@ -417,9 +420,10 @@ class _Tracker:
             self._falling(time_ns, pair)
         self._readings += 1
         self._pairs += 1
-        return self._row(alarm=alarm, revises=revises)
+        return self.row(alarm=alarm, revises=revises)
 
-    def _row(self, *, alarm: bool, revises: bool) -> tuple[float, ...]:
+    def row(self, *, alarm: bool = False, revises: bool = False) -> tuple[float, ...]:
+        """Return the present state as a row."""
         touch, contact = self._touch, self._idle.gate.state == "contact"
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, contact, revises)
