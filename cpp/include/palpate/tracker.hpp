@@ -42,8 +42,8 @@ template <class Stage>
 using MeasuresLevel =
     decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
              of<Stage>().reset(), of<Stage>().keep(), of<Stage>().collected(0, 1), bool(of<Stage>().empty()),
-             bool(of<Stage>().ready()), bool(of<Stage>().disturbed()), of<Stage>().level(), of<Stage>().expected(),
-             of<Stage>().noise(), of<Stage>().variance());
+             bool(Stage::timed), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()), of<Stage>().level(),
+             of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
 template <class Stage>
 using Touches = decltype(of<typename Stage::real_type>(), Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0),
                          of<Stage>().reset(), bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),

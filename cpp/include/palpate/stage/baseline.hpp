@@ -12,6 +12,7 @@ inline namespace PALPATE_NAMESPACE {
 /// The null stage: the values are already changes.
 template <class Real>
 struct NoBaseline {
+  static constexpr bool timed = false;  ///< its first values are not those of a second
   /// @{
   /// As the function of Baseline of this name; level, noise and drift are 0.
   constexpr void collect(Real) noexcept {}
@@ -85,6 +86,8 @@ class Baseline : BaselineMemory<Real, Timed> {
   static constexpr Real memory = 64;     // of the noise, values
 
  public:
+  static constexpr bool timed = Timed;  ///< its first values are those of a second
+
   /// Add one of the first values.
   constexpr void collect(Real value) noexcept {
     first_.add(filled_++, value);

@@ -127,12 +127,12 @@ class ContactDetector {
   }
   // The time of the first values of a baseline.
   constexpr void note_first(Time time) noexcept {
-    if (hard_baseline.empty() && soft_baseline.empty()) {
+    if (BaselineStage::timed && hard_baseline.empty() && soft_baseline.empty()) {
       since_ = time;
     }
   }
   constexpr void judge_first(Time time) noexcept {
-    if (!ready() && !gate.pressed()) {
+    if (BaselineStage::timed && !ready() && !gate.pressed()) {
       hard_baseline.collected(time.since(since_), Time::second);
       soft_baseline.collected(time.since(since_), Time::second);
     }

@@ -42,9 +42,10 @@ class RobustLine {
     found.floor = ranks.step > 2 * lowest && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : lowest;
     // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations; of
     // 5 values by 1. And few values may agree by chance.
-    const Real few = 1 + (Real(Size) / static_cast<Real>(size) - 1) / 6;
-    const Real wide = product(ranks.upper - ranks.lower, few) / Real(1.25);
-    found.noise = wide > found.floor ? wide : found.floor;
+    const Real wide = (ranks.upper - ranks.lower) / Real(1.25),
+               few = 1 + (Real(Size) / static_cast<Real>(size) - 1) / 6;
+    const Real known = Timed ? product(wide, few) : wide;
+    found.noise = known > found.floor ? known : found.floor;
     add_near(ranks.median, product(clip, found.noise), size, found);
     if constexpr (Line) {
       add_line(size, found);
