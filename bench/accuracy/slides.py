@@ -16,6 +16,7 @@ LIGHT_PF = 0.02
 SLIDE_S = 4.0  # from contact to the start of a slide
 AFTER_S = 0.5  # that is judged after a slide
 HOLD_S = 2.5  # from the end of a slide to the lift
+AHEAD = 2  # readings for which a reading waits in the screen: a row is about the one before them
 DELAY_S = 0.039  # from the middle of an aligned pair to its last reading: 1.5 pairs
 STEPS = 300
 
@@ -71,8 +72,9 @@ SLIDES = [Slide(0.4, 1.5, 1.0), Slide(0.4, 0.3, 14.5), Slide(0.1, 0.75, 1.1)]
 
 
 def during(run: Simulation, slide: Slide) -> list[Result]:
-    """Return the running ratio after each pair, from the start of a slide to half a second after it."""
+    """Return the running ratio of each pair, from the start of a slide to half a second after it."""
     rows = palpate.Tracker("sliding").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    rows = np.roll(rows, -AHEAD)
     since_s = run.t_hard_s - run.presses[0].start_s
     part = (since_s >= SLIDE_S) & (since_s < slide.end_s + AFTER_S) & (rows["touch"] > 0)
     errors = rows["ratio"][part] / run.true_ratio[part] - 1

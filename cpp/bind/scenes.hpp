@@ -3,6 +3,9 @@
 
 // The scenes: the settings of each, and how each runs.
 
+#include <array>
+#include <cmath>
+#include <limits>
 #include <variant>
 
 #include "../runs/run.hpp"
@@ -34,6 +37,18 @@ constexpr bool has_gate = !std::is_same_v<decltype(Core::gate), palpate::AlwaysC
 template <class Core>
 constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::MatchedPair<double, palpate::Nanoseconds>>;
 
+template <class Core>
+constexpr bool is_given = std::is_same_v<decltype(Core::hard_baseline), palpate::GivenBaseline<double>>;
+
+/// A baseline that is known has no end of its contacts by patience: it is not measured again.
+template <class Core>
+void give_baseline(Core& core, const std::array<double, 4>& given) {
+  const double sign = core.settings.falling ? -1 : 1;
+  core.hard_baseline.give(sign * given[0], given[2]);
+  core.soft_baseline.give(sign * given[1], given[3]);
+  core.gate.settings.patience = std::numeric_limits<double>::infinity();
+}
+
 /// A scene's settings are those of its tracker, as the core makes it, and of its estimator.
 template <class Kind, class Core>
 Settings settings_of() {
@@ -44,9 +59,14 @@ Settings settings_of() {
   settings.add("full_scale", core.settings.full_scale);
   if constexpr (has_gate<Core>) {
     settings.add("release", core.gate.settings.release);
+    settings.add("falling", core.settings.falling);
+  }
+  if constexpr (is_given<Core>) {
+    settings.add_baseline();
   }
   if constexpr (is_aligned<Core>) {
     settings.add("host_stamps", 0);
+    settings.add("soft_later", 0);
     settings.add("period", 0);
   }
   if constexpr (Core::levels) {
@@ -73,9 +93,18 @@ AnyRun run_of(const Settings& s) {
     core.gate.settings.release = s["release"];
     require(palpate::valid(core.gate.settings), "release", s["release"], "0 < release < 1");
   }
+  std::optional<std::array<double, 4>> given;
+  if constexpr (is_given<Core>) {
+    given = s.baseline();
+    if (given) {
+      give_baseline(core, *given);
+    }
+  }
   bool host_stamps = false;
-  double period = 0;
+  double period = 0, soft_later = 0;
   if constexpr (is_aligned<Core>) {
+    soft_later = s["soft_later"];
+    require(soft_later > -1 && soft_later < 1, "soft_later", soft_later, "-1 < soft_later < 1");
     host_stamps = s["host_stamps"] != 0;
     period = s["period"];
     require(period >= 0 && period <= 1e9, "period", period, "0 <= period <= 1e9, s");
@@ -84,7 +113,9 @@ AnyRun run_of(const Settings& s) {
     s.check<LevelSettings>();
     core.level_settings() = s.values<LevelSettings>();
   }
-  return Run<Core>(core, host_stamps, period);
+  Run<Core> run(core, host_stamps, period, given.has_value());
+  run.soft_later_ns = std::llround(1e9 * soft_later);
+  return run;
 }
 
 struct Scene {

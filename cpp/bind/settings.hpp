@@ -4,8 +4,10 @@
 // Settings as Python gives them: named numbers, kept as given for repr, == and pickle. Their names and defaults are
 // those of the core's structs, and so are their ranges.
 
+#include <array>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "methods.hpp"
@@ -69,6 +71,10 @@ class Settings {
       refuse<value_error>(wrong, (*this)[wrong], is_other ? range + " (" + number((*this)[last]) + ")" : range);
     }
   }
+
+  void add_baseline() { all_["baseline"] = "measured"; }
+  /// Where it is given: the levels of both channels, 0 for "zero", and their noise, 0 where it is measured.
+  std::optional<std::array<double, 4>> baseline() const;
 
   /// None is 0.
   double operator[](const std::string& name) const {

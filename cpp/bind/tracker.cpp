@@ -244,6 +244,10 @@ scene : str
 **settings
     The length of a touch, `seconds` or `samples` (int); both None: it ends at its release only. `full_scale` (pF): a
     reading of this size is saturated and left out. `release`: share of the press below which a touch ends.
+    `falling`: a press makes both channels fall (mutual capacitances, or inverted wiring); what is returned keeps the sign.
+    `baseline`: "measured"; "zero", for readings that are changes already, as of an indenter; or its values (hard, soft), pF,
+    or with the noise of each (hard, soft, 4e-5, 4e-5): then it stays, its error is not in the uncertainty, and a touch may run from the first readings on (handheld, sliding).
+    `soft_later`: s; the soft readings are later than their times by this, as where a row has one time for both.
     `host_stamps`: the times are a computer's; smooth them. `period`: s from pair to pair of the device; 0, not known:
     no touch is "late". `confirmed`: seconds that a change needs with the probe down to be the result. `averaged`: seconds
     over which the readings of a converter with more than 3 in them are averaged. `contact_exponent`: force ~ depth^p of

@@ -22,11 +22,19 @@ struct Result : Touch<double> {
   bool knows_error;
   double contact_exponent, age;  // of the level ratio; 0: none
   bool gap;                      // it ended at a gap, or its baseline was measured after one, perhaps in contact
+  bool together;                 // both channels had one time
   bool late, held;  // a fifth of its pairs did not come in time; it had nearly the length of the scene all the same
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }
-  double lag_ms() const noexcept { return 1000 * misfits.lag * period_s; }
+  // The test of the model has a slope over two pairs for the lag: right for a bump that gives way slowly. Where both
+  // channels have one time, the readings may be d pairs apart: with the phase a of the movement from pair to pair, that
+  // appears as tan(a d) / sin a.
+  double lag_ms() const noexcept {
+    const double phase = together && misfits.bend > 0 ? 2 * std::atan(std::sqrt(misfits.bend)) : 0;
+    const double pairs = phase > 0 ? std::atan(misfits.lag * std::sin(phase)) / phase : misfits.lag;
+    return 1000 * pairs * period_s;
+  }
   // A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired,
   // or wired to fall.
   bool one_sided() const noexcept {
@@ -70,8 +78,8 @@ template <class Core_>
 struct Run {
   using Core = Core_;
 
-  explicit Run(const Core& made, bool host_stamps, double period = 0)
-      : core(made), smooths(host_stamps), nominal_s(period) {}
+  explicit Run(const Core& made, bool host_stamps, double period = 0, bool has_baseline = false)
+      : core(made), smooths(host_stamps), given(has_baseline), nominal_s(period) {}
 
   /// Each touch that it ends goes to `all.end`, one that it revises to `all.revise`, and a judgement to `all.judge`.
   template <class Touches>
@@ -80,6 +88,8 @@ struct Run {
       t_hard = hard_stamps.smooth(t_hard);
       t_soft = soft_stamps.smooth(t_soft);
     }
+    t_soft = t_soft.later(soft_later_ns);
+    together = t_hard == t_soft;
     const bool whole = std::isfinite(hard) && std::isfinite(soft);
     const auto due = core.due_time(t_hard);
     return note(due, t_hard, whole, all, [&] { return core.feed(t_hard, t_soft, hard, soft); });
@@ -106,7 +116,7 @@ struct Run {
 
   /// Measure the baseline again; unless it is `proven` to be without contact, the next touch has to show it.
   void tare(bool proven) {
-    unproven = !proven;
+    unproven = !proven && !given;
     released = false;
     core.tare();
   }
@@ -131,6 +141,7 @@ struct Run {
             level_settings().contact_exponent,
             level_settings().age,
             unproven,
+            together,
             nominal_s > 0 && came <= 0.8 * passed_s / nominal_s,
             passed_s >= 0.8 * static_cast<double>(core.settings.seconds)};
   }
@@ -147,12 +158,13 @@ struct Run {
   TrackerRow row(const Report<double>& report, std::size_t touches) const {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const bool measured = report.finished || core.open();
+    const double sign = core.settings.falling ? -1 : 1;
     const auto number = static_cast<std::int32_t>(touches) + (report.finished ? 0 : 1);
     return {report.ratio,
             core.standard_error(),
             core.estimator.statistic(),
-            based ? core.hard_baseline.level() : nan,
-            based ? core.soft_baseline.level() : nan,
+            based ? sign * core.hard_baseline.level() : nan,
+            based ? sign * core.soft_baseline.level() : nan,
             measured ? number : 0,
             report.alarm,
             report.contact,
@@ -202,14 +214,26 @@ struct Run {
       all.revise(result());
     }
     for (const auto& judgement : core.judgements()) {
-      all.judge(judgement);
+      all.judge(seen(judgement));
     }
     return report;
+  }
+
+  /// A judgement in the signs of the readings.
+  template <class Judgement>
+  Judgement seen(Judgement judgement) const {
+    if constexpr (Core::scene_type::contact::releases && Core::scene_type::screen::screens) {
+      judgement.size = core.settings.falling ? -judgement.size : judgement.size;
+    }
+    return judgement;
   }
 
   Core core;
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
+  bool given;                      // the baseline, which then is valid after a gap, too
+  bool together = false;           // both channels of the last pair have one time
+  std::int64_t soft_later_ns = 0;  // of the soft readings, after their stamps
   double nominal_s;                // from pair to pair of the device; 0: not known
   Nanoseconds last_whole, opened;  // times of pairs with both values: the last one, and the one before the touch
   std::uint32_t came = 0;          // such pairs in the touch

@@ -19,6 +19,7 @@ from typing import (
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.judgements import Judgement
 from palpate.touch import Touch
 
 __version__: str
@@ -42,6 +43,7 @@ class _FixedSettings(_Prior, total=False):
 
 class _Gated(_Common, total=False):
     release: float
+    falling: bool
 
 class _PaperSettings(_Prior, _Gated, total=False):
     steady: float
@@ -51,7 +53,9 @@ class _PaperSettings(_Prior, _Gated, total=False):
     clear_level: float
 
 class _SlidingSettings(_Gated, total=False):
+    baseline: Literal["measured", "zero"] | tuple[float, float] | tuple[float, float, float, float]
     host_stamps: bool
+    soft_later: float
     period: float
     averaged: float
     false_alarm_interval: float
@@ -226,6 +230,7 @@ class Tracker:
     def gap(self) -> None: ...
     def touches_since(self, count: int, /) -> list[Touch]: ...
     def revisions_since(self, count: int, /) -> list[int]: ...
+    def judgements_since(self, count: int, /) -> list[Judgement]: ...
     scene: Final[_Scene]
     settings: Final[dict[str, Any]]
     state: Final[Literal["baseline", "waiting", "contact", "done"]]
@@ -233,6 +238,7 @@ class Tracker:
     standard_error: Final[float]
     threshold: Final[float]
     readings: Final[int]
+    judgements: Final[list[Judgement]]
     touches: Final[list[Touch]]
     touch_count: Final[int]
     revision_count: Final[int]

@@ -119,7 +119,7 @@ def touches(  # type: ignore[misc]  # the first argument has two names: recordin
         Begin and end, s, of touches that are cut out by hand, of one recording; each lies within
         one press. The result has a touch for each window, in their order: of its samples, up to the
         lift of the probe, and of any length. Its baseline is from the readings without contact
-        before it.
+        before and after it, or, with a note, after it only; or the setting `baseline`.
     jobs : int
         Threads for several recordings, 1 or more. The results are the same bit for bit. The
         estimator runs in all of them at once, and so does waiting for a slow disk; the text of
@@ -141,7 +141,7 @@ def touches(  # type: ignore[misc]  # the first argument has two names: recordin
     ------
     ValueError
         An unknown scene, a setting out of range, or `seconds` for a recording without times; a
-        window without a touch, or whose baseline was measured in contact. Arrays of different
+        window without a touch, or without a rest before and after it. Arrays of different
         lengths, times that do not increase, a rate or a delay out of range, a size that is not
         probable for pF.
     TypeError

@@ -174,8 +174,8 @@ def explain_lag(touch: "Touch") -> str:
     late = "soft" if lag_ms > 0 else "hard"
     return (
         f"the {late} channel is {error(abs(lag_ms))} ms late: a bump gives way slowly, or the "
-        "times are wrong, as where one time is given for readings that are made in turn (a table "
-        "can have soft_time=COL): press slowly; check that the channels are not swapped, and the "
+        "times are wrong, as where one time is given for readings that are made in turn "
+        "(--soft-later-ms, or soft_time=COL): press slowly; check that the channels are not swapped, and the "
         "times of the source"
     )
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import (
     TYPE_CHECKING,
@@ -47,6 +48,9 @@ class Touches(list[Touch], Framed, Plotted):
         next one too soon after them.
     unit : str
         Unit of both signals.
+    soft_later_s : float
+        How much later the soft channel is read than its times say, where most touches show it; 0:
+        it is not.
 
     Examples
     --------
@@ -57,6 +61,7 @@ class Touches(list[Touch], Framed, Plotted):
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     unit: str = "pF"
+    soft_later_s: float = 0.0
 
     @overload
     def __getitem__(self, index: SupportsIndex, /) -> Touch: ...
@@ -73,6 +78,8 @@ class Touches(list[Touch], Framed, Plotted):
         self.notes = recording.notes
         self.doubts = recording.doubts
         self.unit = recording.unit
+        if isinstance(recording, Touches):
+            self.soft_later_s = recording.soft_later_s
         return self
 
     def __repr__(self) -> str:
@@ -121,8 +128,10 @@ def tracked(
         return _tracked_in(windows, recording, scene, settings)
     tracker = tracker_of(recording, scene, settings)
     period_s = 0.0
+    has_one_time = recording.timed
     for _, part in _parts(tracker, recording):
         tracker.take(*part.columns)
+        has_one_time = has_one_time and np.array_equal(part.t_hard, part.t_soft)
         if period_s == 0 and part.pairs > 1 and recording.timed:
             period_s = part.step_s
     ended = tracker.touch_count
@@ -134,26 +143,98 @@ def tracked(
     touches.notes += (
         *recording.value_notes(),
         *_tracker_notes(tracker),
-        *_touch_notes(touches, period_s),
+        *_touch_notes(touches, period_s, revises=not has_given_baseline(tracker)),
     )
+    if has_one_time and _most_lag(touches):
+        later_s = _soft_later(recording, scene, settings, touches)
+        if 0 < abs(later_s) < period_s:
+            touches.soft_later_s = later_s
+            touches.notes += (_soft_later_note(later_s),)
     return Tracked(touches, tracker.retaken, tracker.touch_count - ended)
+
+
+def _most_lag(touches: Touches) -> bool:
+    """Return whether most touches have the flag lag, and agree about it within a third."""
+    lags = _lags_ms(touches)
+    if 2 * len(lags) <= len(touches):
+        return False
+    typical = float(np.median(lags))
+    apart = np.abs(np.array(lags) - typical)
+    return bool(np.median(apart) < abs(typical) / 3)
+
+
+def _lags_ms(touches: Sequence[Touch]) -> list[float]:
+    return [touch.effects["lag"] for touch in touches if "lag" in touch.flags]
+
+
+def _soft_later(
+    recording: RecordingProtocol, scene: "_Scene", settings: "_AnySettings", touches: Touches
+) -> float:
+    """Return how much later the soft channel is read, s, so that no lag is left; 0: unknown."""
+    later_s = float(cast(Any, settings).get("soft_later", 0.0))
+    found: Sequence[Touch] = touches
+    lag_ms = float(np.median(_lags_ms(touches)))
+    for _ in range(_TRIES):
+        later_s -= lag_ms / 1000
+        changed = cast("_AnySettings", {**settings, "soft_later": later_s})
+        tracker = tracker_of(recording, scene, changed)
+        for _, part in _parts(tracker, recording):
+            tracker.take(*part.columns)
+        tracker.finish()
+        found = tracker.touches
+        lag_ms = _STEP * float(np.median([touch.effects["lag"] for touch in found]))
+        if abs(lag_ms) < _NO_LAG_MS:
+            break
+    is_right = 2 * len(_lags_ms(found)) <= len(found)
+    return later_s if is_right else 0.0
+
+
+_TRIES = 4
+_STEP = 2 / 3  # a lag of filtered pairs, as of shifted times, is 1.3 to 1.6 times too large
+_NO_LAG_MS = 0.1
+
+
+def _soft_later_note(later_s: float) -> str:
+    """Return the note on a channel that is read later than its times say."""
+    later_ms = 1000 * later_s
+    side = "after" if later_s > 0 else "before"
+    return f"soft is read {abs(later_ms):.1f} ms {side} hard: --soft-later-ms {later_ms:.1f}"
+
+
+def has_given_baseline(tracker: Tracker) -> bool:
+    """Return whether the baseline of a tracker is given, in place of measured."""
+    return bool(tracker.settings.get("baseline", "measured") != "measured")
 
 
 def _tracker_notes(tracker: Tracker) -> Iterator[str]:
     yield from judgement_notes(tracker.judgements)
-    if tracker.retaken:
+    if has_given_baseline(tracker):
+        yield _given_note(tracker)
+    elif tracker.retaken:
         yield f"{RETAKEN} ({_times(tracker.retaken)})"
     if tracker.pressed_again:
         times = _times(tracker.pressed_again)
         yield f"pressed again before it was lifted ({times}): such a press is no touch"
 
 
+def _given_note(tracker: Tracker) -> str:
+    hard, soft = given_levels(tracker)
+    levels = f"{hard:g} and {soft:g}" if hard or soft else "zero"
+    note = f"the baseline is given, {levels}: its error is not in the uncertainty"
+    if not tracker.retaken:
+        return note
+    return f"{note}; the readings fell far below it ({_times(tracker.retaken)})"
+
+
 def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _touch_notes(touches: Touches, period_s: float) -> Iterator[str]:
-    """Yield remarks on touches with few pairs, untested ones, and ones followed too soon."""
+def _touch_notes(touches: Touches, period_s: float, *, revises: bool) -> Iterator[str]:
+    """Yield remarks on touches with few pairs, untested ones, and ones followed too soon.
+
+    `revises`: the baseline is measured again after each touch.
+    """
     if period_s > 0.5:
         yield (
             f"pairs are {period_s:.3g} s apart: a touch has few; times are in s, or integers of ns"
@@ -162,7 +243,7 @@ def _touch_notes(touches: Touches, period_s: float) -> Iterator[str]:
     if untested:
         yield f"{untested} of {len(touches)} touches: {_UNTESTED}"
     soon = sum(_is_soon(after, before) for before, after in pairwise(touches))
-    if soon:
+    if soon and revises:
         yield (
             f"{soon} of {len(touches)} touches were followed too soon by the next one: "
             f"{baseline_takes(period_s)}; a drift stays in them"
@@ -201,7 +282,7 @@ def baseline_takes(period_s: float, scene: str = "handheld") -> str:
 def _tracked_in(
     windows: Windows, recording: RecordingProtocol, scene: "_Scene", settings: "_AnySettings"
 ) -> Tracked:
-    """Return the touch in each window; its baseline is from the readings before it."""
+    """Return the touch in each window; its baseline is from the readings before or after it."""
     until_lift = _until_lift(scene, settings)
     tracker = tracker_of(recording, scene, until_lift)
     if not recording.timed:
@@ -209,15 +290,52 @@ def _tracked_in(
             "windows: got a recording without times, allowed: one with times; "
             "name its column, as time=COL"
         )
+    whole = _fed_whole(tracker, recording)
+    if has_given_baseline(tracker):
+        until_lift = _with_levels(until_lift, given_levels(tracker), whole)
+        tracker = tracker_of(recording, scene, until_lift)
+        whole = _fed_whole(tracker, recording)
+    starts = [touch.start for touch in tracker.touches]
+    cut = _Cut(recording, scene, until_lift, whole, starts)
+    touches = Touches(cut.touch(window) for window in windows).of(recording)
+    if has_given_baseline(tracker):
+        touches.notes += (_given_note(tracker),)
+    touches.notes += tuple(cut.notes)
+    return Tracked(touches, tracker.retaken, 0)
+
+
+def _fed_whole(tracker: Tracker, recording: RecordingProtocol) -> "Fed":
+    """Feed a recording to a tracker as a whole."""
     whole = Fed.joined(feed_recording(tracker, recording))
     tracker.finish()
     if whole is None:
         raise ValueError("windows: got a recording without samples, allowed: one with samples")
-    times = np.maximum.accumulate(whole.t_hard_s)
-    starts = [touch.start for touch in tracker.touches]
-    found = list[Touch]()
-    for window in windows:
+    return whole
+
+
+class _Cut:
+    """Cuts touches out of a recording, `whole`; `starts`: rows where the tracker found touches."""
+
+    def __init__(
+        self,
+        recording: RecordingProtocol,
+        scene: "_Scene",
+        settings: "_AnySettings",
+        whole: "Fed",
+        starts: list[int],
+    ) -> None:
+        self.notes = list[str]()
+        self._recording = recording
+        self._scene = scene
+        self._settings = settings
+        self._whole = whole
+        self._starts = starts
+        self._times = np.maximum.accumulate(whole.t_hard_s)
+
+    def touch(self, window: tuple[float, float]) -> Touch:
+        """Return the touch in a window."""
         begin_s, end_s = _window(window)
+        times = self._times
         begin = int(np.searchsorted(times, begin_s))
         end = int(np.searchsorted(times, end_s, "right"))
         if not times[0] <= begin_s < times[-1] or begin >= end:
@@ -226,18 +344,109 @@ def _tracked_in(
                 f"with samples, within {times[0]:.3f} to {times[-1]:.3f} s"
             )
         contact = begin
-        if whole.rows["contact"][begin - 1]:
-            contact = max([start for start in starts if start < begin], default=begin)
-        following = min([start for start in starts if start >= end], default=len(times))
-        again = tracker_of(recording, scene, until_lift)
-        touches, retaken = _cut_out(again, recording, [contact, begin, end, following])
-        if len(touches) != 1 or retaken:
+        if begin and self._whole.rows["contact"][begin - 1]:
+            contact = max([start for start in self._starts if start < begin], default=begin)
+        following = min([start for start in self._starts if start >= end], default=len(times))
+        touches, retaken = self._tracked([contact, begin, end, following], self._settings)
+        if len(touches) == 1 and not retaken:
+            return touches[0]
+        after = None
+        if len(touches) < 2:
+            after = self._touch_by_rest_after(begin, end)
+        if after is None:
             raise ValueError(
                 f"windows: got {begin_s:g} to {end_s:g} s: {_why_none(len(touches), retaken)}, "
-                "allowed: one press after a second without contact"
+                "allowed: one press with a second without contact before or after it, or a given "
+                "baseline (--baseline)"
             )
-        found += touches
-    return Tracked(Touches(found).of(recording), tracker.retaken, 0)
+        self.notes.append(
+            f"window {begin_s:g} to {end_s:g} s: its baseline is from the readings after it"
+        )
+        return after
+
+    def _tracked(self, rows: list[int], settings: "_AnySettings") -> tuple[list[Touch], int]:
+        tracker = tracker_of(self._recording, self._scene, settings)
+        return _cut_out(tracker, self._recording, rows)
+
+    def _touch_by_rest_after(self, begin: int, end: int) -> Touch | None:
+        """Return the touch with the baseline of the rest after it; None: there is none."""
+        if self._settings.get("baseline", "measured") != "measured" or not self._has_baseline():
+            return None
+        rest = self._rest_after(begin, end)
+        if len(rest) < 2 * _BATCHES:
+            return None
+        hard, soft = self._whole.hard[rest], self._whole.soft[rest]
+        levels = (float(hard.mean()), float(soft.mean()))
+        settings = _with_levels(self._settings, levels, self._whole)
+        touches, _ = self._tracked([0, begin, end, end], settings)
+        if len(touches) != 1:
+            return None
+        [touch] = touches
+        ratio = touch.ratio
+        change = float(np.nanmean(self._whole.soft[begin:end])) - levels[1]
+        shared = _variance_of_mean(hard) + ratio**2 * _variance_of_mean(soft)
+        error = math.hypot(touch.standard_error, math.sqrt(shared) / abs(change))
+        return replace(touch, standard_error=error)
+
+    def _has_baseline(self) -> bool:
+        return "baseline" in Tracker(self._scene).settings
+
+    def _rest_after(self, begin: int, end: int) -> NDArray[np.intp]:
+        """Return the rows without contact after a press: before it, if time went backwards."""
+        whole = self._whole
+        same = np.flatnonzero(whole.era[begin:] == whole.era[end - 1]) + begin
+        rows = same[::-1]
+        tracker = tracker_of(self._recording, self._scene, self._settings)
+        times = (-whole.t_hard_s[rows], -whole.t_soft_s[rows])
+        contact = tracker.process(*times, whole.hard[rows], whole.soft[rows])["contact"]
+        tracker.finish()
+        at_end = int(np.flatnonzero(rows == end - 1)[0])
+        starts = [touch.start for touch in tracker.touches if touch.start <= at_end]
+        if not starts or not contact[at_end]:
+            return rows[:0]
+        last_contact = np.flatnonzero(contact[: starts[-1]]).max(initial=-1)
+        rest = rows[last_contact + 1 : starts[-1] - _RISE]
+        near = np.abs(whole.t_hard_s[rest] - whole.t_hard_s[rows[starts[-1]]]) < _REST_S
+        is_whole = np.isfinite(whole.hard[rest] + whole.soft[rest])
+        found: NDArray[np.intp] = rest[near & is_whole]
+        return found
+
+
+def given_levels(tracker: Tracker) -> tuple[float, float]:
+    """Return the given baseline of a tracker."""
+    baseline = tracker.settings["baseline"]
+    return (0.0, 0.0) if baseline == "zero" else baseline[:2]
+
+
+def _with_levels(
+    settings: "_AnySettings", levels: tuple[float, float], whole: "Fed"
+) -> "_AnySettings":
+    """Return settings with a given baseline, and the noise of all readings, also of later ones."""
+    noises = quiet_noise(whole.hard), quiet_noise(whole.soft)
+    return cast("_AnySettings", {**settings, "baseline": (*levels, *noises)})
+
+
+def quiet_noise(values: NDArray[np.float64]) -> float:
+    """Return the noise of a channel where it is quiet; 0: unknown."""
+    bends = np.abs(np.diff(values[np.isfinite(values)], 2))
+    if len(bends) < _BLOCK:
+        return 0.0
+    blocks = np.array_split(bends, len(bends) // _BLOCK)
+    means = [float(block.mean()) for block in blocks]
+    return _PER_BEND * float(np.quantile(means, _QUIET))
+
+
+_BLOCK = 16  # second differences
+_QUIET = 0.05  # of the blocks
+_PER_BEND = 0.5117  # standard deviation over mean second difference, 1 / (sqrt(6) sqrt(2 / pi))
+_RISE = 3  # readings before a contact that may belong to it
+_REST_S = 4.0  # the longest rest of a baseline
+_BATCHES = 8  # of a mean: their scatter shows noise that is slow
+
+
+def _variance_of_mean(values: NDArray[np.float64]) -> float:
+    means = [float(batch.mean()) for batch in np.array_split(values, _BATCHES)]
+    return float(np.var(means, ddof=1)) / _BATCHES
 
 
 def _until_lift(scene: "_Scene", settings: "_AnySettings") -> "_AnySettings":
@@ -362,6 +571,13 @@ class Fed(NamedTuple):
     soft: NDArray[np.float64]
     rows: NDArray[np.void]
     era: NDArray[np.int64]
+
+    def negated(self) -> "Fed":
+        """Return the pairs with the other sign of readings and baselines."""
+        rows = self.rows.copy()
+        rows["hard_baseline"] *= -1
+        rows["soft_baseline"] *= -1
+        return self._replace(hard=-self.hard, soft=-self.soft, rows=rows)
 
     @staticmethod
     def joined(parts: Iterable["Fed"]) -> "Fed | None":

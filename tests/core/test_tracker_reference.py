@@ -219,6 +219,31 @@ def test_the_means_of_a_fast_converter_lose_no_reading(steps_ms: list[float]) ->
     check(readings)
 
 
+@pytest.mark.parametrize("scene", ["handheld", "sliding"])
+@given(
+    name=st.sampled_from(
+        ["tremor", "jump", "spikes", "thermal", "step-up", "fast-converter", "lost-10"]
+    ),
+    seed=st.integers(0, 99),
+    falls=st.booleans(),
+    cut_s=st.floats(0, 4),
+)
+@examples(10)
+def test_a_given_baseline_and_falling_channels(
+    *, scene: Any, name: str, seed: int, falls: bool, cut_s: float
+) -> None:
+    """Also from within the press on."""
+    t_hard, t_soft, hard, soft = readings_of(SCENARIOS[name], seed)
+    kept = t_hard >= t_hard[0] + 1e9 * cut_s
+    sign = -1.0 if falls else 1.0
+    readings = t_hard[kept], t_soft[kept], sign * hard[kept], sign * soft[kept]
+    levels = sign * float(np.median(hard[:40])), sign * float(np.median(soft[:40]))
+    check(readings, {"baseline": levels, "falling": falls}, scene)
+    check(readings, {"baseline": (*levels, 4e-5, 5e-5), "falling": falls}, scene)
+    changes = readings[2] - levels[0], readings[3] - levels[1]
+    check((*readings[:2], *changes), {"baseline": "zero", "falling": falls}, scene)
+
+
 REFERENCES = {"handheld": reference.handheld, "sliding": reference.sliding}
 # Rounding errors of some 1,000 samples, about a ratio whose noise is 1e-4 of it: 1e3 * 1e4 * eps.
 UNDECIDED = 1e7 * np.finfo(float).eps

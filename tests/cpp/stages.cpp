@@ -51,6 +51,26 @@ constexpr bool interpolates(Real tolerance) noexcept {
 }
 static_assert(interpolates<double, Nanoseconds>(1e-14) && interpolates<float, Microseconds>(3e-6f));
 
+// A touch from the first reading on, with a baseline that is given and channels that fall when pressed.
+template <class Real>
+constexpr bool begins_in_contact() noexcept {
+  HandheldTracker<Real, Microseconds> probe;
+  probe.settings.falling = true;
+  probe.hard_baseline.give(-Real(6.5), Real(4e-5));
+  probe.soft_baseline.give(-Real(4.5), Real(4e-5));
+  Microseconds time(1000);
+  bool ended = false;
+  for (int i = 0; i < 300 && !ended; ++i) {
+    const Real soft = Real(0.2) + Real(1e-3) * static_cast<Real>(i % 4 - 1);
+    ended = probe.feed(time, time, Real(6.5) - Real(2.5) * soft, Real(4.5) - soft).finished;
+    time = time.later(26000);
+  }
+  const auto touch = probe.touch();
+  return ended && touch.start == 0 && near(static_cast<double>(touch.ratio), 2.5, 1e-4) &&
+         probe.soft_baseline.level() == -Real(4.5) && probe.soft_baseline.variance() == 0;
+}
+static_assert(begins_in_contact<double>() && begins_in_contact<float>());
+
 // Two touches with a pause: the result of each, and its bookkeeping. In the middle the ticks of 32 bits wrap.
 template <class Scene>
 constexpr int touches(Scene scene, double tolerance) noexcept {

@@ -8,6 +8,7 @@
 //     };
 //     palpate::Tracker<Mine> probe;
 
+#include <palpate/stage/given_baseline.hpp>
 #include <palpate/tracker.hpp>
 
 namespace palpate {
@@ -73,9 +74,9 @@ struct Paper : Fixed<Real, Time, Settings> {
 /// Scene "handheld": a probe held in the hand.
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Handheld : Paper<Real, Time, Settings> {
-  using screen = Screen<Real, Time>;                                           ///< judges readings
-  using align = MatchedPair<Real, Time>;                                       ///< from two readings to a pair
-  using baseline = Baseline<Real, true, true>;                                 ///< of a channel without contact
+  using screen = Screen<Real, Time>;      ///< judges readings
+  using align = MatchedPair<Real, Time>;  ///< from two readings to a pair
+  using baseline = GivenBaseline<Real>;   ///< of a channel without contact; give() where it is known
   using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio
   /// flags, level ratio, revision
   template <class Estimator>

@@ -24,6 +24,7 @@ struct TrackerSettings {
   Real initial_covariance = Estimator::default_covariance;  ///< the same, 1/pF^2
   Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
   Real averaged = Real(0.025);  ///< with a matched pair: a fast converter's readings become means over these seconds
+  bool falling = false;         ///< a press makes both channels fall, as mutual capacitances do
 
   /// As FixedForgetting::visit_fields.
   static constexpr auto visit_fields = [](auto& s, auto&& visit) noexcept {
@@ -34,6 +35,7 @@ struct TrackerSettings {
     visit("full_scale", s.full_scale, s.full_scale > 0, "0 < full_scale, pF");
     visit("confirmed", s.confirmed, s.confirmed >= 0, "0 <= confirmed");
     visit("averaged", s.averaged, 0 <= s.averaged && s.averaged <= 1, "0 <= averaged <= 1");
+    visit("falling", s.falling, true, "true or false");
   };
 };
 
@@ -170,10 +172,14 @@ class Tracker : public detail::Parts<Scene>::Settings,
   estimator_type estimator;  ///< of the ratio of the running touch, or of the last one
 
   /// Takes a reading of each channel: their times, and the capacitances in pF, NaN: no value. A reading that is infinite
-  /// or saturated counts as no value.
+  /// or saturated counts as no value. With `falling`, all that is inside has the other sign: levels and changes.
   ///
   /// With a screen a reading is judged when the next two are known, so what it returns is about the one before those two.
   constexpr Report<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft) noexcept {
+    if constexpr (Scene::contact::releases) {
+      hard = settings.falling ? -hard : hard;
+      soft = settings.falling ? -soft : soft;
+    }
     if constexpr (Screen::screens) {
       judgements_.clear();
       if (PALPATE_UNLIKELY(!Screen::add(hard_time, soft_time, hard, soft))) {
@@ -283,7 +289,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   }
 
   PALPATE_INLINE constexpr Report<Real> take_due(bool last) noexcept {
-    const Reading reading = Screen::take(is_finite(settings.full_scale), last, judgements_);
+    const Reading reading = Screen::take(settings.full_scale, last, judgements_);
     Screen::count(reading, open_);
     return take(reading);
   }

@@ -49,7 +49,7 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     windows = []
     try:
         for text in texts:
-            begin, end = text.split(":")
+            begin, end = text.replace(",", ":").split(":")
             windows.append((float(begin), float(end)))
     except ValueError:
         allowed = "BEGIN:END, two times, s, as 2.0:8.5"
@@ -78,7 +78,8 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     multiple=True,
     callback=_parse_windows,
     metavar="BEGIN:END",
-    help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated.",
+    help="Estimate the samples between two times, s, as a touch, as 2.0:8.5; may be repeated. Its "
+    "baseline is from the rest before or after it, or --baseline.",
 )
 @click.option(
     "--jobs",
@@ -348,7 +349,7 @@ def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) 
     if len(spans) < 2:
         return "a channel has no values"
     if was_retaken:
-        return baseline
+        return f"{baseline}; if the recording begins in a press: --baseline zero, or --baseline HARD,SOFT"
     return (
         "no change was above the idle noise for long enough. The channels span "
         f"{', '.join(spans)}; check --unit; {baseline}"

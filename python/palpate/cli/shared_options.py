@@ -52,6 +52,9 @@ class TrackerOptions:
     scene: str | None = None
     touch_seconds: float | None = None
     samples: int | None = None
+    soft_later_ms: float | None = None
+    falling: bool | None = None
+    baseline: str | tuple[float, float] | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -93,9 +96,18 @@ class TrackerOptions:
         """Return the options with more settings, without those that are None."""
         return replace(self, settings={**self.settings, **_without_none(settings)})
 
-    def _changed_settings(self) -> dict[str, float]:
-        length = {"seconds": self.touch_seconds, "samples": self.samples}
-        return {**self.settings, **_without_none(length)}
+    def _changed_settings(self) -> Keywords:
+        later_s = None
+        if self.soft_later_ms is not None:
+            later_s = self.soft_later_ms / 1000
+        named = {
+            "seconds": self.touch_seconds,
+            "samples": self.samples,
+            "soft_later": later_s,
+            "falling": self.falling,
+            "baseline": self.baseline,
+        }
+        return {**self.settings, **_without_none(named)}
 
 
 def _without_none(values: Mapping[str, Any]) -> Keywords:
@@ -162,6 +174,19 @@ def _parse_settings(
     _context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]
 ) -> dict[str, float]:
     return parse_numbers(texts, "smallest_shift=1")
+
+
+def _parse_baseline(
+    _context: click.Context, _parameter: click.Parameter, text: str | None
+) -> str | tuple[float, float] | None:
+    if text in (None, "measured", "zero"):
+        return text
+    try:
+        hard, soft = map(float, str(text).split(","))
+    except ValueError:
+        allowed = "zero, measured, or two values, pF, as 6.9,4.6"
+        raise click.BadParameter(f"got {quoted(text)}, allowed: {allowed}") from None
+    return hard, soft
 
 
 def _check_lsl_name(
@@ -256,6 +281,26 @@ _SETTINGS: Sequence[_Decorator] = [
         "--samples",
         type=click.IntRange(min=1),
         help="Length of a touch in samples, in place of seconds.",
+    ),
+    click.option(
+        "--soft-later-ms",
+        type=float,
+        metavar="MS",
+        help="How much later the soft channel is read than its times say, as with one time for both "
+        "channels; negative: earlier.  [default: 0]",
+    ),
+    click.option(
+        "--falling/--rising",
+        default=None,
+        help="Whether a press makes both channels fall: mutual capacitances, inverted wiring.  "
+        "[default: rising]",
+    ),
+    click.option(
+        "--baseline",
+        callback=_parse_baseline,
+        metavar="HARD,SOFT",
+        help="Readings without contact, pF, as 6.9,4.6, in place of measured; zero: the readings are changes "
+        "already, as of an indenter. A touch may then begin in the first rows.  [default: measured]",
     ),
     click.option(
         "--set",

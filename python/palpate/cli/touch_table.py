@@ -1,14 +1,15 @@
 """Touches as rows of a table, as sentences, and as records of a JSON document."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from palpate import Touch, number_format
 from palpate.cli.output import format_row
-from palpate.flags import advice_at_end
+from palpate.flags import Flag, advice_at_end
 from palpate.repeatability import Agreement
+from palpate.tracking import Touches
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
@@ -133,10 +134,14 @@ def advice_lines(touches: Sequence[Touch], *, first: int = 1, cut: int = 0) -> l
     """Return a line for each flag of each touch: what it means, and what to do.
 
     The touches are numbered from `first`; the last `cut` were running when the recording ended.
+    What a note on all of them explains is left out: see `Touches.soft_later_s`.
     """
+    explained: Collection[object] = ()
+    if isinstance(touches, Touches) and touches.soft_later_s:
+        explained = (Flag.OFFSET, Flag.LAG, Flag.CURVE)
     lines = []
     for number, advice in enumerate(advice_at_end(touches, cut=cut), first):
-        lines += [f"touch {number}: {each}" for each in advice]
+        lines += [f"touch {number}: {each}" for each in advice if each.flag not in explained]
     return lines
 
 

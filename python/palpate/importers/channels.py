@@ -127,6 +127,7 @@ def find_channels(
     notes = channel_notes(*readings, rate)
     if not soft_table:
         notes += missing_rows(readings.t_hard_s)
+    notes += filter(None, [hard_times.note, soft_times.note])
     notes += [*hard_notes, *soft_notes, *pairing_notes, *units.notes, *table.notes]
     if soft_table:
         notes += soft_table.notes

@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, need
+from palpate.importers.rounded_times import even_times
 from palpate.importers.table import Array, Column, Option, OptionError
 from palpate.importers.table_checks import typical_step
 from palpate.importers.units import SECONDS, CellKind, cell_kind, time_unit_in
@@ -47,12 +48,15 @@ class Times:
         Of dates: the date of second 0, ns since 1970. None: not dates.
     is_utc : bool
         Whether the dates are known to be in UTC.
+    note : str
+        On times with few decimals; "" without one.
     """
 
     seconds: Array
     notation: str
     zero_ns: int | None = None
     is_utc: bool = False
+    note: str = ""
 
 
 def read_times(column: Column, time_unit: str | None = None) -> Times:
@@ -65,6 +69,11 @@ def read_times(column: Column, time_unit: str | None = None) -> Times:
         Unit of times that are numbers. Default: the unit of the column, else the one with which
         the numbers are dates or have a probable rate.
 
+    Returns
+    -------
+    Times
+        On the even grid that they came from, if they have few decimals: see `even_times`.
+
     Raises
     ------
     OptionError
@@ -73,8 +82,9 @@ def read_times(column: Column, time_unit: str | None = None) -> Times:
         A cell is no time, or the times go back.
     """
     times = _times_of_cells(column, time_unit)
-    _require_forward(column, times.seconds)
-    return times
+    even = even_times(times.seconds)
+    _require_forward(column, even.seconds)
+    return replace(times, seconds=even.seconds, note=even.note)
 
 
 def _times_of_cells(column: Column, time_unit: str | None) -> Times:

@@ -15,6 +15,7 @@ from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.samples import Status
 from palpate.sources import Gap, GapCause
 from palpate.stream import Batch, Listener, Stream
+from palpate.tracking import has_given_baseline
 
 CHANNELS = ("hard", "soft")
 _SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
@@ -83,7 +84,9 @@ class SignalFollower(Listener):
         self._level = np.full(2, math.nan)  # of the last good baseline
         self._range = list[Any]()  # where its range was
         self._guards, self._again, self._measurement.forced = True, 0, False
-        self._channels = _Channel("hard"), _Channel("soft")
+        self._sign = -1.0 if self._tracker.settings.get("falling") else 1.0
+        self._is_given = has_given_baseline(self._tracker)
+        self._channels = _Channel("hard", self._sign), _Channel("soft", self._sign)
         self._contact, self._done = _Lasting(), _Lasting()
         self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
         self._touch_s = self._baseline_s = math.nan
@@ -120,7 +123,8 @@ class SignalFollower(Listener):
             return
         values = np.column_stack([batch.samples[name] for name in CHANNELS])
         self._first = np.concatenate([self._first, values])[-_FIRST:]
-        found = self._found() if self._guards and not self._measurement.forced else ""
+        is_open = self._guards and not self._measurement.forced and not self._is_given
+        found = self._found() if is_open else ""
         if state == "baseline":
             self._touching = found or self._touching
         elif found and state == "waiting":
@@ -153,9 +157,10 @@ class SignalFollower(Listener):
             return f"the {CHANNELS[most]} channel moves by {size} fF, {noise} times its noise"
         if (
             self._range == self._range_now()
-            and (change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all()
+            and (self._sign * change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all()
         ):
-            return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF above the baseline before"
+            side = "above" if self._sign > 0 else "below"
+            return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF {side} the baseline before"
         return ""
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
@@ -205,9 +210,10 @@ class _Lasting:
 
 
 class _Channel:
-    """Follows one channel."""
+    """Follows one channel; `sign`: of its change when it is pressed."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, sign: float) -> None:
+        self._sign = sign
         self.seen = ChannelSeen(name)
         self._below, self._same = _Lasting(), _Lasting()
         self._last = self._last_s = math.nan  # value and time of the last sample
@@ -231,8 +237,10 @@ class _Channel:
             float(known[-1]) if len(known) else before.reading,
             noise_pF,
             before.limit_s + float(passed_s[limited].sum()) if state in PRESSED else 0.0,
-            self._below.follow((change < -margin) & ~limited & (state == "waiting"), t_s),
-            -float(change[-1]),
+            self._below.follow(
+                (self._sign * change < -margin) & ~limited & (state == "waiting"), t_s
+            ),
+            -self._sign * float(change[-1]),
             self._same.follow((steps == 0) & ~limited, t_s, _SAME_SAMPLES),
         )
         return self.seen

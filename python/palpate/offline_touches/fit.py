@@ -45,7 +45,7 @@ class OfflineTouch:
     method : str
         Its name; without a result, the reason.
     baselines : str
-        "before and after", "before" or "after": which idle readings it used; empty without a
+        "before and after", "before" or "after": which idle readings it used; "given"; empty without a
         result.
     samples : int
         Pairs used.

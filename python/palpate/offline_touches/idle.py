@@ -66,7 +66,7 @@ class IdleLevel:
     noise : float
         Standard deviation of a reading, pF.
     side : str
-        "before", "after", or "before and after" the touch.
+        "before", "after", or "before and after" the touch; or "given".
     """
 
     t: Array

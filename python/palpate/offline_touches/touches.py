@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate._core import Tracker
 from palpate.offline_touches.fit import OfflineTouch, fit_ratio, since_change
 from palpate.offline_touches.idle import (
     Array,
@@ -22,7 +23,14 @@ from palpate.offline_touches.windows import HARD, aligned
 from palpate.recording_protocol import RecordingProtocol, require_recording
 from palpate.samples import baseline_pairs
 from palpate.touch import Touch
-from palpate.tracking import Fed, feed_recording, tracker_of
+from palpate.tracking import (
+    Fed,
+    feed_recording,
+    given_levels,
+    has_given_baseline,
+    quiet_noise,
+    tracker_of,
+)
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -130,10 +138,12 @@ def offline(
     tracker = tracker_of(recording, scene, settings)
     whole = Fed.joined(feed_recording(tracker, recording))
     tracker.finish()
+    if whole is not None and tracker.settings["falling"]:
+        whole = whole.negated()
     if whole is None or not tracker.touches:
         return []
     t_hard = whole.t_hard_s
-    t_soft = whole.t_soft_s
+    t_soft = whole.t_soft_s + tracker.settings.get("soft_later", 0.0)
     if tracker.settings.get("host_stamps"):
         t_hard = smooth(t_hard)
         t_soft = smooth(t_soft)
@@ -141,10 +151,28 @@ def offline(
     hard = _readings(t_hard, whole.hard, full_scale)
     soft = _readings(t_soft, whole.soft, full_scale)
     result = []
-    for touch in _estimated(tracker.touches, whole, hard, soft):
+    given = _given(tracker, whole)
+    for touch in _estimated(tracker.touches, whole, (hard, soft), given):
         ratio, error = touch.level(exponent)
         result.append(replace(touch, level_ratio=ratio, level_standard_error=error))
     return result
+
+
+_Given = tuple[IdleLevel | None, IdleLevel | None]
+
+
+def _given(tracker: Tracker, whole: Fed) -> _Given:
+    """Return the baselines of both channels where they are given."""
+    if not has_given_baseline(tracker):
+        return None, None
+    sign = -1.0 if tracker.settings["falling"] else 1.0
+    hard, soft = given_levels(tracker)
+    return _known(sign * hard, whole.hard), _known(sign * soft, whole.soft)
+
+
+def _known(level: float, values: Array) -> IdleLevel:
+    nothing = np.zeros(1)
+    return IdleLevel(nothing, nothing + level, nothing, quiet_noise(values), "given")
 
 
 def _readings(t: Array, value: Array, full_scale: float) -> Readings:
@@ -171,6 +199,7 @@ class _Channel:
 
     readings: Readings
     unused: Readings
+    given: IdleLevel | None
 
     def inside(self, span: _Span) -> Readings:
         """Return the readings of a touch."""
@@ -181,6 +210,8 @@ class _Channel:
 
         Readings from the other side of a gap or tare are not used.
         """
+        if self.given:
+            return self.given
         unused = self.unused[era[self.unused.row] == era[span.end]]
         before = unused.rows(0, span.start)
         if "baseline" in touch.flags:
@@ -194,14 +225,18 @@ class _Channel:
 
 
 def _estimated(
-    touches: list[Touch], whole: Fed, hard: Readings, soft: Readings
+    touches: list[Touch], whole: Fed, readings: tuple[Readings, Readings], given: _Given
 ) -> list[OfflineTouch]:
+    hard, soft = readings
     rows = whole.rows
     collected = baseline_pairs(float(np.median(np.diff(hard.t)))) if len(hard.t) > 1 else 0
     spans = _spans(touches, rows, collected)
     starts = [*(span.start for span in spans), len(rows)]
     free = idle(rows, hard, starts, [span.pause for span in spans], collected)
-    channels = [_Channel(each, each[free[each.row]]) for each in (hard, soft)]
+    channels = [
+        _Channel(each, each[free[each.row]], level)
+        for each, level in zip(readings, given, strict=True)
+    ]
     result = []
     for touch, span in zip(touches, spans, strict=True):
         levels = [channel.level(touch, span, whole.era) for channel in channels]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.importers.channel_units import require_probable_pF
+from palpate.importers.rounded_times import EvenTimes, even_times
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
 from palpate.labels import require_same_index
 from palpate.messages import quoted
@@ -63,10 +64,12 @@ rate_hz=40), or with times_s; for a table without times, reading={"rate": 40}
             given = "soft_later_s"
         if given:
             table = 'for a table without times, reading={"rate": 40}'
+            if given == "soft_later_s":
+                table = "for a recording, soft_later=0.0156"
             raise TypeError(f"{given}: got it without two arrays, allowed: {_CALL}; {table}")
 
-    def seconds(self, rows: int) -> tuple[_Array, _Array]:
-        """Return the times of both channels, s.
+    def seconds(self, rows: int) -> tuple[_Array, _Array, str]:
+        """Return the times of both channels, s, and a note on times with few decimals, or "".
 
         Parameters
         ----------
@@ -84,11 +87,12 @@ rate_hz=40), or with times_s; for a table without times, reading={"rate": 40}
             raise TypeError(f"times_s: got neither times_s nor rate_hz, allowed: one, as {_CALL}")
         if self.times_s is not None and self.rate_hz is not None:
             raise TypeError(f"times_s: got times_s and rate_hz, allowed: one of them, as {_CALL}")
+        note = ""
         if self.times_s is None:
             hard_s = np.arange(rows) / _checked_rate(self.rate_hz)
         else:
-            hard_s = _checked_times(self.times_s, rows)
-        return hard_s, hard_s + _checked_delay(self.soft_later_s, hard_s)
+            hard_s, note = _checked_times(self.times_s, rows)
+        return hard_s, hard_s + _checked_delay(self.soft_later_s, hard_s), note
 
 
 def _checked_rate(rate_hz: object) -> float:
@@ -106,12 +110,13 @@ def _number(value: object) -> float:
     return math.nan
 
 
-def _checked_times(times_s: ArrayLike, rows: int) -> _Array:
+def _checked_times(times_s: ArrayLike, rows: int) -> EvenTimes:
     dtype = np.asarray(times_s).dtype
     if dtype.kind in "mMO":
         dates = "of dates t: (t - t[0]) / numpy.timedelta64(1, 's')"
         raise TypeError(f"times_s: got dtype {dtype}, allowed: seconds as numbers; {dates}")
-    times = real_array("times_s", times_s, rows)
+    even = even_times(real_array("times_s", times_s, rows))
+    times = even.seconds
     right = np.isfinite(times)
     right[1:] &= times[1:] > times[:-1]
     if not right.all():
@@ -121,7 +126,7 @@ def _checked_times(times_s: ArrayLike, rows: int) -> _Array:
             got += f" after {times[row - 1]:g}"
         allowed = "finite numbers that increase from row to row, s"
         raise ValueError(f"times_s: got {got} in row {row}, allowed: {allowed}")
-    return times
+    return even
 
 
 def _checked_delay(soft_later_s: object, hard_s: _Array) -> float:
@@ -173,10 +178,15 @@ def recording_of_arrays(hard: Any, soft: Any, times: PairTimes, unit: str | None
         require_probable_pF(hard_values, soft_values)
         unit = "pF"
     unit = checked_unit("unit", unit)
-    hard_s, soft_s = times.seconds(len(hard_values))
+    hard_s, soft_s, note = times.seconds(len(hard_values))
     factor = PICOFARADS.get(unit, 1.0)
     return Recording(
-        hard_s, soft_s, hard_values * factor, soft_values * factor, unit=unit_read(unit)
+        hard_s,
+        soft_s,
+        hard_values * factor,
+        soft_values * factor,
+        notes=(note,) if note else (),
+        unit=unit_read(unit),
     )
 
 

@@ -247,6 +247,80 @@ class Baseline:
         self.mark()
 
 
+ENOUGH = 8  # values for the noise of a baseline that is given
+PER_BEND = 0.5117  # standard deviation over mean second difference, 1 / (sqrt(6) sqrt(2 / pi))
+
+
+class GivenLevel(Level):
+    """A level that is known: it has no error, and the next value is expected there."""
+
+    @property
+    def variance(self) -> float:
+        """Variance of the level: none."""
+        return 0.0
+
+
+@dataclass
+class GivenBaseline(Baseline):
+    """A baseline that is given in place of measured: only its noise is measured, from second differences.
+
+    Attributes
+    ----------
+    level, noise : float, pF
+        Its level, and the standard deviation of a value; 0: it is measured.
+
+    Examples
+    --------
+    >>> baseline = GivenBaseline(0.5)
+    >>> for value in [0.6, 0.4] * 4:
+    ...     baseline.add(value)
+    >>> baseline.ready, baseline.now.expected, round(baseline.now.noise, 3)
+    (True, 0.5, 0.205)
+    """
+
+    level: float = 0.0
+    noise: float = 0.0
+    _values: list[float] = field(default_factory=list)
+
+    def __init__(self, level: float, noise: float = 0.0) -> None:
+        super().__init__()
+        self.level, self.noise, self._values = level, noise, []
+        self.now, self.ready = self._known(noise), noise > 0
+
+    def add(self, value: float) -> None:
+        """Take a value without contact."""
+        if self.noise > 0:
+            return
+        self._values.append(value)
+        count = min(len(self._values), LONGEST)
+        self.ready = count >= ENOUGH
+        if count <= 2:
+            return
+        before, last, now = self._values[-3:]
+        bend, noise = PER_BEND * abs((now - last) - (last - before)), self.now.noise
+        if count > ENOUGH:
+            bend = min(bend, CLIP * noise)
+        self.now = self._known(max(noise + (bend - noise) / (count - 2), least_noise(value)))
+
+    def _known(self, noise: float) -> Level:
+        one = np.ones(1)
+        return GivenLevel(
+            self.level * one, one, 0 * one, fast=self.level, slow=self.level, noise=noise
+        )
+
+    def mark(self) -> None:
+        """Do nothing: there is no state to go back to."""
+
+    def rewind(self) -> None:
+        """Do nothing."""
+
+    def measure_again(self) -> None:
+        """Do nothing: the level stays."""
+
+    def keep(self) -> None:
+        """Do nothing."""
+
+
 SLACK, LIMIT, MOST = 1.5, 16.0, 6.0  # of the CUSUM, standard deviations
 QUIET = 1.2  # standard deviations: the touch began after the last value below it
 RELEASE, IDLE_SHARE = 0.5, 0.1  # of the height
@@ -274,6 +348,8 @@ class Contact:
         How often the probe was pressed again while the release was not over.
     release : float
         Share of the height below which a touch ends.
+    patience_s : float, s
+        Longest contact after a touch; inf: the baseline is given.
 
     Examples
     --------
@@ -293,6 +369,7 @@ class Contact:
     in_a_row: int = 0
     pressed_again: int = 0
     release: float = RELEASE
+    patience_s: float = PATIENCE_S
 
     @property
     def suspects(self) -> bool:
@@ -326,7 +403,7 @@ class Contact:
         share = self.release if touching else IDLE_SHARE
         low = change < max(share * self.highest, (SLACK + 1) * noise)
         self.in_a_row = self.in_a_row + 1 if low else 0
-        if waited_s >= PATIENCE_S:  # the baseline jumped, or a press lasts
+        if waited_s >= self.patience_s:  # the baseline jumped, or a press lasts
             self.reset()
             self.fall = 3 * LIMIT
             return

@@ -11,7 +11,7 @@ from palpate.reference.align import FAST, Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
-from palpate.reference.idle import RELEASE, Contact, Idle
+from palpate.reference.idle import RELEASE, Contact, GivenBaseline, Idle
 from palpate.reference.level import Sweep
 from palpate.reference.moving import MovingEstimate
 from palpate.reference.readings import AHEAD, screen
@@ -278,6 +278,10 @@ class Rows(NamedTuple):
     revised: NDArray[np.bool_]
 
 
+GivenLevels: TypeAlias = tuple[float, ...] | str
+"""A baseline as in the settings of the tracker: "measured", "zero", or levels of hard and soft, and their noise, pF."""
+
+
 def handheld(
     t_hard: ArrayLike,
     t_soft: ArrayLike,
@@ -286,6 +290,8 @@ def handheld(
     *,
     contact_exponent: float = 1.0,
     age: float = 0.0,
+    falling: bool = False,
+    baseline: GivenLevels = "measured",
 ) -> tuple[list[Touch], Rows]:
     """Find touches and estimate their ratios: reference of `palpate.Tracker("handheld")`.
 
@@ -294,7 +300,7 @@ def handheld(
     t_hard, t_soft : array_like of int, shape (n,), ns
     hard, soft : array_like, shape (n,), pF
         Readings; nan or infinite: a missing one.
-    contact_exponent, age : float
+    contact_exponent, age, falling, baseline
         As the settings of the tracker.
 
     Returns
@@ -307,11 +313,18 @@ def handheld(
     def begin(start: int, noise: float) -> Estimate:
         return Estimate(start, sweep=Sweep(contact_exponent, age), _state=estimator(noise))
 
-    return _tracked(_Tracker(begin, age=age), t_hard, t_soft, hard, soft)
+    state = _Tracker(begin, age=age, levels=_levels(baseline, falling=falling))
+    return _tracked(state, t_hard, t_soft, *_rising(hard, soft, falling=falling))
 
 
 def sliding(
-    t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+    t_hard: ArrayLike,
+    t_soft: ArrayLike,
+    hard: ArrayLike,
+    soft: ArrayLike,
+    *,
+    falling: bool = False,
+    baseline: GivenLevels = "measured",
 ) -> tuple[list[Touch], Rows]:
     """Find touches whose ratio may move: reference of `palpate.Tracker("sliding")`.
 
@@ -320,6 +333,8 @@ def sliding(
     t_hard, t_soft : array_like of int, shape (n,), ns
     hard, soft : array_like, shape (n,), pF
         Readings; nan or infinite: a missing one.
+    falling, baseline
+        As the settings of the tracker.
 
     Returns
     -------
@@ -335,8 +350,27 @@ def sliding(
     >>> touch.start, touch.samples > 590, round(touch.ratio, 3)
     (60, True, 2.5)
     """
-    state = _Tracker(lambda start, _: MovingEstimate(start), release=LATE_RELEASE, seconds=np.inf)
-    return _tracked(state, t_hard, t_soft, hard, soft)
+    state = _Tracker(
+        lambda start, _: MovingEstimate(start),
+        release=LATE_RELEASE,
+        seconds=np.inf,
+        levels=_levels(baseline, falling=falling),
+    )
+    return _tracked(state, t_hard, t_soft, *_rising(hard, soft, falling=falling))
+
+
+def _rising(hard: ArrayLike, soft: ArrayLike, *, falling: bool) -> tuple[ArrayLike, ArrayLike]:
+    """Return readings that rise in a touch."""
+    sign = -1.0 if falling else 1.0
+    return sign * np.asarray(hard, float), sign * np.asarray(soft, float)
+
+
+def _levels(baseline: GivenLevels, *, falling: bool) -> tuple[float, ...] | None:
+    """Return the given levels of readings that rise in a touch; None: they are measured."""
+    if baseline == "measured":
+        return None
+    hard, soft, *noises = (0.0, 0.0) if isinstance(baseline, str) else baseline
+    return (-hard, -soft, *noises) if falling else (hard, soft, *noises)
 
 
 def _tracked(
@@ -363,12 +397,18 @@ class _Tracker:
         release: float = RELEASE,
         age: float = 0.0,
         seconds: float = SECONDS,
+        levels: tuple[float, ...] | None = None,
     ) -> None:
         self.touches: list[Touch] = []
         self._begin, self._age, self._seconds = begin, age, seconds
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
         self._idle = Idle(gate=Contact(release=release))
+        if levels is not None:
+            hard, soft, *noises = levels
+            hard_noise, soft_noise = noises or (0.0, 0.0)
+            both = GivenBaseline(hard, hard_noise), GivenBaseline(soft, soft_noise)
+            self._idle = Idle(*both, Contact(release=release, patience_s=np.inf))
         self._touch: AnyEstimate | None = None  # the last one
         self._running = False
         self._before_ns = 0  # time of the reading before the contact was found

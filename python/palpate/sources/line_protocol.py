@@ -92,6 +92,7 @@ class LineValues:
     capdac_soft: int | None = None
     status: int | None = None
     t_uncertainty_us: int = -1
+    time_step_ns: int = 0  # of the last digit of its times
 
     def sample(self) -> Sample:
         """Return a sample without number and times; Refused if its status contradicts its values."""
@@ -306,7 +307,7 @@ class Grammar:
             self.form = form
             self.columns = self.columns or columns
             self.is_by_order = not (self._option or self._pattern or any(names))
-        return LineValues(**values)
+        return LineValues(**values, time_step_ns=_time_step_ns(columns, texts))
 
     def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
         """Return the columns: by the option, by their names, or two numbers as hard and soft."""
@@ -410,6 +411,16 @@ def split_cells(text: str) -> Cells:
         if match:
             cells.append((match[1] or "", match[2]))
     return cells
+
+
+def _time_step_ns(columns: Sequence[LineColumn], texts: dict[str, str]) -> int:
+    """Return the size of the last digit of the times of a line, ns; 0: unknown, or no times."""
+    for role, unit in columns:
+        if role in TIMES and "e" not in texts[role].casefold():
+            decimals = len(texts[role].partition(".")[2])
+            step_ns: float = NANOSECONDS[unit] / 10**decimals
+            return round(step_ns)
+    return 0
 
 
 def _number(text: str) -> float:

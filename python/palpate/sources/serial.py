@@ -18,6 +18,7 @@ from palpate.messages import shortened
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import TURN_S, SampleSource, Stoppable
+from palpate.sources.even_clock import EvenClock
 from palpate.sources.line_protocol import (
     LONGEST,
     TIMES,
@@ -80,7 +81,9 @@ class Numbering:
         self._unit = unit
         self._wrap_ns = WRAPS.get(unit, 0)
         self._before: LineValues | None = None
+        self.clock = EvenClock()
         self._clock_ns: int | None = None  # the board's
+        self._even_ns = 0  # the same, on an even grid where it has few decimals
         self._begun_ns = 0
         self._arrived_ns = 0
         self._last_ns = 0
@@ -138,9 +141,10 @@ class Numbering:
         """Return the times of both channels, and why the board must have restarted."""
         if not self._unit:
             return arrived_ns, arrived_ns, ""
-        before = self._clock_ns
+        is_first = self._clock_ns is None
+        before = self._even_ns
         clock_ns, apart = self._clock(values)
-        if before is None:
+        if is_first:
             self._begun_ns = arrived_ns
             now = max(arrived_ns, -apart)
             return now, now + apart, ""
@@ -172,7 +176,8 @@ class Numbering:
         hard = values.t if values.t_hard is None else values.t_hard
         if hard is None:
             raise Refused("it has no time")
-        if hard == self._clock_ns:
+        step_ns = values.time_step_ns
+        if hard == self._clock_ns and not self.clock.may_be_equal(step_ns):
             raise Refused("its time is equal to the one before")
         apart = 0 if values.t_soft is None else values.t_soft - hard
         if self._wrap_ns:  # the counter may begin again between the channels
@@ -182,7 +187,8 @@ class Numbering:
                 f"its channels are {abs(apart) / 1e9:.3g} s apart; allowed: {APART_NS / 1e9:g} s"
             )
         self._clock_ns = hard
-        return hard, apart
+        self._even_ns, apart = self.clock.place(hard, apart, step_ns)
+        return self._even_ns, apart
 
     def _check_unit(self, clock_ns: int, computer_ns: int) -> None:
         """Compare the clocks of board and computer."""
@@ -225,6 +231,7 @@ class SerialSource(Stoppable, SampleSource):
         self._unshown = 0
         self._last = ""
         self._has_lines = False
+        self._is_smoothing = False  # the times, which was shown
         self._sharing = Sharing(name)
 
     def samples(self) -> Iterator[Sample | SourceEvent]:
@@ -379,6 +386,7 @@ class SerialSource(Stoppable, SampleSource):
             return
         self._away_s = 0.0
         self._unread_ns = None
+        self._show_smoothing()
         if not self._is_read:
             self._is_read = True
             self._unshown = 0  # other text of a board that starts is no error
@@ -398,6 +406,14 @@ class SerialSource(Stoppable, SampleSource):
         if not (grammar.form and grammar.form.has_checksum):
             text += "; no checksum *XX: a digit that is lost before the point is not seen"
         self.notify(text)
+
+    def _show_smoothing(self) -> None:
+        """Show once that the times have few decimals."""
+        clock = self._numbering.clock
+        if clock.is_smoothing and not self._is_smoothing:
+            self._is_smoothing = True
+            step_ms = clock.step_ns / 1e6
+            self.notify(f"{self._name}: times have steps of {step_ms:.3g} ms: smoothed")
 
     def _refuse(self, line: bytes, arrived_ns: int, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on.

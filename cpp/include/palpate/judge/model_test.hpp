@@ -24,9 +24,11 @@ enum Misfit : std::uint8_t {
 /// The sizes of what the model leaves out.
 template <class Real>
 struct Misfits {
-  Real offset = 0;      ///< the soft bump is reached first, by this share of the mean depth
-  Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
-  Real lag = 0;         ///< of the soft channel behind the hard one, pairs
+  Real offset = 0;  ///< the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;   ///< change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real lag = 0;     ///< of the soft channel behind the hard one, pairs; of a slow movement, see `bend`
+  Real bend =
+      0;  ///< tan^2(a / 2), a the phase of the movement from pair to pair: a lag of d pairs appears as tan(a d) / sin a
   Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
   Real tilt = 0;        ///< the ratio above the level ratio, share of it
   Real open = 0;        ///< variance of the ratio that these leave open, without the drift
@@ -51,6 +53,7 @@ struct TermTests {
   static constexpr Real least_lag = Real(0.08);    // and for a lag, pairs
 
   const TermSums<Real>& sums;
+  Real bends;                  // of the squares of the second differences of x
   Real first, origin, length;  // as above; of the touch, in units of t
   Real hard, soft;             // variances of a reading
   Real n = sums.at(term_one, term_one), centre = sums.at(term_x, term_one) / n, m = origin + centre;
@@ -174,6 +177,8 @@ struct TermTests {
   constexpr void test_lag(const TermSums<Real>& solved) noexcept {
     const Real value = solved.at(term_slope, term_y);
     found_.lag = value / ratio_;
+    // Of a sine, the second differences have the size 4 sin^2(a / 2), and x' has sin a; the slow rest of x' is left out.
+    found_.bend = product(bends, solved.error(term_slope)) / 4;
     set_flag(misfit_lag, value, solved.error(term_slope), found_.lag, least_lag);
   }
 
@@ -235,6 +240,7 @@ class ModelTest {
     const bool deeper = n > 0 && !(magnitude(last_[0].x - mean) < magnitude(mean) / 4);
     curved_ = deeper && magnitude(change) > magnitude(curved_) ? change : curved_;
     sums_ = {};
+    bends_ = 0;
     pairs_ = 0;
     known_ = 0;
   }
@@ -259,7 +265,7 @@ class ModelTest {
     const Real n = sums_.at(term_one, term_one);
     if (n >= fewest && origin_ + sums_.at(term_x, term_one) / n > 0) {
       const Real hard = product(hard_noise, hard_noise), soft = product(soft_noise, soft_noise);
-      found = TermTests<Real>{sums_, first_, origin_, latest_, hard, soft}.result();
+      found = TermTests<Real>{sums_, bends_, first_, origin_, latest_, hard, soft}.result();
     }
     if (magnitude(curved_) > Real(0.01)) {  // a choice, twice least_bent: a smaller one flags more touches
       found.curve = curved_;
@@ -305,12 +311,14 @@ class ModelTest {
     const Real x = s.x - origin_;
     const Real values[term_count] = {x, Real(1), time, (after - before) / 2, product(x, x), s.y - product(first_, s.x)};
     sums_.add(values);
+    const Real bend = after - 2 * s.x + before;
+    bends_ += product(bend, bend);
     latest_ = time;
   }
 
   TermSums<Real> sums_{};
   Sample last_[2] = {};
-  Real first_ = 0, origin_ = 0, latest_ = 0, curved_ = 0;
+  Real first_ = 0, origin_ = 0, latest_ = 0, curved_ = 0, bends_ = 0;
   std::uint32_t number_ = 0, begin_ = 0, pairs_ = 0;
   std::uint8_t known_ = 0;
 };

@@ -136,6 +136,8 @@ class OutlierTest {
     return size > found.moves && size > product(of_codes, code_) && is_above_changes(size) && is_above_noise(size);
   }
 
+  /// The reading to be judged.
+  constexpr Real due() const noexcept { return next_[0]; }
   /// Returns the reading that is judged, NaN for an outlier.
   PALPATE_INLINE constexpr Real judged(bool outlier) noexcept {
     const Real value = outlier ? not_a_number<Real> : next_[0];

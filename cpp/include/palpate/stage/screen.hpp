@@ -65,15 +65,16 @@ class Screen {
   /// When the hard channel of the oldest one was read; else `now`.
   constexpr Time due_time(Time now) const noexcept { return waiting_ > 0 ? times_[oldest_].hard : now; }
 
-  /// The oldest reading, which is due. What is judged is added to a list. `known`: the range of the converter is known
-  /// otherwise; `last`: after flush().
-  PALPATE_INLINE constexpr Reading<Real, Time> take(bool known, bool last,
+  /// The oldest reading, which is due. What is judged is added to a list. `full_scale`: readings of this size are
+  /// saturated, and no outliers; infinite: the known ends are looked for. `last`: after flush().
+  PALPATE_INLINE constexpr Reading<Real, Time> take(Real full_scale, bool last,
                                                     Judgements<Real, Time>& judgements) noexcept {
     Reading<Real, Time> reading{times_[0].hard, times_[0].soft, 0, 0};
     const bool hard_suspect = hard_.suspects(), soft_suspect = soft_.suspects();
     if (PALPATE_UNLIKELY(hard_suspect || soft_suspect)) {
-      find_outliers(reading);
+      find_outliers(reading, full_scale);
     }
+    const bool known = is_finite(full_scale);
     reading.hard = hard_.judged(reading.hard_outlier);
     reading.soft = soft_.judged(reading.soft_outlier);
     const bool hard_ends = hard_stands_.follow(reading.hard_time, reading.hard, hard_.code());
@@ -82,7 +83,11 @@ class Screen {
     judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
     judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
     waiting_ -= 1;
-    oldest_ = waiting_ > 0 ? 1 : newest + 1;
+    oldest_ = 1;
+    if (PALPATE_UNLIKELY(waiting_ == 0)) {  // what comes next may be at another place
+      oldest_ = newest + 1;
+      hard_ = soft_ = {};
+    }
     return reading;
   }
 
@@ -120,7 +125,7 @@ class Screen {
   // Both channels off to the same side: the peak of a tremor, or a tap between readings more than 40 ms apart, half a
   // period of the fastest hand. Where the other channel moves far, the probe is pressed or lifted: there an outlier is
   // off by more than its neighbours differ.
-  constexpr void find_outliers(Reading<Real, Time>& reading) noexcept {
+  constexpr void find_outliers(Reading<Real, Time>& reading, Real full_scale) noexcept {
     const Deviation hard = hard_.deviation(), soft = soft_.deviation();
     const Real hard_size = magnitude(hard.off), soft_size = magnitude(soft.off);
     const bool together = (hard.off > 0) == (soft.off > 0) && hard_.is_far(product(alike, hard_size), hard) &&
@@ -129,10 +134,10 @@ class Screen {
     if (together && (slow || !(hard_.is_far(hard_size / 2, hard) || soft_.is_far(soft_size / 2, soft)))) {
       return;
     }
-    reading.hard_outlier =
-        hard_.is_far(hard_size, hard) && (hard_size > hard.range || !soft_.is_far(soft.range / edge, soft));
-    reading.soft_outlier =
-        soft_.is_far(soft_size, soft) && (soft_size > soft.range || !hard_.is_far(hard.range / edge, hard));
+    reading.hard_outlier = magnitude(hard_.due()) < full_scale && hard_.is_far(hard_size, hard) &&
+                           (hard_size > hard.range || !soft_.is_far(soft.range / edge, soft));
+    reading.soft_outlier = magnitude(soft_.due()) < full_scale && soft_.is_far(soft_size, soft) &&
+                           (soft_size > soft.range || !hard_.is_far(hard.range / edge, hard));
   }
 
   static constexpr void judge(Channel channel, Standstill<Real, Time>& stands, Time time, Real value, bool known,
