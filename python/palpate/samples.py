@@ -89,6 +89,7 @@ Columns = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArr
 DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
 SHORTEST_PAIR_S = 1 / 120
+FEWEST_BASELINE, MOST_BASELINE = 5, 32  # pairs of the first baseline, which takes a second
 PAIR_S = 0.025
 _MEMORY = 64  # pairs
 REFUSED = Status.EXCITATION | Status.LOST
@@ -260,3 +261,16 @@ def pair_of(period_s: float) -> float:
         Time from pair to pair of the converter, s; 0: unknown.
     """
     return period_s if period_s > SHORTEST_PAIR_S else PAIR_S
+
+
+def baseline_pairs(pair_s: float) -> int:
+    """Return how many pairs a first baseline takes: those of a second, 5 to 32.
+
+    Parameters
+    ----------
+    pair_s : float
+        Time from pair to pair in a tracker, s; 0: unknown.
+    """
+    if not pair_s > 1 / MOST_BASELINE:
+        return MOST_BASELINE
+    return max(math.ceil(1 / pair_s), FEWEST_BASELINE)

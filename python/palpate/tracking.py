@@ -22,7 +22,15 @@ from palpate.dataframe import Framed, arrow_of_touches
 from palpate.judgements import judgement_notes
 from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
-from palpate.samples import RETAKEN, Instrument, pair_of, require_scale, settings_for
+from palpate.samples import (
+    MOST_BASELINE,
+    RETAKEN,
+    Instrument,
+    baseline_pairs,
+    pair_of,
+    require_scale,
+    settings_for,
+)
 from palpate.touch import Touch
 
 if TYPE_CHECKING:
@@ -260,13 +268,15 @@ def _is_soon(after: Touch, before: Touch) -> bool:
     return bool(before.effects) and not before.revised and not at_a_gap
 
 
-def baseline_takes(period_s: float) -> str:
-    """Return how long a baseline takes; `period_s`: from pair to pair, 0: unknown."""
-    text = "a baseline takes 32 pairs without contact"
+def baseline_takes(period_s: float, scene: str = "handheld") -> str:
+    """Return how long a baseline takes in a scene; `period_s`: from pair to pair, 0: unknown."""
+    is_timed = scene in ("handheld", "sliding")
+    pair_s = pair_of(period_s)
+    count = baseline_pairs(pair_s) if is_timed else MOST_BASELINE
+    text = f"a baseline takes {count} pairs without contact"
     if not period_s > 0:
         return text
-    pair_s = pair_of(period_s)
-    return f"{text}, {32 * pair_s:.2g} s here"
+    return f"{text}, {count * pair_s:.2g} s here"
 
 
 def _tracked_in(

@@ -132,14 +132,23 @@ def presses(folder: Path, period_s: float, rows: tuple[int, ...]) -> Path:
 
 @pytest.mark.parametrize(
     ("period_s", "takes"),
-    [(0.0, ""), (0.001, ", 0.8 s here"), (0.01, ", 0.32 s here"), (0.1, ", 3.2 s here")],
+    [
+        (0.0, "32 pairs without contact"),
+        (0.001, "32 pairs without contact, 0.8 s here"),
+        (0.01, "32 pairs without contact, 0.32 s here"),
+        (0.1, "10 pairs without contact, 1 s here"),
+        (0.3, "5 pairs without contact, 1.5 s here"),
+    ],
 )
 def test_a_pause_that_is_too_short_for_a_baseline_is_noted(
     period_s: float, takes: str, tmp_path: Path
 ) -> None:
     scale = 25 if period_s == 0.001 else 1
-    soon, late = (tuple(scale * n for n in (60, 60, pause, 60, 60)) for pause in (20, 170))
-    message = f"1 of 2 touches were followed too soon by the next one: a baseline takes 32 pairs without contact{takes}; a drift"
+    short = 10 if period_s >= 0.1 else 20
+    soon, late = (tuple(scale * n for n in (60, 60, pause, 60, 60)) for pause in (short, 170))
+    message = (
+        f"1 of 2 touches were followed too soon by the next one: a baseline takes {takes}; a drift"
+    )
     assert message in run("replay", presses(tmp_path, period_s, soon)).stderr
     assert "too soon" not in run("replay", presses(tmp_path, period_s, late)).stderr
 
@@ -152,9 +161,12 @@ def test_a_touch_that_a_gap_cuts_was_not_followed_too_soon(tmp_path: Path) -> No
 
 
 def test_a_slow_recording_is_told_of_its_baseline_and_of_the_model(tmp_path: Path) -> None:
-    short = run("replay", presses(tmp_path, 0.1, (20, 40, 50, 40, 50)))
-    assert short.exit_code == 5
-    assert "no touch found: a baseline takes 32 pairs without contact, 3.2 s here" in short.stderr
+    short = presses(tmp_path, 0.1, (20, 40, 50, 40, 50))
+    lost = run("replay", short, "--scene", "paper")
+    assert lost.exit_code == 5
+    assert "a baseline takes 32 pairs without contact, 3.2 s here" in lost.stderr
+    pressed = run("replay", presses(tmp_path, 0.1, (3, 40)))
+    assert "a baseline takes 10 pairs without contact, 1 s here" in pressed.stderr
     slow, fast = (
         run("replay", presses(tmp_path, period_s, (60, 60, 60))).stderr for period_s in (0.05, 0.03)
     )

@@ -11,7 +11,7 @@ from palpate.reference import Baseline, Contact
 from palpate.reference.idle import first_level
 
 EPS = np.finfo(float).eps
-READY, LEVEL, EXPECTED, SLOPE, SPREAD, VARIANCE, MEAN_AGE = range(7)
+READY, LEVEL, EXPECTED, RECOVERY, SPREAD, VARIANCE, MEAN_AGE, DISTURBED = range(8)
 
 
 def idle(
@@ -47,31 +47,40 @@ channels = st.builds(
 )
 
 
-def by_reference(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def by_reference(
+    values: NDArray[np.float64], period_ns: int
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the rows of the driver, and where the test for a drift is decided by more than rounding."""
     baseline, rows, clear = Baseline(), [], []
-    for value in values.tolist():
+    for number, value in enumerate(values.tolist()):
         baseline.add(value)
+        if period_ns:
+            baseline.collected(number * period_ns)
         now = baseline.now
-        rows.append(
-            [baseline.ready, now.level, now.expected, now.slope, now.noise, now.variance, now.age]
-        )
+        numbers = [now.level, now.expected, now.recovery, now.noise, now.variance, now.age]
+        rows.append([baseline.ready, *numbers, now.disturbed])
         trend = abs(now.fast - now.slow)
-        clear.append(abs(trend - now.noise * (4 / 32) ** 0.5) > 1e-6 * now.noise)
+        clear.append(abs(trend - now.noise * (4 * now.share) ** 0.5) > 1e-6 * now.noise)
     return np.array(rows, float), np.array(clear)
 
 
+periods_ns = st.sampled_from([0, 26_000_000, 31_250_000, 40_000_000, 128_000_000, 500_000_000])
+
+
 @examples(300)
-@given(channels)
-def test_the_baseline_is_the_reference(values: NDArray[np.float64]) -> None:
+@given(channels, periods_ns | st.integers(25_000_000, 300_000_000))
+def test_the_baseline_is_the_reference(values: NDArray[np.float64], period_ns: int) -> None:
     """Only rounding differs: some eps of the largest value for each of the 64 values of the memory."""
-    found = drive("baseline", values, 7)
-    right, clear = by_reference(values)
+    found = drive("baseline", np.append(period_ns, values), 8)
+    right, clear = by_reference(values, period_ns)
     assert np.array_equal(found[:, READY], right[:, READY])
     ready = right[:, READY] == 1
     rounding = 500 * EPS * np.abs(values).max()
-    for column in (EXPECTED, SLOPE, SPREAD):
-        assert (np.abs(found - right)[ready, column] <= rounding).all(), column
+    assert np.array_equal(found[ready, DISTURBED], right[ready, DISTURBED])
+    for column in (EXPECTED, RECOVERY, SPREAD):
+        # a recovery is over half of the first values
+        largest = rounding * (16 if column == RECOVERY else 1)
+        assert (np.abs(found - right)[ready, column] <= largest).all(), column
     ready &= clear
     assert (np.abs(found - right)[ready, LEVEL] <= rounding).all()
     assert np.allclose(found[ready, MEAN_AGE], right[ready, MEAN_AGE], rtol=1e-12, atol=0)
@@ -88,8 +97,8 @@ def test_the_limit_of_a_first_slope_is_that_of_the_reference(seed: int) -> None:
         return np.asarray(0.6 + 4e-5 * (noise + jump * (np.arange(32) >= 16)))
 
     for jump in around(edge(lambda jump: first_level(values(jump)).slope == 0, 1.0, 30.0)):
-        slope = drive("baseline", values(jump), 7)[-1, SLOPE]
-        assert slope == pytest.approx(first_level(values(jump)).slope, rel=1e-6, abs=1e-12)
+        recovery = drive("baseline", np.append(0.0, values(jump)), 8)[-1, RECOVERY]
+        assert recovery == pytest.approx(first_level(values(jump)).recovery, rel=1e-6, abs=1e-11)
 
 
 CONTACT, AGE = 0, 1

@@ -31,7 +31,7 @@ def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     slow = draw(st.sampled_from([0.0, 0.0, 0.01, 1.0])) * noise**2
     return (
         Known(level, variances[0], ages[0], noise, slow=slow),
-        Known(level + moved, variances[1], ages[1], noise, draw(slopes) * noise),
+        Known(level + moved, variances[1], ages[1], noise, 16 * draw(slopes) * noise),
     )
 
 
@@ -175,7 +175,9 @@ def test_each_limit_is_that_of_the_reference(
         rises = size * rise if abs(rise) == 1 else rise
         slopes = size * slope if abs(slope) == 1 else slope
         return by_both(
-            before, (Known(0.62 + rises, slope=slopes), Known(-0.41)), touch | {"mean": 0.25}
+            before,
+            (Known(0.62 + rises, recovery=16 * slopes), Known(-0.41)),
+            touch | {"mean": 0.25},
         )
 
     for size in around(edge(lambda size: decides(both(size)[0]), 0.0, most)):

@@ -53,13 +53,25 @@ void pair() {
   }
 }
 
-void baseline() {
-  Baseline<double> stage;
-  while (more()) {
+template <class Stage>
+void follow(Stage stage, std::int64_t period_ns) {
+  for (std::int64_t passed_ns = 0; more(); passed_ns += period_ns) {
     const auto value = next();
-    stage.ready() ? stage.follow(value) : stage.collect(value);
-    put(stage.ready(), stage.level(), stage.expected(), stage.slope(), stage.noise(), stage.variance(), stage.age());
+    if (stage.ready()) {
+      stage.follow(value);
+    } else {
+      stage.collect(value);
+      stage.collected(passed_ns, std::int64_t(1000000000));
+    }
+    put(stage.ready(), stage.level(), stage.expected(), stage.recovery(), stage.noise(), stage.variance(), stage.age(),
+        stage.disturbed());
   }
+}
+
+// Period in ns, 0: the number of the first values is fixed; values.
+void baseline() {
+  const auto period_ns = static_cast<std::int64_t>(next());
+  period_ns > 0 ? follow(Baseline<double, true, true>(), period_ns) : follow(Baseline<double>(), 0);
 }
 
 // Change, noise, seconds since a touch took samples, whether a baseline is being measured.
@@ -75,12 +87,12 @@ void contact() {
 }
 
 struct Known {
-  double numbers[6];  // level, variance, age, noise, slope, slow
+  double numbers[6];  // level, variance, age, noise, recovery, slow
   double level() const { return numbers[0]; }
   double variance() const { return numbers[1]; }
   double age() const { return numbers[2]; }
   double noise() const { return numbers[3]; }
-  double slope() const { return numbers[4]; }
+  double recovery() const { return numbers[4]; }
 };
 
 // Start, number of samples, forgetting, sample of a hand-over or -1, its count, readings until the end, ratio, mean

@@ -43,12 +43,14 @@ namespace detail {
 template <class Stage>
 using MeasuresLevel =
     decltype(of<Stage>().collect(0), of<Stage>().follow(0), of<Stage>().mark(), of<Stage>().rewind(),
-             of<Stage>().reset(), of<Stage>().keep(), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()),
-             of<Stage>().level(), of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
+             of<Stage>().reset(), of<Stage>().keep(), of<Stage>().collected(0, 1), bool(of<Stage>().empty()),
+             bool(Stage::timed), bool(of<Stage>().ready()), bool(of<Stage>().disturbed()), of<Stage>().level(),
+             of<Stage>().expected(), of<Stage>().noise(), of<Stage>().variance());
 template <class Stage>
 using Touches = decltype(of<typename Stage::real_type>(), Stage::releases, Stage::recovers, of<Stage>().update(0, 0, 0),
                          of<Stage>().reset(), bool(of<Stage>().contact()), bool(of<Stage>().idle()), of<Stage>().age(),
-                         bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()));
+                         bool(of<Stage>().suspects()), of<Stage>().update_between(0, 0), bool(of<Stage>().fell()),
+                         bool(of<Stage>().pressed()));
 template <class Estimator, class Real = typename Estimator::real_type>
 using Estimates =
     decltype(Real(Estimator::default_covariance), of<Estimator>().reset(Real(), Real()),
@@ -122,8 +124,8 @@ struct SceneChecks : SceneIs<Scene> {
       "palpate::Tracker: a screen needs a contact that releases: of the readings that wait at the end, one may "
       "end a touch and the next one begin another");
   static_assert(!Judge::judges || has<Matches, Align>,
-                "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
-                "NoJudge");
+                "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, and its pace(), as "
+                "MatchedPair; else use NoJudge");
   static_assert(
       !Judge::judges || (knows_its_error<Estimator> && has<Judgeable, Estimator>),
       "palpate::Tracker: a Judge needs an estimator with the standard error of Handover or of AdaptiveWindow, "
@@ -338,7 +340,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   constexpr bool falls() const noexcept { return levels && !open_ && counts_.samples > 0 && !gate.idle(); }
 
   PALPATE_INLINE constexpr RatioError<estimator_type, typename Scene::baseline, Judge> errors() const noexcept {
-    return {hard_baseline, soft_baseline, *this, Front::decimator.size(), counts_.samples};
+    return {hard_baseline, soft_baseline, *this, Front::decimator.size(), counts_.samples, Front::pace()};
   }
 
   PALPATE_INLINE constexpr Event detect(Time time, Real hard, Real soft, bool whole) noexcept {
@@ -347,7 +349,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
                             Judge::codes.coarser(hard_baseline.noise(), soft_baseline.noise()));
     }
     const Real nan = not_a_number<Real>;
-    return Detector::take_one(too_large(hard) ? nan : hard, too_large(soft) ? nan : soft);
+    return Detector::take_one(time, too_large(hard) ? nan : hard, too_large(soft) ? nan : soft);
   }
 
   /// Returns whether the last touch is revised.

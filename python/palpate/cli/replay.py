@@ -296,7 +296,7 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
         moduli = touch_table.TouchModuli.of(calibration, touches)
         warnings += calibration_doubts(calibration, tracking["scene"])
     if not touches:
-        reason = _why_no_touch(recording, was_retaken=found.retaken > 0)
+        reason = _why_no_touch(recording, tracking["scene"], was_retaken=found.retaken > 0)
         warnings.append(f"no touch found: {reason}")
     return Replay(
         file,
@@ -339,10 +339,10 @@ def _uncertainties(
     return [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
 
 
-def _why_no_touch(recording: OpenedRecording, *, was_retaken: bool) -> str:
+def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) -> str:
     """Return why a recording may have no touch; `was_retaken`: the baseline was measured again."""
     survey = recording.survey
-    baseline = baseline_takes(survey.period_s if recording.timed else 0)
+    baseline = baseline_takes(survey.period_s if recording.timed else 0, scene)
     spans = []
     for name, (low, high) in survey.spans_pF.items():
         spans.append(f"{name} {high - low:.3g} {recording.unit}")

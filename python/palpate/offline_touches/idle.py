@@ -13,8 +13,6 @@ Rows = NDArray[np.intp]
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time
 _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
-# Readings with which the tracker measures a new baseline; they begin after the release.
-_COLLECTED = 32
 # Standard deviations of a reading: a baseline that was measured again, and was wrong before.
 _JUMP = 25.0
 _OUTLIER = 6.0
@@ -88,13 +86,14 @@ class IdleLevel:
         return np.interp(t, self.t, self.value)
 
 
-def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
+def pause(rows: NDArray[Any], last: int, end: int, collected: int, *, measured: bool) -> int:
     """Return the first row of the baseline after a touch; `end`: it was not measured.
 
-    `last` is the last row of the touch.
+    `last` is the last row of the touch. With so many readings, `collected`, the tracker measures a
+    new baseline; they begin after the release.
     """
-    # The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the
-    # first row is not known, and 32 rows after the release are left out.
+    # The tracker measures it from the last of these readings on. If it is exactly the old one, the
+    # first row is not known, and as many rows after the release are left out.
     out = np.flatnonzero(~rows["contact"][last:end])
     if not len(out):
         return end
@@ -103,14 +102,16 @@ def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
     soft = rows["soft_baseline"][released:end]
     new = np.flatnonzero((hard != hard[0]) | (soft != soft[0]))
     if len(new):
-        return released + max(int(new[0]) - _COLLECTED + 1, 0)
+        return released + max(int(new[0]) - collected + 1, 0)
     if measured:
-        return min(released + _COLLECTED, end)
+        return min(released + collected, end)
     return end
 
 
-def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> Mask:
-    """Return which rows have a baseline.
+def idle(
+    rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int], collected: int
+) -> Mask:
+    """Return which rows have a baseline; `collected` as in `pause`.
 
     They are not in a touch, and not before a wrong baseline was measured again.
     """
@@ -121,7 +122,7 @@ def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int
     jumps = np.abs(steps) > _JUMP * noise
     for start, end, before in zip(starts, pauses, [0, *pauses], strict=False):
         free[start:end] = False
-        again = np.flatnonzero(jumps[before + _COLLECTED : start])
+        again = np.flatnonzero(jumps[before + collected : start])
         if len(again):
             free[before : before + again[-1] + 1] = False
     return free

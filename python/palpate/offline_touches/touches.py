@@ -21,6 +21,7 @@ from palpate.offline_touches.idle import (
 from palpate.offline_touches.sweep import sweep
 from palpate.offline_touches.windows import HARD, aligned
 from palpate.recording_protocol import RecordingProtocol, require_recording
+from palpate.samples import baseline_pairs
 from palpate.touch import Touch
 from palpate.tracking import (
     Fed,
@@ -228,9 +229,10 @@ def _estimated(
 ) -> list[OfflineTouch]:
     hard, soft = readings
     rows = whole.rows
-    spans = _spans(touches, rows)
+    collected = baseline_pairs(float(np.median(np.diff(hard.t)))) if len(hard.t) > 1 else 0
+    spans = _spans(touches, rows, collected)
     starts = [*(span.start for span in spans), len(rows)]
-    free = idle(rows, hard, starts, [span.pause for span in spans])
+    free = idle(rows, hard, starts, [span.pause for span in spans], collected)
     channels = [
         _Channel(each, each[free[each.row]], level)
         for each, level in zip(readings, given, strict=True)
@@ -264,12 +266,12 @@ def _estimated(
     return result
 
 
-def _spans(touches: list[Touch], rows: NDArray[Any]) -> list[_Span]:
+def _spans(touches: list[Touch], rows: NDArray[Any], collected: int) -> list[_Span]:
     next_starts = [*(touch.start for touch in touches[1:]), len(rows)]
     spans = []
     for number, (touch, next_start) in enumerate(zip(touches, next_starts, strict=True), 1):
         end = int(np.flatnonzero(rows["touch"] == number)[-1])
-        after = pause(rows, end, next_start, measured=touch.revised)
+        after = pause(rows, end, next_start, collected, measured=touch.revised)
         spans.append(_Span(touch.start, end, after, next_start))
     return spans
 

@@ -10,8 +10,11 @@ _Reading = tuple[int, float]
 """Its time, ns, and its value, pF."""
 
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
-SLOWEST_NS = 40_000_000  # longest period with filters
-LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
+SLOWEST_NS = 40_000_000  # longest period of matched filters; they stay the same above it
+SLOW_NS = 1_000_000_000 // 31  # above this period not all of a tremor's rest cancels
+ALIASES_NS = 1_000_000_000 // 12  # above this one a tremor may look like a rest
+FAST, SLOW, ALIASES = range(3)
+LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for a pair
 AVERAGED_NS = (
     25_000_000  # of a fast converter's readings: of one with a mean step below a third of this
 )
@@ -27,6 +30,8 @@ class Pairs(NamedTuple):
         nan where there is no pair.
     valid, matched : numpy.ndarray of bool, shape (n,)
         Whether there is a pair; whether both channels of it have the same response.
+    pace : numpy.ndarray of int, shape (n,)
+        How slow the pairs are: FAST, SLOW or ALIASES.
 
     Examples
     --------
@@ -38,6 +43,7 @@ class Pairs(NamedTuple):
     soft: Array
     valid: NDArray[np.bool_]
     matched: NDArray[np.bool_]
+    pace: NDArray[np.int64]
 
 
 class Reading(NamedTuple):
@@ -49,11 +55,13 @@ class Reading(NamedTuple):
         Of the hard channel.
     hard, soft : float, pF
     pair : tuple of (float, float, bool, bool)
-        A row of `Pairs`.
+        A row of `Pairs`, without its last number.
     size : int
-        Number of readings of which it is the mean.
+        Number of readings of which it is the mean; 0: the mean is not complete.
     together : bool
         Both channels are read at once, so that the pair has the whole noise of the readings.
+    pace : int
+        As in `Pairs`.
 
     Examples
     --------
@@ -67,6 +75,7 @@ class Reading(NamedTuple):
     pair: tuple[float, float, bool, bool]
     size: int = 1
     together: bool = False
+    pace: int = FAST
 
 
 def means(
@@ -76,7 +85,7 @@ def means(
     soft: ArrayLike,
     *,
     at_end: ArrayLike = False,
-) -> list[Reading | None]:
+) -> list[Reading]:
     """Align both channels, and average those of a fast converter: reference of what comes first in the scene "handheld".
 
     Parameters
@@ -89,13 +98,13 @@ def means(
 
     Returns
     -------
-    list of Reading or None
-        For each reading itself, or the mean of those before it; None: that is not complete.
+    list of Reading
+        For each reading itself, or the mean of those before it.
 
     Examples
     --------
     >>> t = 1_000_000 * np.arange(60)
-    >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made]
+    >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made.size]
     [1, 1, 1, 1, 1, 1, 1, 23, 24]
     """
     times, values = (
@@ -107,16 +116,16 @@ def means(
     paces = _paces(times, whole)
     values[[bool(pace) and not there for pace, there in zip(paces, finite, strict=True)]] = np.nan
     usable = np.where(np.broadcast_to(at_end, times.shape)[:, None], np.nan, values)
-    pairs = zip(
-        *(column.tolist() for column in matched_pair(times, t_soft, *usable.T)), strict=True
-    )
-    made: list[Reading | None] = []
+    *columns, slowness = (column.tolist() for column in matched_pair(times, t_soft, *usable.T))
+    pairs = zip(*columns, strict=True)
+    made: list[Reading] = []
     block: list[Reading] = []  # of the mean that is not complete
     size = 1
     both = times == np.asarray(t_soft)
     rows = zip(times.tolist(), *values.T.tolist(), pairs, strict=True)
-    for row, pace, there, together in zip(rows, paces, whole, both.tolist(), strict=True):
-        one = Reading(*row)._replace(together=together)
+    states = zip(paces, whole, both.tolist(), slowness, strict=True)
+    for row, (pace, there, together, slow) in zip(rows, states, strict=True):
+        one = Reading(*row)._replace(together=together, pace=slow)
         if not pace:
             block, size = [], 1
         if not (pace and there):
@@ -127,7 +136,8 @@ def means(
         )
         block = [*([] if complete else block), one]
         size = len(complete) or size
-        made.append(_mean(complete) if complete else None)
+        mean = _mean(complete) if complete else one._replace(size=0)
+        made.append(mean._replace(pace=slow))
     return made
 
 
@@ -179,7 +189,8 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
     -----
     The window of a pair is the last four soft readings, the newest hard reading h between the two in the middle, and
     the hard readings before and after it. If its times fit an even grid, a and b weight the neighbours:
-    y = (1 - 2 a) h(k) + a (h(k-1) + h(k+1)), x = (1/2 - b) (s(k-1) + s(k)) + b (s(k-2) + s(k+1)).
+    y = (1 - 2 a) h(k) + a (h(k-1) + h(k+1)), x = (1/2 - b) (s(k-1) + s(k)) + b (s(k-2) + s(k+1)). The pair is matched
+    up to a period of 40 ms.
 
     Examples
     --------
@@ -190,8 +201,8 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
     """
     hards: list[_Reading] = []
     softs: list[_Reading] = []
-    rows: list[tuple[float, float, bool, bool]] = []
-    uneven = 0  # windows since the last one on a grid, at most PATIENCE
+    rows: list[tuple[float, float, bool, bool, int]] = []
+    grid = _Grid()
     columns = (
         np.asarray(t_hard),
         np.asarray(t_soft),
@@ -208,27 +219,40 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
             hards.append((int(time), float(value)))
         middle = _middle(hards, softs) if np.isfinite(soft_value) else None
         if middle is not None:
-            row, uneven = _pair(hards, softs[-4:], middle, uneven)
-        rows.append(row)
-    both = np.array(rows, float).reshape(-1, 4)
-    return Pairs(both[:, 0], both[:, 1], both[:, 2] > 0, both[:, 3] > 0)
+            row, grid = _pair(hards, softs[-4:], middle, grid)
+        rows.append((*row, grid.pace))
+    both = np.array(rows, float).reshape(-1, 5)
+    hard_pairs, soft_pairs, valid, matched, pace = both.T
+    return Pairs(hard_pairs, soft_pairs, valid > 0, matched > 0, pace.astype(int))
+
+
+class _Grid(NamedTuple):
+    """Windows since the last one on a grid, at most PATIENCE; and the pace."""
+
+    uneven: int = 0
+    pace: int = FAST
 
 
 def _pair(
-    hards: list[_Reading], softs: list[_Reading], middle: int, uneven: int
-) -> tuple[tuple[float, float, bool, bool], int]:
-    """Return the row of a window with four soft readings and a hard one in the middle, and the new number `uneven`."""
+    hards: list[_Reading], softs: list[_Reading], middle: int, grid: _Grid
+) -> tuple[tuple[float, float, bool, bool], _Grid]:
+    """Return the row of a window with four soft readings and a hard one in the middle, and what is known of the grid."""
     now, value = hards[middle]
     if now == softs[2][0]:  # both channels at once
-        return (value, softs[2][1], True, True), uneven
-    pair = _filtered(hards[middle - 1 : middle + 2] if middle else [], softs)
+        return (value, softs[2][1], True, True), grid._replace(pace=FAST)
+    around = hards[middle - 1 : middle + 2] if middle else []
+    near = softs[2][0] - softs[1][0] <= LARGEST_GAP_NS
+    pair = _filtered(around, softs) if near else None
+    period = (softs[3][0] - softs[0][0]) // 3
+    if len(around) == 3 and (pair is not None or grid.uneven == PATIENCE):
+        grid = grid._replace(pace=int(period > SLOW_NS) + int(period > ALIASES_NS))
     if pair is not None:
-        return (*pair, True, True), 0
-    uneven = min(uneven + 1, PATIENCE)
-    if uneven < PATIENCE or softs[2][0] - softs[1][0] > LARGEST_GAP_NS:
-        return (np.nan, np.nan, False, False), uneven
+        return (*pair, True, period <= SLOWEST_NS), grid._replace(uneven=0)
+    grid = grid._replace(uneven=min(grid.uneven + 1, PATIENCE))
+    if grid.uneven < PATIENCE or not near:
+        return (np.nan, np.nan, False, False), grid
     weights = lagrange([time for time, _ in softs], now)
-    return (value, float(weights @ [soft for _, soft in softs]), True, False), uneven
+    return (value, float(weights @ [soft for _, soft in softs]), True, False), grid
 
 
 def _middle(hards: list[_Reading], softs: list[_Reading]) -> int | None:
@@ -254,13 +278,13 @@ def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, floa
     places[3] = period + period // 2
     readings = dict(zip((-2, 0, 2, -3, -1, 1, 3), [*hards, *softs], strict=True))
     late = {place: readings[place][0] - readings[0][0] - step for place, step in places.items()}
-    if period > SLOWEST_NS or any(abs(ticks) >= period // 4 for ticks in late.values()):
+    if any(abs(ticks) >= period // 4 for ticks in late.values()):
         return None
     v = {place: value for place, (_, value) in readings.items()}
     slopes = {-2: v[0] - v[-2], 2: v[2] - v[0], -3: v[-1] - v[-3], 3: v[3] - v[1]}  # in a period
     slopes |= {-1: (v[1] - v[-3]) / 2, 1: (v[3] - v[-1]) / 2}
     on = {place: v[place] - slopes[place] * late[place] / period for place in late}
-    a, b = sides(period)
+    a, b = sides(min(period, SLOWEST_NS))
     y = (1 - 2 * a) * v[0] + a * (on[-2] + on[2])
     x = (0.5 - b) * (on[-1] + on[1]) + b * (on[-3] + on[3])
     return y, x

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.reference.align import ALIASES, FAST, SLOW
 from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.handover import FEWEST, SETTLED, _Handover
 from palpate.reference.level import Sweep
@@ -28,6 +29,8 @@ class Errors(NamedTuple):
         Variance of the baselines: an error that all samples have in common.
     rounding : float, pF^2
         Variance by codes that are coarser than the noise: of the baselines, and of each reading.
+    pace : int
+        How slow the pairs are.
 
     Examples
     --------
@@ -38,11 +41,22 @@ class Errors(NamedTuple):
     noises: tuple[float, float]
     shared: float
     rounding: float
+    pace: int = FAST
 
     def of_readings(self, ratio: float) -> float:
         """Return the variance of C1 - r C2 by the noise of both readings, pF^2."""
         hard_noise, soft_noise = self.noises
         return hard_noise**2 + ratio**2 * soft_noise**2 + self.rounding
+
+    def of_few(self, readings: float, scatter: float) -> float:
+        """Return the long-run variance by few innovations: of the readings, and several times their excess."""
+        return readings + (6 if self.pace == ALIASES else 4) * max(scatter - readings / 2, 0.0)
+
+    def least(self, readings: float, scatter: float) -> float:
+        """Return the least long-run variance, by the readings and, with slow pairs, by the variance of the innovations."""
+        if self.pace == ALIASES:
+            return self.of_few(readings, scatter)
+        return readings + (0.25 if self.pace == SLOW else 0.0) * max(scatter - readings / 2, 0.0)
 
 
 def estimator(noise: float = 1.0) -> _Handover:
@@ -258,18 +272,17 @@ class Estimate:
         Notes
         -----
         The long-run variance of a sample is not below the variance of the readings. While the innovations are too few to show how
-        they are correlated, it is that plus 4 times what their variance has above half of it.
+        they are correlated, it is that plus 4 times what their variance has above half of it. Where a tremor aliases it
+        is never below this with 6 times.
         """
         state, noise = self._state, self._state.noise
-        if not self.samples:
+        scatter = noise.lag0 / noise.weight if noise.weight else 0.0
+        if not self.samples or (errors.pace == ALIASES and not scatter):
             return float("nan")
-        _, shared, rounding = errors
         readings = errors.of_readings(self.ratio)
-        if noise.weight >= FEWEST and state.weight >= SETTLED:
-            own = noise.long_run_variance()
-        else:
-            seen = noise.lag0 / noise.weight if noise.weight else 0.0
-            own = readings + 4 * max(seen - readings / 2, 0.0)
-        square = max(own, readings) * state.squares / state.information**2
-        square += (shared + rounding) * state.weight / state.information + left_open
+        few = errors.of_few(readings, scatter)
+        settled = noise.weight >= FEWEST and state.weight >= SETTLED
+        own = noise.long_run_variance(aliases=errors.pace == ALIASES) if settled else few
+        square = max(own, errors.least(readings, scatter)) * state.squares / state.information**2
+        square += (errors.shared + errors.rounding) * state.weight / state.information + left_open
         return float(np.sqrt(square))

@@ -99,12 +99,12 @@ class Noise:
         self.due = 1 if seen < 32 else 8
         self.rho = self.corrected(self.correlations()[0])
 
-    def long_run_variance(self) -> float:
-        """Return n times the variance of the mean of n innovations, for large n."""
+    def long_run_variance(self, *, aliases: bool = False) -> float:
+        """Return n times the variance of the mean of n innovations, for large n; `aliases`: no oscillation cancels."""
         r1, r2 = self.correlations()
         variance = self.lag0 / self.weight
         partial = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
-        if self.weight * partial**2 < 6.63:  # chi-squared, 1 %: not significant, AR(1)
+        if aliases or self.weight * partial**2 < 6.63:  # chi-squared, 1 %: not significant, AR(1)
             return variance * (1 + self.rho) / (1 - self.rho)
         r1, r2 = self.corrected(r1), self.corrected(r2)
         # Yule-Walker coefficients of AR(2)

@@ -10,11 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-FIRST = 32  # values of the first level, and of the exponential means
+FIRST, FEWEST = 32, 5  # values of the first level: the most, and the fewest of a second
 CLIP = 3.0  # standard deviations
-LONGEST = 64  # memory of the running mean, values
-PROVEN = 160  # values until a drift may be found
+LONGEST = 2  # memory of the running mean, first values
+PROVEN = 5  # the same: until a drift may be found
+MEMORY = 64  # of the noise, values
+MOST_COUNTED = 160  # values
 LEAST_NOISE = 1e-6
+SECOND_NS = 1_000_000_000
 PER_MAGNITUDE = 1.2533141  # standard deviation over mean magnitude, sqrt(pi / 2)
 
 
@@ -34,6 +37,8 @@ class Level:
         The last value, and how many in a row differ from the one before them by less than a hundredth of the noise.
     count : float
         How many values there were, at most 160.
+    first : int
+        How many values the first level has.
 
     Examples
     --------
@@ -50,14 +55,23 @@ class Level:
     count: float = 0.0
     last: float = 0.0
     quiet: int = 0
+    first: int = FIRST
+
+    @property
+    def share(self) -> float:
+        """Share of a new value in the exponential means."""
+        return 1 / self.first
 
     @property
     def drifts(self) -> bool:
-        """Whether fast - slow is more than 4 of its standard deviations, which are sqrt(1 / 32) / 2 of the noise."""
-        return (
-            self.count >= PROVEN
-            and abs(self.fast - self.slow) > 2 * np.sqrt(1 / FIRST) * self.noise
-        )
+        """Whether fast - slow is more than 4 of its standard deviations, which are sqrt(share) / 2 of the noise."""
+        limit = 2 * np.sqrt(self.share) * self.noise
+        return self.count >= PROVEN * self.first and abs(self.fast - self.slow) > limit
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether the first values were none of a rest: as many later ones hardly differ."""
+        return self.quiet >= self.first
 
     @property
     def level(self) -> float:
@@ -66,18 +80,24 @@ class Level:
 
     @property
     def expected(self) -> float:
-        """The next value: the means lag by 31 and 62 slopes, so 2 fast - slow does not (Brown 1963)."""
+        """The next value: the means lag by n - 1 slopes, and twice that; 2 fast - slow does not (Brown 1963)."""
         return 2 * self.fast - self.slow
 
     @property
     def slope(self) -> float:
         """Change from value to value."""
-        return (self.fast - self.slow) / (FIRST - 1)
+        return (self.fast - self.slow) / (self.first - 1)
+
+    @property
+    def recovery(self) -> float:
+        """Change between the halves of the first values; of fewer than 32 less, as their medians are not so well known."""
+        return float(self.first / 2 * self.slope * np.sqrt(self.first / FIRST))
 
     @property
     def variance(self) -> float:
-        """Variance of the level: of a value, times the sum of the squared weights; 5 / 4 / 32 for 2 fast - slow."""
-        return float(self.noise**2 * (1.25 / FIRST if self.drifts else self.weights @ self.weights))
+        """Variance of the level: of a value, times the sum of the squared weights; 5 / 4 share for 2 fast - slow."""
+        weight = 1.25 * self.share if self.drifts else self.weights @ self.weights
+        return float(self.noise**2 * weight)
 
     @property
     def age(self) -> float:
@@ -86,24 +106,38 @@ class Level:
 
 
 def first_level(values: ArrayLike) -> Level:
-    """Return the baseline of the first 32 values, pF, in the order of time, of which a few may be outliers."""
+    """Return the baseline of the first values, 5 to 32, pF, in the order of time, of which a few may be outliers."""
     # The mean is over the values within 3 standard deviations of the median. The quartiles, each moved inwards by one
-    # value, are 1.25 standard deviations apart; the quartiles of a half, moved by half a value, 1.14. The slope goes from
-    # the median of the earlier half to the median of the later half; a difference of 10 standard deviations is no drift.
+    # value, are 1.25 standard deviations apart, and of few values less; the quartiles of a half, moved by half a value,
+    # 1.14. The slope goes from the median of the earlier half to the median of the later half, which are half of all
+    # values apart; a difference of 10 standard deviations is no drift.
     v = np.asarray(values, float)
-    noise = max((np.sort(v)[23] - np.sort(v)[8]) / 1.25, noise_floor(v))
+    n = len(v)
+    noise = max(_between_quartiles(v) / 1.25 * (1 + (FIRST / n - 1) / 6), noise_floor(v))
     near = v[np.abs(v - np.median(v)) <= CLIP * noise]
-    halves = np.sort(v.reshape(2, FIRST // 2), axis=1)
-    rise = np.median(halves[1]) - np.median(halves[0])
-    spread = (halves[:, 11] - halves[:, 4]).mean() / 1.14
-    slope = rise / (FIRST // 2) if abs(rise) < 10 * max(spread, noise_floor(v)) else 0.0
-    last = float(near.mean() + slope * (FIRST - 1) / 2)
-    lag = float((FIRST - 1) * slope)
+    early, late = v[: n // 2], v[n // 2 :]
+    rise = np.median(late) - np.median(early)
+    spread = (_between_quartiles(early) + _between_quartiles(late)) / 2 / 1.14
+    slope = rise / (n / 2) if abs(rise) < 10 * max(spread, noise_floor(v)) else 0.0
+    last = float(near.mean() + slope * (n - 1) / 2)
+    lag = float((n - 1) * slope)
     size = len(near)
-    ages = np.full(size, (FIRST - 1) / 2)
     return Level(
-        near, np.full(size, 1 / size), ages, last - lag, last - 2 * lag, float(noise), size
+        values=near,
+        weights=np.full(size, 1 / size),
+        ages=np.full(size, (n - 1) / 2),
+        fast=last - lag,
+        slow=last - 2 * lag,
+        noise=float(noise),
+        count=size,
+        first=n,
     )
+
+
+def _between_quartiles(values: Array) -> float:
+    """Return how far the values are apart of which a quarter is above, or below."""
+    ordered, quarter = np.sort(values), len(values) // 4
+    return float(ordered[len(values) - 1 - quarter] - ordered[quarter])
 
 
 def noise_floor(values: Array) -> float:
@@ -123,21 +157,24 @@ def next_level(before: Level, value: float, floor: float) -> Level:
     # A deviation from the expected value is limited to 3 standard deviations.
     off = float(np.clip(value - before.expected, -CLIP * before.noise, CLIP * before.noise))
     taken = before.expected + off
-    count = min(before.count + 1, PROVEN)
-    part = 1 / min(count, LONGEST)
-    fast = before.fast + (taken - before.fast) / FIRST
-    noise = max(before.noise + part * (PER_MAGNITUDE * abs(off) - before.noise), floor)
+    count = min(before.count + 1, MOST_COUNTED)
+    share = before.share
+    part = 1 / min(count, LONGEST * before.first)
+    fast = before.fast + (taken - before.fast) * share
+    more = (PER_MAGNITUDE * abs(off) - before.noise) / min(count, MEMORY)
+    noise = max(before.noise + more, floor)
     quiet = 100 * abs(value - before.last) < noise and noise > 4 * floor
     return Level(
         values=np.append(before.values, taken),
         weights=np.append((1 - part) * before.weights, part),
         ages=np.append(before.ages + 1, 0.0),
         fast=fast,
-        slow=before.slow + (fast - before.slow) / FIRST,
+        slow=before.slow + (fast - before.slow) * share,
         noise=noise,
         count=count,
         last=value,
         quiet=before.quiet + 1 if quiet else 0,
+        first=before.first,
     )
 
 
@@ -150,7 +187,7 @@ class Baseline:
     now : Level
         Valid as soon as `ready`.
     ready : bool
-        Whether the first 32 values are known.
+        Whether the first values are known.
 
     Examples
     --------
@@ -174,9 +211,23 @@ class Baseline:
             return
         self._first.append(value)
         if len(self._first) == FIRST:
-            self.now, self.ready = first_level(self._first), True
-            self._floor = noise_floor(np.array(self._first))
-            self.mark()
+            self._establish()
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is none of the first values."""
+        return not self.ready and not self._first
+
+    def collected(self, passed_ns: int) -> None:
+        """Know that the first values took so long: those of a second are enough, and 5 at least."""
+        size = len(self._first)
+        if not self.ready and size >= FEWEST and passed_ns >= SECOND_NS - SECOND_NS // size:
+            self._establish()
+
+    def _establish(self) -> None:
+        self.now, self.ready = first_level(self._first), True
+        self._floor = noise_floor(np.array(self._first))
+        self.mark()
 
     def mark(self) -> None:
         """Keep the present state for `rewind`."""
@@ -187,7 +238,7 @@ class Baseline:
         self.now = self._marked
 
     def measure_again(self) -> None:
-        """Collect 32 new values; until then the old level stays."""
+        """Collect the first values again; until then the old level stays."""
         self.ready, self._first = False, []
 
     def keep(self) -> None:
@@ -326,6 +377,11 @@ class Contact:
         return self.rise > 0 or self.age > 0
 
     @property
+    def pressed(self) -> bool:
+        """Whether the last change between two baselines may be of a touch."""
+        return self.in_a_row > 0
+
+    @property
     def fell(self) -> bool:
         """Whether the idle channels fell far below the baseline, by three times the limit; or a contact did not end."""
         return self.fall >= 3 * LIMIT
@@ -389,9 +445,6 @@ def _page(statistic: float, deviations: float) -> float:
     return after if after > 0 else 0.0
 
 
-SECOND_NS = 1_000_000_000
-
-
 @dataclass
 class Idle:
     """Both baselines and the gate, reading by reading.
@@ -414,7 +467,8 @@ class Idle:
     soft: Baseline = field(default_factory=Baseline)
     gate: Contact = field(default_factory=Contact)
     retaken: int = 0
-    _since_ns: int = 0  # when a touch last took samples, or the release; while the baselines are measured: its end
+    # when a touch last took samples, or the release; while the baselines are measured: its end, then the first value
+    _since_ns: int = 0
     _settles: bool = False
 
     @property
@@ -447,9 +501,8 @@ class Idle:
             rest = SECOND_NS if fall > SECOND_NS else max(fall + fall // 2, SECOND_NS // 10)
             self._since_ns, self._settles = time_ns + rest, True
             return "idle"
-        if self.gate.fell or (
-            now == "idle" and max(self.hard.now.quiet, self.soft.now.quiet) >= FIRST
-        ):
+        disturbed = self.hard.now.disturbed or self.soft.now.disturbed
+        if self.gate.fell or (now == "idle" and disturbed):
             self.retaken += 1
             self.gate.reset()
             self._measure_again()
@@ -460,13 +513,15 @@ class Idle:
             return "released"
         return ""
 
-    def take_one(self, hard: float | None, soft: float | None) -> str:
+    def take_one(self, time_ns: int, hard: float | None, soft: float | None) -> str:
         """Take a reading of which one channel or both have no value; return "measured" or ""."""
         before = self.ready
         if self.gate.state == "idle" and not self.gate.suspects and not self._settles:
+            self._note_first(time_ns)
             for baseline, value in ((self.hard, hard), (self.soft, soft)):
                 if value is not None:
                     baseline.add(value)
+            self._judge_first(time_ns)
         return "measured" if self.ready and not before else ""
 
     def _measure(
@@ -481,10 +536,21 @@ class Idle:
         self._settles = self._settles and 0 < self._since_ns - time_ns <= 2 * SECOND_NS
         if self._settles:
             return ""
+        self._note_first(time_ns)
         for baseline, value in zip((self.hard, self.soft), values, strict=True):
             if not baseline.ready:
                 baseline.add(value)
+        self._judge_first(time_ns)
         return "measured" if self.ready else ""
+
+    def _note_first(self, time_ns: int) -> None:
+        if self.hard.empty and self.soft.empty:
+            self._since_ns = time_ns
+
+    def _judge_first(self, time_ns: int) -> None:
+        if not self.ready and not self.gate.pressed:
+            self.hard.collected(time_ns - self._since_ns)
+            self.soft.collected(time_ns - self._since_ns)
 
     def _measure_again(self) -> None:
         self.hard.measure_again()

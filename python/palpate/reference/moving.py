@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from palpate.reference.adaptive import AdaptiveWindow, Settings
+from palpate.reference.align import ALIASES
 from palpate.reference.estimate import CHANGED, Errors
 from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.level import Sweep
@@ -190,12 +191,14 @@ class MovingEstimate:
         state = self._state
         if not self.samples or not state.information() > 0:
             return float("nan")
+        scatter = state.noise.lag0 / state.noise.count if state.noise.count > 0 else 0.0
+        if errors.pace == ALIASES and not scatter:
+            return float("nan")
         readings = errors.of_readings(self.ratio)
         own = float(state.standard_error())
         if not np.isfinite(own):
-            seen = state.noise.lag0 / state.noise.count if state.noise.count > 0 else 0.0
             own = 0.0
-            readings += 4 * max(seen - readings / 2, 0.0)
+            readings = errors.of_few(readings, scatter)
         square = max(own**2, readings * self.covariance)
         square += (DELAY * state.motion()) ** 2
         square += (errors.shared + errors.rounding) / state.mean_square + left_open

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.reference.align import Reading, means
+from palpate.reference.align import FAST, Reading, means
 from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
@@ -21,9 +21,8 @@ from palpate.reference.slow_noise import SlowNoise
 SURE, SIGNIFICANT = (3.0, 8.0)
 FALLEN = 0.05  # share of the touch
 NEARER = 3.0  # times nearer is the level ratio to the ratio that it decides for
-RECOVERY_VALUES = 16  # over which a recovery is seen, between two medians of as many values
 RECOVERED = 4.0  # standard errors of the change
-RECOVERED_NOISE = 1.77  # of the move in noises: 4 sqrt(pi / 2) sqrt(2 / 16)
+RECOVERED_NOISE = 1.77  # of the recovery in noises: 4 sqrt(pi / 2) sqrt(2 / 16)
 
 
 class Known(NamedTuple):
@@ -37,8 +36,8 @@ class Known(NamedTuple):
         Mean age of its values.
     noise : float, pF
         Standard deviation of a value.
-    slope : float, pF
-        Change from value to value.
+    recovery : float, pF
+        `Level.recovery`.
     slow : float, pF^2
         Variance of its difference to the mean of the touch by slow noise.
 
@@ -52,7 +51,7 @@ class Known(NamedTuple):
     variance: float = 1e-11
     age: float = 15.5
     noise: float = 4e-5
-    slope: float = 0.0
+    recovery: float = 0.0
     slow: float = 0.0
 
 
@@ -220,7 +219,7 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
 
 def _recovers(before: Known, after: Known) -> bool:
     """Return whether a channel moves back after the release, by more than 4 standard errors of the move and the change."""
-    change, move = after.level - before.level, RECOVERY_VALUES * after.slope
+    change, move = after.level - before.level, after.recovery
     moves_back = move * change < 0 and abs(move) > RECOVERED_NOISE * before.noise
     return moves_back and change**2 > RECOVERED**2 * (before.variance + after.variance)
 
@@ -451,7 +450,7 @@ def _tracked(
     made = means(t_hard, t_soft, *clean.T, at_end=screened.at_end)
     rows = [state.row()] * AHEAD
     for values, reading in zip(clean, made, strict=True):
-        rows.append(state.feed(values, reading) if reading else state.wait(values))
+        rows.append(state.feed(values, reading))
     state.finish()
     columns = np.array(rows[: len(clean)], float).reshape(-1, 6).T
     return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
@@ -490,16 +489,15 @@ class _Tracker:
             0  # all readings; all that are no part of a mean; the touch's first
         )
         self._size, self._together = 1, False  # of the last mean; as `Reading`
-
-    def wait(self, values: NDArray[np.float64]) -> tuple[float, ...]:
-        """Take a reading of each channel that completes no mean; return a row."""
-        self._add_codes(values)
-        self._readings += 1
-        return self.row(alarm=False, revises=False)
+        self._pace = FAST
 
     def feed(self, read: NDArray[np.float64], reading: Reading) -> tuple[float, ...]:
         """Take a reading of each channel, or a mean with it; return a row."""
         self._add_codes(read)
+        self._pace = reading.pace
+        if not reading.size:
+            self._readings += 1
+            return self.row(alarm=False, revises=False)
         time_ns, number, pair, self._size = reading.time, self._pairs, [*reading.pair], reading.size
         self._together = reading.together
         values = np.array([reading.hard, reading.soft])
@@ -509,7 +507,8 @@ class _Tracker:
             event = self._idle.take(time_ns, hard, soft, self._one_code(), running=self._running)
         else:
             event = self._idle.take_one(
-                *(v if known else None for v, known in zip(values.tolist(), there, strict=True))
+                time_ns,
+                *(v if known else None for v, known in zip(values.tolist(), there, strict=True)),
             )
         alarm = False
         if event == "begun":
@@ -653,7 +652,7 @@ class _Tracker:
     def _baselines(self) -> tuple[Known, Known]:
         levels = zip((self._idle.hard.now, self._idle.soft.now), self._slow, strict=True)
         hard, soft = (
-            Known(now.level, now.variance, now.age, now.noise, now.slope, slow)
+            Known(now.level, now.variance, now.age, now.noise, now.recovery, slow)
             for now, slow in levels
         )
         return hard, soft
@@ -672,7 +671,7 @@ class _Tracker:
         # step^2 / 12 of the readings, and the same of the baseline
         rounding = (hard_step**2 + ratio**2 * soft_step**2) / 6
         shared = hard.variance + hard.slow + ratio**2 * (soft.variance + soft.slow)
-        return Errors((hard.noise, soft.noise), shared, rounding)
+        return Errors((hard.noise, soft.noise), shared, rounding, self._pace)
 
     def _note(self, before: _Handover | None) -> None:
         """Note the ratio before a change."""

@@ -159,8 +159,9 @@ class Handover : public Parameters {
   /// Sum of the squared weights over the square of their information: the variance of the ratio for white noise of
   /// variance 1.
   constexpr Real leverage() const noexcept { return sums_.squares / sums_.information / sums_.information; }
-  /// Variance of the mean of many innovations, times their number, pF^2; only if settled().
-  constexpr Real long_run_variance() const noexcept { return noise_.long_run_variance(); }
+  /// Variance of the mean of many innovations, times their number, pF^2; only if settled(). With `aliases` no oscillation
+  /// cancels.
+  constexpr Real long_run_variance(bool aliases = false) const noexcept { return noise_.long_run_variance(aliases); }
   /// Mean square of the regressors, pF^2.
   constexpr Real mean_square() const noexcept { return sums_.information / sums_.count; }
   /// Mean of the last regressors, pF.

@@ -99,13 +99,14 @@ class NoiseModel {
   /// Variance of the mean of many innovations, times their number. It is that of an AR(2) process if the second
   /// coefficient is significant (tremor: an oscillation cancels), otherwise of an AR(1) process. Yule-Walker:
   ///   AR(2): gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2,   AR(1): gamma(0) (1 + r1) / (1 - r1).
-  constexpr Real long_run_variance() const noexcept {
+  /// With `aliases` an oscillation may be one that looks slow, and not cancel: then it is that of the AR(1) process.
+  constexpr Real long_run_variance(bool aliases) const noexcept {
     const Real variance = lag0_ / count_;
     const Real r1 = correlation(lag1_), r2 = correlation(lag2_);
     const Real rest = 1 - product(r1, r1);
     const Real partial = rest > 0 ? (r2 - product(r1, r1)) / rest : Real(0);  // correlation at lag 2, given lag 1
     // If the second coefficient is 0, n partial^2 is chi-squared with one degree of freedom: 1 % is above 6.63.
-    if (product(count_, product(partial, partial)) < Real(6.63)) {
+    if (aliases || product(count_, product(partial, partial)) < Real(6.63)) {
       return product(variance, (1 + rho_) / (1 - rho_));
     }
     const Real c1 = corrected(r1), c2 = limited(r2 + bias(r1)), spread = 1 - product(c1, c1);

@@ -170,7 +170,7 @@ class Reviser {
   // The slope after the touch is against the rise, by more than 4 of its standard errors.
   template <class Baseline>
   constexpr bool recovers(const Baseline& after, Real rise, const Before& before) const noexcept {
-    const Real fall = 16 * after.slope();  // from the median of the earlier 16 values to that of the later ones
+    const Real fall = after.recovery();  // from the median of the earlier 16 values to that of the later ones
     // The standard error of the difference of two medians of 16 is sqrt(2) sqrt(pi / 2) / sqrt(16) = 0.443 of the noise.
     return product(fall, rise) < 0 && magnitude(fall) > product(Real(1.77), before.noise) &&
            product(rise, rise) > 16 * (after.variance() + before.variance);

@@ -3,6 +3,7 @@
 
 // The capacitance of a channel without contact, its drift, and its noise.
 
+#include <palpate/square_root.hpp>
 #include <palpate/stage/robust_line.hpp>
 
 namespace palpate {
@@ -11,6 +12,7 @@ inline namespace PALPATE_NAMESPACE {
 /// The null stage: the values are already changes.
 template <class Real>
 struct NoBaseline {
+  static constexpr bool timed = false;  ///< its first values are not those of a second
   /// @{
   /// As the function of Baseline of this name; level, noise and drift are 0.
   constexpr void collect(Real) noexcept {}
@@ -19,6 +21,9 @@ struct NoBaseline {
   constexpr void rewind() noexcept {}
   constexpr void reset() noexcept {}
   constexpr void keep() noexcept {}
+  template <class Signed>
+  constexpr void collected(Signed, Signed) noexcept {}
+  constexpr bool empty() const noexcept { return false; }
   constexpr bool ready() const noexcept { return true; }
   constexpr bool disturbed() const noexcept { return false; }
   constexpr Real level() const noexcept { return Real(0); }
@@ -26,7 +31,7 @@ struct NoBaseline {
   constexpr Real noise() const noexcept { return Real(0); }
   constexpr Real variance() const noexcept { return Real(0); }
   constexpr Real age() const noexcept { return Real(0); }
-  constexpr Real slope() const noexcept { return Real(0); }
+  constexpr Real recovery() const noexcept { return Real(0); }
   /// @}
 };
 
@@ -50,30 +55,54 @@ struct BaselineState<Real, true> : BaselineState<Real, false> {
   }
 };
 
+/// By the number n of the first values: the share of a new one in the exponential means, 1 / n; the memory of the running
+/// mean, 2 n values; and 5 n values, after which the first slope is forgotten.
+template <class Real, bool Timed>
+struct BaselineMemory {
+  static constexpr Real share = Real(1) / Real(32), longest = 64, proven = 160;
+};
+template <class Real>
+struct BaselineMemory<Real, true> {
+  Real share = Real(1) / Real(32), longest = 64, proven = 160;
+};
+
 /// The capacitance of a channel without contact, pF.
 ///
-/// Level: first the mean of those of the first 32 values that are near their median; up to a quarter of them may be
-/// spikes, or of a touch that began too early. Then a clipped running mean, during the time without contact.
+/// Level: first the mean of those of the first values that are near their median; up to a quarter of them may be spikes,
+/// or of a touch that began too early. They are 32. Timed: they are those of a second, if these are fewer, and 5 at
+/// least. Then a clipped running mean, during the time without contact. Every memory is a multiple of the first values,
+/// so that it is as long in seconds; but the noise is known from 64 values.
 ///
 /// Drift: two exponential means in series, fast and slow. Behind a value with a constant slope b they lag by b L and
 /// 2 b L, L = (1 - share) / share; so 2 fast - slow does not lag (Brown 1963). It is what the gate expects as the next
 /// value; and it is the level, too, if fast - slow is more than four of its standard deviations, sqrt(share) / 2 of the
 /// noise. Without Drifts there is no such test, and the level is always the mean.
-template <class Real, bool Drifts = true>
-class Baseline {
-  static constexpr int Size = 32;
-  static constexpr Real clip = Real(3);      // limits the deviation of one value, standard deviations
-  static constexpr Real longest = Real(64);  // memory of the running mean, values
-  static constexpr Real share = Real(1) / Real(Size);
-  static constexpr Real lag = Real(Size - 1);
-  static constexpr Real proven = Real(5 * Size);  // values after which the first slope is forgotten
+template <class Real, bool Drifts = true, bool Timed = false>
+class Baseline : BaselineMemory<Real, Timed> {
+  using Memory = BaselineMemory<Real, Timed>;
+  using Memory::share, Memory::longest, Memory::proven;
+  static constexpr int Size = 32, Fewest = 5;
+  static constexpr Real clip = Real(3);  // limits the deviation of one value, standard deviations
+  static constexpr Real memory = 64;     // of the noise, values
 
  public:
-  /// Add one of the first 32 values.
+  static constexpr bool timed = Timed;  ///< its first values are those of a second
+
+  /// Add one of the first values.
   constexpr void collect(Real value) noexcept {
     first_.add(filled_++, value);
     if (filled_ == Size) {
-      establish();
+      establish(Size);
+    }
+  }
+
+  /// Ticks from the first one to the last one: those of a second are enough.
+  template <class Signed>
+  constexpr void collected([[maybe_unused]] Signed ticks, [[maybe_unused]] Signed second) noexcept {
+    if constexpr (Timed) {
+      if (filled_ >= Fewest && !ready() && ticks >= second - second / filled_) {
+        establish(filled_);
+      }
     }
   }
 
@@ -83,7 +112,7 @@ class Baseline {
     const Real raw = value - expected();
     const Real off = raw > limit ? limit : raw < -limit ? -limit : raw;
     const Real taken = expected() + off;
-    now_.count += now_.count < (Drifts ? proven : longest) ? Real(1) : Real(0);
+    now_.count += now_.count < (Drifts ? 160 : memory) ? Real(1) : Real(0);
     const Real part = 1 / (now_.count < longest ? now_.count : longest), rest = 1 - part;
     if constexpr (Drifts) {
       now_.fast += product(taken - now_.fast, share);
@@ -92,7 +121,8 @@ class Baseline {
     }
     now_.mean += product(taken - now_.mean, part);
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
-    const Real seen = now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part);
+    const Real of_noise = Timed ? 1 / (now_.count < memory ? now_.count : memory) : part;
+    const Real seen = now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, of_noise);
     now_.noise = seen > first_.value(noise_floor) ? seen : first_.value(noise_floor);
     if constexpr (Drifts) {
       const bool quiet = 100 * magnitude(value - now_.last) < now_.noise && now_.noise > 4 * first_.value(noise_floor);
@@ -122,10 +152,13 @@ class Baseline {
     first_.value(noise_floor) = first_.least(now_.mean);
     mark();
   }
-  /// Whether all 32 values are collected.
+  /// Whether it has none of the first values.
+  constexpr bool empty() const noexcept { return filled_ == 0; }
+  /// Whether it has all of them.
   constexpr bool ready() const noexcept { return filled_ == Size; }
-  /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of 32 later ones.
-  constexpr bool disturbed() const noexcept { return quiet_ >= Size; }
+  /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of as many later
+  /// ones.
+  constexpr bool disturbed() const noexcept { return 2 * quiet_ >= static_cast<int>(longest); }
   /// Capacitance without contact, for the changes of a touch that begins now.
   constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
@@ -136,8 +169,12 @@ class Baseline {
       return now_.mean;
     }
   }
-  /// Change of the level from value to value.
-  constexpr Real slope() const noexcept { return (now_.fast - now_.slow) / lag; }
+  /// Change of the level from the earlier half of the first values to the later one; of fewer than 32, whose medians know
+  /// it worse, less by the root of their share.
+  constexpr Real recovery() const noexcept {
+    const Real size = longest / 2, part = size / Size;
+    return product(product(size / 2, (now_.fast - now_.slow) / (size - 1)), square_root(part));
+  }
   /// Standard deviation of one value.
   constexpr Real noise() const noexcept { return now_.noise; }
   /// Variance of the level: that of the noise times the sum of the squared weights of the values; 5 / 4 share for
@@ -151,8 +188,14 @@ class Baseline {
  private:
   constexpr bool drifts() const noexcept { return Drifts && drifts_; }
 
-  constexpr void establish() noexcept {
-    const auto found = first_.summary(clip);
+  constexpr void establish(int size) noexcept {
+    const auto found = first_.summary(clip, size);
+    const Real lag = static_cast<Real>(size - 1);
+    filled_ = Size;
+    if constexpr (Timed) {
+      const Real first = static_cast<Real>(size);
+      static_cast<Memory&>(*this) = {1 / first, 2 * first, 5 * first};
+    }
     now_.noise = found.noise;
     now_.count = found.count;
     now_.mean = found.mean;
@@ -177,7 +220,7 @@ class Baseline {
   // The values are needed only while collecting; after that the same memory has the noise floor, and the numbers of the
   // marked state.
   static constexpr int noise_floor = 0;
-  RobustLine<Real, Size, Drifts> first_;
+  RobustLine<Real, Size, Drifts, Timed> first_;
   BaselineState<Real, Drifts> now_;
   std::uint8_t filled_ = 0, quiet_ = 0;
   bool drifts_ = false;

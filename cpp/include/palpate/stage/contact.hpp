@@ -24,6 +24,7 @@ struct AlwaysContact {
   constexpr bool suspects() const noexcept { return false; }
   constexpr bool update_between(Real, Real) noexcept { return false; }
   constexpr bool fell() const noexcept { return false; }
+  constexpr bool pressed() const noexcept { return false; }
   constexpr int pressed_again() const noexcept { return 0; }
   /// @}
 };
@@ -112,6 +113,8 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     peak_ = 0;
   }
 
+  /// Whether the last change of update_between() may be of a touch.
+  constexpr bool pressed() const noexcept { return in_a_row_ > 0; }
   /// Whether a touch is running.
   constexpr bool contact() const noexcept { return state_ == State::contact; }
   /// Whether the release of the last touch is over, too.

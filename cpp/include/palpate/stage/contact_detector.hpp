@@ -68,11 +68,13 @@ class ContactDetector {
   }
 
   /// Takes readings of which one or both have no value.
-  constexpr Event take_one(Real hard, Real soft) noexcept {
+  constexpr Event take_one(Time time, Real hard, Real soft) noexcept {
     const bool was_ready = ready();
     if (gate.idle() && !gate.suspects() && !settles_) {
+      note_first(time);
       alone(hard_baseline, hard);
       alone(soft_baseline, soft);
+      judge_first(time);
     }
     return ready() && !was_ready ? Event::measured : Event::none;
   }
@@ -117,9 +119,23 @@ class ContactDetector {
     if (settles_) {
       return Event::none;
     }
+    note_first(time);
     collect_in(hard_baseline, hard);
     collect_in(soft_baseline, soft);
+    judge_first(time);
     return ready() ? Event::measured : Event::none;
+  }
+  // The time of the first values of a baseline.
+  constexpr void note_first(Time time) noexcept {
+    if (BaselineStage::timed && hard_baseline.empty() && soft_baseline.empty()) {
+      since_ = time;
+    }
+  }
+  constexpr void judge_first(Time time) noexcept {
+    if (BaselineStage::timed && !ready() && !gate.pressed()) {
+      hard_baseline.collected(time.since(since_), Time::second);
+      soft_baseline.collected(time.since(since_), Time::second);
+    }
   }
   // A touch that begins before a new baseline is measured uses the old one.
   PALPATE_INLINE constexpr Event begin_early() noexcept {
@@ -159,7 +175,8 @@ class ContactDetector {
     }
   }
 
-  Time since_;  // when a touch last took samples, or the release; while the baselines are measured: its end
+  Time since_;  // when a touch last took samples, or the release; while the baselines are measured: its end,
+                // then the first value
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };

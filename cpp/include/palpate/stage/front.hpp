@@ -16,7 +16,7 @@ using Aligns = decltype(of<Stage>().reset(), float(of<Stage>().feed(Time(), Time
                         float(of<Stage>().feed(Time(), Time(), 0, 0, true).soft),
                         bool(of<Stage>().feed(Time(), Time(), 0, 0, true).valid));
 template <class Stage, class Time = typename Stage::time_type>
-using Matches = decltype(bool(of<Stage>().feed(Time(), Time(), 0, 0, true).matched));
+using Matches = decltype(bool(of<Stage>().feed(Time(), Time(), 0, 0, true).matched), Pace(of<Stage>().pace()));
 }  // namespace detail
 
 /// A reading of each channel against the range of the converter. Saturated values are none for the alignment; they still show a contact.
@@ -37,9 +37,10 @@ template <class Real, class AlignStage, bool matches = detail::has<detail::Match
 struct Front {
   using Time = typename AlignStage::time_type;
   using Pair = decltype(detail::of<AlignStage>().feed({}, {}, 0, 0, true));
-  static constexpr bool decimates = false;  ///< pairs are averaged
-  AlignStage align;                         ///< brings both channels to the same times
-  NoDecimator decimator;                    ///< each reading counts
+  static constexpr bool decimates = false;                      ///< pairs are averaged
+  AlignStage align;                                             ///< brings both channels to the same times
+  NoDecimator decimator;                                        ///< each reading counts
+  static constexpr Pace pace() noexcept { return Pace::fast; }  ///< it is not known
 
   /// The reading itself.
   PALPATE_INLINE static constexpr Frame<Time, Real, Pair> take(Time hard_time, Time, const RangedReading<Real>& read,
@@ -76,6 +77,8 @@ struct Front<Real, AlignStage, true> {
     }
     return {hard_time, read.hard, read.soft, same(pair), 1};
   }
+  /// As of the alignment.
+  constexpr Pace pace() const noexcept { return align.pace(); }
   /// The pair of a frame.
   PALPATE_INLINE static constexpr Pair pair(const Frame<Time, Real, Pair>& frame, Time, Time,
                                             const RangedReading<Real>&, bool) noexcept {

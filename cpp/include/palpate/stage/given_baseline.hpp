@@ -13,8 +13,8 @@ inline namespace PALPATE_NAMESPACE {
 /// not move (the tremor of a hand does): for a standard deviation s of the values,
 /// E |v(k) - 2 v(k-1) + v(k-2)| = sqrt(6) sqrt(2 / pi) s = 1.954 s.
 template <class Real>
-class GivenBaseline : public Baseline<Real> {
-  using Measured = Baseline<Real>;
+class GivenBaseline : public Baseline<Real, true, true> {
+  using Measured = Baseline<Real, true, true>;
   static constexpr int enough = 8;   // values for a noise
   static constexpr int memory = 64;  // of it, values
 
