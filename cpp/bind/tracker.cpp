@@ -172,6 +172,19 @@ class PyTracker {
   }
 
   py::dict settings_dict() const { return settings_.dict(); }
+  /// As tuples: what, channel, time (s), size and soft size (pF).
+  py::list judgements() {
+    constexpr const char* channels[] = {"hard", "soft", "both"};
+    constexpr const char* names[] = {"saturated", "frozen", "jumped", "was_touch", "step", "falling", "still"};
+    py::list all;
+    of_run([&](auto& run) {
+      for (const auto& j : run.judged) {
+        all.append(py::make_tuple(names[static_cast<int>(j.what)], channels[static_cast<int>(j.channel)],
+                                  static_cast<double>(j.time.count) * 1e-9, j.size, j.soft_size));
+      }
+    });
+    return all;
+  }
   py::list touches() { return touches_from(0); }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
@@ -322,6 +335,7 @@ If it shows the opposite, that touch has the flag "baseline".)")
   type.property("scene", &T::scene, "Name of the scene.")
       .property("settings", &T::settings_dict,
                 "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
+      .property("judgements", &T::judgements, "What was judged of the readings: (name, channel, time in s, size, soft size).")
       .property("touches", &T::touches, "Every touch that has ended, in order of time.")
       .property("touch_count", &T::touch_count, "How many touches have ended.")
       .property("revision_count", &T::revision_count, "How many touches were revised after their release.");

@@ -10,6 +10,8 @@
 #include <limits>
 #include <palpate/scenes.hpp>
 #include <palpate/stage/stamps.hpp>
+#include <type_traits>
+#include <vector>
 
 namespace palpate::runs {
 
@@ -51,6 +53,8 @@ struct Result : Touch<double> {
     if (misfits.flags & misfit_curve) visit("curve");
     if (misfits.flags & misfit_tilt) visit("tilt");
     if (misfits.flags & misfit_changed) visit("changed");
+    if (misfits.flags & misfit_step) visit("step");
+    if (misfits.flags & misfit_jumped) visit("jumped");
     if (revision == Revision::creep) visit("creep");
     if (revision == Revision::baseline) visit("baseline");
     if (gap) visit("gap");
@@ -86,6 +90,9 @@ struct Run {
     }
     const bool was_ready = core.ready();
     const auto report = core.feed(t_hard, t_soft, hard, soft);
+    if constexpr (!std::is_same_v<decltype(core.judgements()), const NoJudgements&>) {
+      judged.insert(judged.end(), core.judgements().begin(), core.judgements().end());
+    }
     if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
       unproven = released = false;
     }
@@ -195,6 +202,7 @@ struct Run {
   }
 
   Core core;
+  std::vector<Judgement<double, Nanoseconds>> judged;  // all judgements
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
   double nominal_s;                // from pair to pair of the device; 0: not known

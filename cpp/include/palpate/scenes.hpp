@@ -52,6 +52,7 @@ struct Fixed {
   using align = NoAlign<Real, Time>;    ///< from two readings to a pair
   using baseline = NoBaseline<Real>;    ///< of a channel without contact
   using contact = AlwaysContact<Real>;  ///< begin and end of a touch
+  using levels = NoLevels;              ///< jumps and steps
   using estimator = FixedRls<Real>;     ///< of the ratio
   template <class Estimator>
   using judge_for = NoJudge<Estimator>;  ///< flags, level ratio, revision
@@ -73,6 +74,7 @@ struct Paper : Fixed<Real, Time, Settings> {
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Handheld : Paper<Real, Time, Settings> {
   using align = MatchedPair<Real, Time>;                                       ///< from two readings to a pair
+  using levels = Levels<Real, Time>;                                           ///< jumps and steps
   using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio
   /// flags, level ratio, revision
   template <class Estimator>

@@ -8,6 +8,7 @@
 #include <palpate/judge/judge.hpp>
 #include <palpate/stage/contact_detector.hpp>
 #include <palpate/stage/front.hpp>
+#include <palpate/stage/levels.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -52,12 +53,13 @@ using Estimates =
              bool(of<Estimator>().update(Real(), Real()).accepted), bool(of<Estimator>().update(Real(), Real()).alarm),
              Real(of<Estimator>().ratio()), Real(of<Estimator>().covariance()));
 template <class Estimator>
-using Judged = decltype(of<const Estimator>().mean_regressor(), of<const Estimator>().count(),
-                        of<const Estimator>().mean_square());
+using Judgeable = decltype(of<const Estimator>().mean_regressor(), of<const Estimator>().count(),
+                           of<const Estimator>().mean_square());
 
 template <class Scene>
-using IsScene = std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::align,
-                            typename Scene::baseline, typename Scene::contact, typename Scene::estimator>;
+using IsScene =
+    std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::align, typename Scene::baseline,
+                typename Scene::contact, typename Scene::levels, typename Scene::estimator>;
 template <class Stage, class Time = typename Stage::time_type>
 using RealOfPair = std::decay_t<decltype(of<Stage>().feed(Time(), Time(), 0, 0, true).hard)>;
 template <class Stage>
@@ -112,7 +114,7 @@ struct SceneChecks : SceneIs<Scene> {
                 "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
                 "NoJudge");
   static_assert(
-      !Judge::judges || (knows_its_error<Estimator> && has<Judged, Estimator>),
+      !Judge::judges || (knows_its_error<Estimator> && has<Judgeable, Estimator>),
       "palpate::Tracker: a Judge needs an estimator with the standard error of Handover or of AdaptiveWindow, "
       "mean_regressor(), mean_square() and count(); else use NoJudge");
 };
@@ -133,12 +135,14 @@ template <class Scene>
 class Tracker : public detail::Parts<Scene>::Settings,
                 public detail::Parts<Scene>::Detector,
                 public detail::Parts<Scene>::Front,
+                Scene::levels,
                 detail::Parts<Scene>::Judge {
   using Settings = typename detail::Parts<Scene>::Settings;
   using Judge = typename detail::Parts<Scene>::Judge;
   using Detector = typename detail::Parts<Scene>::Detector;
   using Front = typename detail::Parts<Scene>::Front;
   using Pair = typename Front::Pair;
+  using Levels = typename Scene::levels;
 
  public:
   using scene_type = Scene;                          ///< with the types of the stages
@@ -157,6 +161,9 @@ class Tracker : public detail::Parts<Scene>::Settings,
   /// Takes a reading of each channel: their times, and the capacitances in pF, NaN: no value. A reading that is infinite
   /// or saturated counts as no value.
   constexpr Report<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft) noexcept {
+    if constexpr (Levels::watches) {
+      judgements_.clear();
+    }
     Judge::read(hard, soft, hard_time == soft_time, open_);
     const Screened read = screen(hard, soft);
     const auto frame = Front::take(hard_time, soft_time, read, near(), settings.averaged);
@@ -164,7 +171,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
       readings_ += 1;
       return {estimator.ratio(), false, gate.contact(), false};
     }
-    const bool revised = follow(detect(frame.time, frame.hard, frame.soft, read.whole), frame.time);
+    const bool measured = follow(detect(frame.time, frame.hard, frame.soft, read.whole), frame.time);
+    const bool revised = watch(frame.time, frame.hard, frame.soft) || measured;
     const Pair pair = Front::pair(frame, hard_time, soft_time, read, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {
@@ -220,6 +228,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
     Judge::complete(result, estimator);
     return result;
   }
+  /// What is judged of the last reading that feed() took, beside the touch.
+  constexpr const auto& judgements() const noexcept { return judgements_; }
   /// Settings of the level ratio.
   constexpr auto& level_settings() noexcept { return Judge::level_settings(); }
   /// The same, of a constant tracker.
@@ -310,6 +320,43 @@ class Tracker : public detail::Parts<Scene>::Settings,
     Front::decimator.begin(age);
     counts_.start = readings_ + 1 > age * size ? readings_ + 1 - age * size : 0;
     Judge::begun(time, pairs());
+    if constexpr (Levels::watches) {
+      Levels::touch_begun();
+    }
+  }
+
+  /// Returns whether the last touch is revised.
+  PALPATE_INLINE constexpr bool watch([[maybe_unused]] Time time, [[maybe_unused]] Real hard,
+                                      [[maybe_unused]] Real soft) noexcept {
+    if constexpr (Levels::watches) {
+      if (PALPATE_LIKELY(is_finite(hard) && is_finite(soft))) {
+        const LevelChange change = Levels::take(time, hard, soft, *this, judgements_);
+        return PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change);
+      }
+    }
+    return false;
+  }
+
+  constexpr bool change_level(LevelChange change) noexcept {
+    const bool ended = !running_;
+    if (change == LevelChange::saturated) {
+      counts_.saturated += 1;
+      return ended;
+    }
+    Detector::rest(Levels::hard_level(), Levels::soft_level(), Levels::level_count());
+    open_ = false;
+    if (change == LevelChange::moved || (change == LevelChange::returned && !Judge::has_level_flags())) {
+      return false;
+    }
+    if (change == LevelChange::dropped && !ended) {
+      running_ = false;
+      counts_ = Counts();
+      return false;
+    }
+    Judge::level_changed(change == LevelChange::returned  ? 0
+                         : change == LevelChange::stepped ? misfit_step
+                                                          : misfit_jumped);
+    return ended;
   }
 
   /// Returns whether there is an alarm.
@@ -377,6 +424,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
   Counts counts_;
+  std::conditional_t<Levels::watches, Judgements<Real, Time>, NoJudgements> judgements_;
   Real standard_error_ = not_a_number<Real>;
 };
 

@@ -65,6 +65,7 @@ struct NoJudge {
     return false;
   }
   static constexpr void tared() noexcept {}
+  static constexpr void level_changed(std::uint8_t) noexcept {}
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
@@ -99,6 +100,7 @@ class Judge {
     evidence_.reviser.begin(pair);
     misfits_ = {};
     revision_ = {};
+    level_flags_ = 0;
   }
 
   /// The estimate before a sample, which an alarm with it makes the last one before a change.
@@ -199,6 +201,11 @@ class Judge {
   /// The baselines are measured again: the last touch will not be revised.
   constexpr void tared() noexcept { evidence_.reviser.drop(); }
 
+  /// The flags of a touch in which a channel jumped, in place of others; 0: there is none.
+  constexpr void level_changed(std::uint8_t flags) noexcept { level_flags_ = flags; }
+  /// Whether the touch has such flags.
+  constexpr bool has_level_flags() const noexcept { return level_flags_ != 0; }
+
   /// Add to a touch what is known beside its ratio.
   constexpr void complete(Touch<Real>& touch, const Estimator& estimator) const noexcept {
     touch.misfits = misfits_;
@@ -221,6 +228,7 @@ class Judge {
     if (tilted_ && !(touch.misfits.flags & (misfit_offset | misfit_drift | misfit_lag | misfit_curve))) {
       touch.misfits.flags |= misfit_tilt;
     }
+    touch.misfits.flags = level_flags_ ? level_flags_ : touch.misfits.flags;
   }
 
   /// Settings of the level ratio.
@@ -330,6 +338,7 @@ class Judge {
   typename Reviser<Real>::Result revision_;
   Estimate<Real> level_, earlier_, after_;  // the last two: on the other side of a change
   Real first_error_ = 0;
+  std::uint8_t level_flags_ = 0;
   bool tilted_ = false;   // the ratio and the level ratio differ
   bool lifted_ = false;   // the result is the one before a change that was not confirmed
   bool drifts_ = false;   // the ratio, at the last sample

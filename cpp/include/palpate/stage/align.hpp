@@ -19,7 +19,7 @@ struct Pair {
 
 /// The last four readings of a channel with their times; index 0 is the newest. A ring: each value is stored once.
 template <class Real, class Time>
-class Channel {
+class RecentValues {
  public:
   static constexpr int size = 4;
 
@@ -47,7 +47,7 @@ class Channel {
 template <class Real, class Time>
 class LastReadings {
  public:
-  Channel<Real, Time> hard, soft;
+  RecentValues<Real, Time> hard, soft;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all four.
   constexpr bool add(Time hard_time, Time soft_time, Real hard_value, Real soft_value) noexcept {

@@ -122,6 +122,22 @@ class Baseline {
     first_.value(noise_floor) = first_.least(now_.mean);
     mark();
   }
+  /// The level has moved: it is the mean of the last `count` values. While values are collected, they are those.
+  constexpr void move(Real level, Real count) noexcept {
+    if (!ready()) {
+      return;
+    }
+    now_.mean = level;
+    now_.count = count < longest ? count : longest;
+    now_.squares = 1 / now_.count;
+    if constexpr (Drifts) {
+      now_.age = (now_.count - 1) / 2;
+      now_.fast = now_.slow = now_.last = level;
+      drifts_ = false;
+    }
+    quiet_ = 0;
+    mark();
+  }
   /// Whether all 32 values are collected.
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Whether the first values were no baseline, as in a touch: the noise is 100 times the differences of 32 later ones.
