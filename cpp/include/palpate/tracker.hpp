@@ -171,8 +171,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
       readings_ += 1;
       return {estimator.ratio(), false, gate.contact(), false};
     }
-    const bool measured = follow(detect(frame.time, frame.hard, frame.soft, read.whole), frame.time);
-    const bool revised = watch(frame.time, frame.hard, frame.soft) || measured;
+    const Event event = detect(frame.time, frame.hard, frame.soft, read.whole);
+    const bool revised = watch(frame.time, frame.hard, frame.soft, event);
     const Pair pair = Front::pair(frame, hard_time, soft_time, read, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {
@@ -320,21 +320,18 @@ class Tracker : public detail::Parts<Scene>::Settings,
     Front::decimator.begin(age);
     counts_.start = readings_ + 1 > age * size ? readings_ + 1 - age * size : 0;
     Judge::begun(time, pairs());
-    if constexpr (Levels::watches) {
-      Levels::touch_begun();
-    }
   }
 
   /// Returns whether the last touch is revised.
-  PALPATE_INLINE constexpr bool watch([[maybe_unused]] Time time, [[maybe_unused]] Real hard,
-                                      [[maybe_unused]] Real soft) noexcept {
+  PALPATE_INLINE constexpr bool watch(Time time, Real hard, Real soft, Event event) noexcept {
+    bool revised = follow(event, time);
     if constexpr (Levels::watches) {
-      if (PALPATE_LIKELY(is_finite(hard) && is_finite(soft))) {
-        const LevelChange change = Levels::take(time, hard, soft, *this, judgements_);
-        return PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change);
+      if (PALPATE_LIKELY(is_finite(hard - soft))) {
+        const auto change = Levels::take(time, hard, soft, event == Event::begun, *this, judgements_);
+        revised = (PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change)) || revised;
       }
     }
-    return false;
+    return revised;
   }
 
   constexpr bool change_level(LevelChange change) noexcept {
@@ -343,20 +340,15 @@ class Tracker : public detail::Parts<Scene>::Settings,
       counts_.saturated += 1;
       return ended;
     }
-    Detector::rest(Levels::hard_level(), Levels::soft_level(), Levels::level_count());
     open_ = false;
-    if (change == LevelChange::moved || (change == LevelChange::returned && !Judge::has_level_flags())) {
-      return false;
-    }
-    if (change == LevelChange::dropped && !ended) {
+    if (running_ && (change == LevelChange::dropped || change == LevelChange::returned)) {  // the jump back began it
       running_ = false;
       counts_ = Counts();
-      return false;
+    } else if (change != LevelChange::moved) {
+      const bool jumped = change == LevelChange::jumped || change == LevelChange::dropped;
+      return Judge::level_changed(jumped ? misfit_jumped : change == LevelChange::stepped ? misfit_step : 0) && ended;
     }
-    Judge::level_changed(change == LevelChange::returned  ? 0
-                         : change == LevelChange::stepped ? misfit_step
-                                                          : misfit_jumped);
-    return ended;
+    return false;
   }
 
   /// Returns whether there is an alarm.

@@ -65,7 +65,6 @@ struct NoJudge {
     return false;
   }
   static constexpr void tared() noexcept {}
-  static constexpr void level_changed(std::uint8_t) noexcept {}
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
@@ -201,10 +200,12 @@ class Judge {
   /// The baselines are measured again: the last touch will not be revised.
   constexpr void tared() noexcept { evidence_.reviser.drop(); }
 
-  /// The flags of a touch in which a channel jumped, in place of others; 0: there is none.
-  constexpr void level_changed(std::uint8_t flags) noexcept { level_flags_ = flags; }
-  /// Whether the touch has such flags.
-  constexpr bool has_level_flags() const noexcept { return level_flags_ != 0; }
+  /// The flags of a touch in which a channel jumped, in place of others; 0: there are none. Returns whether they are new.
+  constexpr bool level_changed(std::uint8_t flags) noexcept {
+    const bool changed = flags != level_flags_;
+    level_flags_ = flags;
+    return changed;
+  }
 
   /// Add to a touch what is known beside its ratio.
   constexpr void complete(Touch<Real>& touch, const Estimator& estimator) const noexcept {

@@ -122,11 +122,8 @@ class Baseline {
     first_.value(noise_floor) = first_.least(now_.mean);
     mark();
   }
-  /// The level has moved: it is the mean of the last `count` values. While values are collected, they are those.
+  /// The level is a new one, the mean of the last `count` values; only if ready().
   constexpr void move(Real level, Real count) noexcept {
-    if (!ready()) {
-      return;
-    }
     now_.mean = level;
     now_.count = count < longest ? count : longest;
     now_.squares = 1 / now_.count;

@@ -77,14 +77,6 @@ class ContactDetector {
     return ready() && !was_ready ? Event::measured : Event::none;
   }
 
-  /// The channels are at rest at these levels, of the last `count` readings.
-  constexpr void rest(Real hard, Real soft, Real count) noexcept {
-    gate.reset();
-    settles_ = false;
-    hard_baseline.move(hard, count);
-    soft_baseline.move(soft, count);
-  }
-
   /// Measure the baselines again.
   constexpr void tare() noexcept {
     gate.reset();

@@ -8,12 +8,12 @@
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
 
-/// What a frame means for the tracker. After `saturated` the baselines are new.
+/// What a frame means for the tracker. From `moved` on both baselines are new.
 enum class LevelChange : std::uint8_t {
   none,       ///< nothing
-  saturated,  ///< of the touch: a channel does not follow
-  moved,      ///< of no touch
-  dropped,    ///< the touch was a jump of one channel
+  saturated,  ///< a channel does not follow the other one in this touch
+  moved,      ///< no touch is concerned
+  dropped,    ///< only the jump of one channel began the touch
   jumped,     ///< the touch was a jump
   stepped,    ///< a channel jumped within the touch
   returned,   ///< the touch that was a jump was one
@@ -26,60 +26,46 @@ struct NoLevels {
 
 /// Watches both channels at rest and pressed, frame by frame.
 ///
-/// A run: frames that stay within half a limit of their mean, in both channels. After 0.8 s and 5 frames the channels are
-/// still: then each one is at its level, or off it. One alone jumped, as no probe has a ratio of 30. Both: a stage
-/// presses, or both jumped; pending until they fall, or until no stage holds for so long.
+/// The channels are still after 0.8 s and 5 frames in which both stayed near their means. Then each one is at its level or
+/// off it. One alone jumped, as no probe has a ratio of 30. Both: they jumped, or a stage presses. That is pending until
+/// they fall, or until no stage holds for so long; it is no stage where the presses of the session trembled.
+///
+/// A channel does not follow if the other one moves, and it does not by half as much; or if it has not even its noise. The
+/// test is a CUSUM, as that of Contact, as one of the channels is late where both turn.
 template <class Real, class Time>
 class Levels {
-  static constexpr int few = 5;                  // frames
-  static constexpr Real still_s = Real(0.8);     // of a new level
-  static constexpr Real brief_s = Real(0.2);     // a hand is never still for so long
-  static constexpr Real early_s = Real(0.3);     // a channel left so long before the press: it jumped before it
-  static constexpr Real pending_s = Real(10);    // the longest still press of a stage
-  static constexpr std::uint32_t pending = 300;  // the same, frames
-  static constexpr Real ratios = Real(30);       // no probe has such a ratio
-  static constexpr Real drifted = Real(0.05);    // share of a press that its baselines may drift
-  static constexpr int pile = 6;                 // frames at the highest reading
-  static constexpr std::uint8_t touches = 2;     // with the same highest reading, for a remark
   using List = Judgements<Real, Time>;
+  static constexpr std::uint32_t few = 5;         // frames
+  static constexpr std::uint32_t patience = 300;  // frames, and seconds: of the longest still press of a stage
+  static constexpr Real longest = Real(10);
+  static constexpr Real still = Real(0.8);  // s, for a new level
+  static constexpr Real brief = Real(0.3);  // s: a hand is not still for so long; a channel that jumped before a press
 
   struct Side {
-    Real rest = 0, noise = 0;                  // the level without contact
-    Real last = not_a_number<Real>, code = 0;  // the last value; the smallest change
-    Real mean = 0, now = 0, height = 0;        // of the run; from the level; the highest of the press
-    Real top = std::numeric_limits<Real>::lowest(), low = 0, high = 0;  // highest value; range since it stays there
-    Real other_low = 0, other_high = 0;                                 // range of the other channel meanwhile
-    int piled = 0;                                                      // frames meanwhile
-    std::uint8_t stood = 0;                                             // presses that stayed there
-    Time left, reached;  // when it left its level; when it reached the highest value
-    bool near = true, told = false, stays = false;
+    Real rest = 0, noise = 0;        // the level without contact
+    Real last = 0, moved = 0;        // the value; its change
+    Real code = 0;                   // the smallest change of all
+    Real now = 0, height = 0;        // from the level; the largest one of the press
+    Real mean = 0;                   // of the run
+    Real stuck = 0;                  // CUSUM
+    std::uint32_t equal = 0;         // values in a row
+    Time left;                       // its level
+    bool near = true, told = false;  // at its level; that it is stuck
+    std::uint8_t stands = 0;         // still presses with equal values
 
     constexpr Real limit() const noexcept {
-      const Real of_noise = 12 * noise, of_code = product(Real(2.5), code);
-      return of_noise > of_code ? of_noise : of_code;
+      const Real least = product(Real(2.5), code);
+      return 12 * noise > least ? 12 * noise : least;
     }
-    constexpr bool out() const noexcept { return magnitude(now) > limit(); }
     constexpr Real off() const noexcept { return mean - rest; }
-    constexpr bool inside(Real value) const noexcept { return magnitude(value - mean) <= limit() / 2; }
-    constexpr bool away(bool pressed) const noexcept {
-      const Real share = pressed ? product(drifted, height) : Real(0), least = limit();
-      return magnitude(off()) > (share > least ? share : least);
+    constexpr bool out() const noexcept { return magnitude(now) > limit(); }
+    constexpr bool strays() const noexcept { return magnitude(last - mean) > limit() / 2; }
+    // The level has changed by another amount than this; within a press it may drift.
+    constexpr bool differs(Real change) const noexcept {
+      return magnitude(off() - change) > limit() + product(Real(0.05), height);
     }
-    constexpr bool alone(const Side& other, bool pressed) const noexcept {
-      return away(pressed) && ratios * magnitude(other.off()) < magnitude(off());
-    }
-    constexpr bool is(Real before) const noexcept {
-      return magnitude(off() - before) <= limit() + product(drifted, magnitude(before));
-    }
-
-    constexpr void read(Time time, Real value) noexcept {
-      const Real change = magnitude(value - last);
-      code = change > 0 && (code == 0 || change < code) ? change : code;
-      last = value;
-      now = value - rest;
-      const bool was_near = near;
-      near = magnitude(now) <= limit() / 2;
-      left = was_near && !near ? time : left;
+    constexpr bool alone(const Side& other) const noexcept {
+      return differs(0) && 30 * magnitude(other.off()) < magnitude(off());
     }
     template <class Baseline>
     constexpr bool agrees(const Baseline& baseline) const noexcept {
@@ -87,229 +73,219 @@ class Levels {
     }
     template <class Baseline>
     constexpr void follow(const Baseline& baseline) noexcept {
-      const Real least = product(Real(0.3), code);
+      const Real least = product(Real(0.3), code), more = (baseline.noise() - noise) / 64;
       rest = baseline.level();
-      noise = baseline.noise() > least ? baseline.noise() : least;
+      noise = noise > 0 && more > 0 ? noise + more : baseline.noise();  // it may have been measured in a press
+      noise = noise > least ? noise : least;
     }
 
-    // Whether it stays at its highest value while the other one moves so far that it should have moved, too.
-    constexpr bool saturates(Time time, const Side& other) noexcept {
-      const Real band = limit() / 4;
-      if (last > top + band) {
-        top = last;
-        piled = stood = 0;
-      }
-      const bool pressed = now > limit() && other.now > other.limit();
-      if (!pressed || last < top - 2 * band) {
-        piled = 0;
-        told = told && pressed;
-        stays = stays && pressed;
-        return false;
-      }
-      if (piled == 0) {
-        low = high = last;
-        other_low = other_high = other.last;
-        reached = time;
-      }
-      piled += 1;
-      low = last < low ? last : low;
-      high = last > high ? last : high;
-      other_low = other.last < other_low ? other.last : other_low;
-      other_high = other.last > other_high ? other.last : other_high;
-      const Real moves = positive_part(other_high - other_low - 5 * other.noise);
-      const Real own = 2 * (high - low + noise) + product(Real(1.5), code);
-      // A channel that is not at its end has its noise, whatever the other one does.
-      const bool dead = piled >= 2 * pile && noise > 2 * code && high - low < noise;
-      const bool found = !told && piled >= pile && (dead || product(moves, now / other.now) > own);
+    constexpr void read(Time time, Real value) noexcept {
+      moved = magnitude(value - last);
+      code = moved > 0 && !(code > 0 && code < moved) ? moved : code;
+      equal = moved == 0 ? equal + 1 : 0;
+      last = value;
+      now = value - rest;
+      left = near ? time : left;
+      near = magnitude(now) <= limit() / 2;
+    }
+    // In a press. Returns whether it has not followed the other one, for the first time.
+    constexpr bool press(const Side& other, bool aligned) noexcept {
+      height = magnitude(now) > height ? magnitude(now) : height;
+      const Real due = aligned ? product(positive_part(other.moved - 2 * other.noise), now / other.now) : Real(0);
+      const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
+      const Real size = (due + own - 2 * moved) / (noise + code);
+      stuck = high() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
+      const bool found = stuck > 10 && !told;
       told = told || found;
       return found;
     }
-    // Whether several presses stayed there.
-    constexpr bool stands(Time time) noexcept {
-      if (piled == 0 || told || stays || high - low > code ||
-          !(time.template seconds_since<Real>(reached) >= still_s)) {
-        return false;
-      }
-      stays = true;
-      stood = static_cast<std::uint8_t>(stood + (stood <= touches));
-      return stood == touches;
+    constexpr bool high() const noexcept { return now > product(Real(0.8), height); }
+    constexpr void close() noexcept {
+      height = stuck = 0;
+      told = false;
     }
   };
 
  public:
   static constexpr bool watches = true;  ///< levels
 
-  /// Level of a channel, after a change of the baselines.
-  constexpr Real hard_level() const noexcept { return hard_.mean; }
-  /// The same of the soft channel.
-  constexpr Real soft_level() const noexcept { return soft_.mean; }
-  /// Number of its frames.
-  constexpr Real level_count() const noexcept { return static_cast<Real>(count_); }
-
-  /// A touch begins.
-  constexpr void touch_begun() noexcept { touched_ = true; }
-
-  /// Takes a frame; the detector has taken it.
+  /// Takes a frame, after the detector, whose baselines it moves; `begun`: a touch begins with it.
   template <class Detector>
-  constexpr LevelChange take(Time time, Real hard, Real soft, const Detector& detector, List& judgements) noexcept {
+  constexpr LevelChange take(Time time, Real hard, Real soft, bool begun, Detector& detector, List& list) noexcept {
+    const Real cross = product(hard - hard_.rest, soft_.now) - product(soft - soft_.rest, hard_.now);
     hard_.read(time, hard);
     soft_.read(time, soft);
-    if (!follow(detector)) {
-      return LevelChange::none;
+    touched_ = touched_ || begun;
+    follow(detector);
+    run(time);
+    const bool stuck = known_ && press(time, magnitude(cross), list);
+    const bool decides = known_ && !decided_ && detector.ready() && count_ >= few && seconds(begin_, time) >= still;
+    const LevelChange change = decides ? decide(time, list) : LevelChange::none;
+    if (change == LevelChange::none) {
+      return stuck && touched_ ? LevelChange::saturated : change;
     }
-    run(time, hard, soft);
-    press(time, judgements);
-    const bool told = does_not_follow(time, hard_, soft_, Channel::hard, judgements) |
-                      does_not_follow(time, soft_, hard_, Channel::soft, judgements);
-    const bool still = count_ >= few && time.template seconds_since<Real>(begin_) >= still_s;
-    const LevelChange change = still && !decided_ ? decide(time, judgements) : LevelChange::none;
-    return change == LevelChange::none && told && touched_ ? LevelChange::saturated : change;
+    const auto values = static_cast<Real>(count_);
+    detector.gate.reset();
+    detector.hard_baseline.move(hard_.mean, values);
+    detector.soft_baseline.move(soft_.mean, values);
+    touched_ = false;
+    return change;
   }
 
  private:
-  // The tracker follows the levels while nothing is touched; false: they were never known.
+  static constexpr Real seconds(Time from, Time to) noexcept { return to.template seconds_since<Real>(from); }
+
+  // While nothing is touched the detector knows the levels, unless they have jumped.
   template <class Detector>
-  constexpr bool follow(const Detector& d) noexcept {
+  constexpr void follow(const Detector& d) noexcept {
     const bool rests = d.ready() && d.gate.idle() && !d.gate.suspects();
     if (rests && (!known_ || (hard_.agrees(d.hard_baseline) && soft_.agrees(d.soft_baseline)))) {
       hard_.follow(d.hard_baseline);
       soft_.follow(d.soft_baseline);
       known_ = true;
     }
-    return known_;
   }
 
-  constexpr void run(Time time, Real hard, Real soft) noexcept {
-    if (count_ == 0 || !hard_.inside(hard) || !soft_.inside(soft)) {
+  constexpr void run(Time time) noexcept {
+    if (count_ == 0 || hard_.strays() || soft_.strays()) {
       count_ = 0;
       begin_ = time;
       decided_ = false;
     }
     count_ += 1;
     const Real share = 1 / static_cast<Real>(count_);
-    hard_.mean += product(share, hard - hard_.mean);
-    soft_.mean += product(share, soft - soft_.mean);
+    hard_.mean += product(share, hard_.last - hard_.mean);
+    soft_.mean += product(share, soft_.last - soft_.mean);
   }
 
-  constexpr void press(Time time, List& judgements) noexcept {
-    pending_frames_ += 1;
-    if (hard_.out() && soft_.out()) {
-      if (both_ == 0) {
-        together_ = time;
-        hard_.height = soft_.height = longest_s_ = 0;
-        rises_ = false;
-      }
-      both_ += 1;
-      hard_.height = larger(hard_.height, magnitude(hard_.now));
-      soft_.height = larger(soft_.height, magnitude(soft_.now));
-      longest_s_ = larger(longest_s_, time.template seconds_since<Real>(begin_));
-      rises_ = rises_ || (hard_.now > 0 && soft_.now > 0);
-    } else if (hard_.near && soft_.near) {
-      close(time, judgements);
+  // Returns whether a channel has not followed.
+  constexpr bool press(Time time, Real cross, List& list) noexcept {
+    waited_ += 1;
+    aligned_ = seconds(last_, time) <= Real(0.04);  // slower ones show another part of the tremor
+    last_ = time;
+    if (hard_.near && soft_.near) {
+      close(list);
     }
+    if (!(hard_.out() && soft_.out())) {
+      return false;
+    }
+    if (pressed_ == 0) {
+      together_ = sharp_ = time;
+      rises_ = hard_.now > 0;
+      rough_ = sharpest_ = 0;
+      calm_ = 1;
+    }
+    pressed_ += 1;
+    rough_ += (hard_.moved - rough_) / 8;
+    calm_ = pressed_ > 16 && rough_ < product(calm_, hard_.now) ? rough_ / hard_.now : calm_;
+    if (hard_.high() && soft_.high() && cross > sharpest_) {
+      sharpest_ = cross;
+      sharp_ = time;
+    }
+    return follows(hard_, soft_, Channel::hard, time, list) | follows(soft_, hard_, Channel::soft, time, list);
   }
-  static constexpr Real larger(Real a, Real b) noexcept { return a > b ? a : b; }
+  constexpr bool follows(Side& side, const Side& other, Channel channel, Time time, List& list) const noexcept {
+    const bool stuck = side.press(other, aligned_);
+    if (stuck) {
+      list.add(Judged::saturated, channel, time, side.last);
+    }
+    return stuck;
+  }
 
   // The press is over.
-  constexpr void close(Time time, List& judgements) noexcept {
-    if (both_ >= few) {
+  constexpr void close(List& list) noexcept {
+    if (pressed_ >= few) {
       raised_ = raised_ || rises_;
-      falls_ = static_cast<std::uint8_t>(falls_ + (!raised_ && falls_ < 3));
+      falls_ = static_cast<std::uint8_t>(falls_ + (falls_ < 3));
       if (falls_ == 2 && !raised_) {
-        judgements.add(Judged::falling, Channel::both, together_, -hard_.height, -soft_.height);
-        falls_ = 3;
+        list.add(Judged::falling, Channel::both, together_, -hard_.height, -soft_.height);
       }
-      const Real height = hard_.height + soft_.height;
-      if (time.template seconds_since<Real>(together_) >= still_s && longest_s_ < brief_s) {
-        hand_ = hand_ == 0 || height < hand_ ? height : hand_;
-      }
+      hand_ = calm_ < hand_ ? calm_ : hand_;
     }
-    both_ = 0;
+    hard_.close();
+    soft_.close();
+    pressed_ = 0;
     touched_ = pending_ = false;
   }
 
-  constexpr LevelChange decide(Time time, List& judgements) noexcept {
-    const bool pressed = both_ > 0;
-    if (!hard_.away(pressed) && !soft_.away(pressed)) {
-      close(time, judgements);
-      return settle(LevelChange::none);
+  // The channels are still: at their levels, or at new ones, or it is pending.
+  constexpr LevelChange decide(Time time, List& list) noexcept {
+    LevelChange change = LevelChange::none;
+    if (hard_.alone(soft_)) {
+      change = one(hard_, Channel::hard, list);
+    } else if (soft_.alone(hard_)) {
+      change = one(soft_, Channel::soft, list);
+    } else if (hard_.differs(0) || soft_.differs(0)) {
+      change = both(time, list);
+      if (pending_) {
+        return LevelChange::none;
+      }
     }
-    if (hard_.alone(soft_, pressed)) {
-      return one(hard_, Channel::hard, judgements);
-    }
-    if (soft_.alone(hard_, pressed)) {
-      return one(soft_, Channel::soft, judgements);
-    }
-    return both(time, judgements);
-  }
-
-  // The channels are at their new levels.
-  constexpr LevelChange settle(LevelChange change) noexcept {
+    close(list);
     hard_.rest = hard_.mean;
     soft_.rest = soft_.mean;
     decided_ = true;
-    touched_ = pending_ = false;
-    both_ = 0;
     return change;
   }
 
-  constexpr LevelChange one(Side& side, Channel channel, List& judgements) noexcept {
-    const bool pressed = both_ >= few, early = together_.template seconds_since<Real>(side.left) > early_s;
-    const bool step = pressed && !early;
-    judgements.add(step ? Judged::step : Judged::jumped, channel, side.left, side.off());
-    return settle(!touched_ ? LevelChange::moved
-                  : step    ? LevelChange::stepped
-                  : pressed ? LevelChange::jumped
-                            : LevelChange::dropped);
+  constexpr LevelChange one(const Side& side, Channel channel, List& list) const noexcept {
+    const bool pressed = pressed_ >= few, step = pressed && seconds(side.left, together_) < brief;
+    list.add(step ? Judged::step : Judged::jumped, channel, step ? sharp_ : side.left, side.off());
+    return !touched_ ? LevelChange::moved
+           : step    ? LevelChange::stepped
+           : pressed ? LevelChange::jumped
+                     : LevelChange::dropped;
   }
 
-  constexpr LevelChange both(Time time, List& judgements) noexcept {
-    if (taken_ && hard_.is(-taken_hard_) && soft_.is(-taken_soft_)) {
-      judgements.add(Judged::was_touch, Channel::both, hard_.left, hard_.off(), soft_.off());
-      taken_ = false;
-      return settle(LevelChange::returned);
+  constexpr LevelChange both(Time time, List& list) noexcept {
+    const Real hard = hard_.off(), soft = soft_.off();
+    if (taken_ && !hard_.differs(-hard_jump_) && !soft_.differs(-soft_jump_)) {
+      list.add(Judged::was_touch, Channel::both, hard_.left, hard, soft);
+      taken_ = pending_ = false;
+      return LevelChange::returned;
     }
-    if (!raised_ && hard_.off() < 0 && soft_.off() < 0) {  // the first level was measured in contact
-      return settle(LevelChange::none);
-    }
-    if (!(pending_ && hard_.is(taken_hard_) && soft_.is(taken_soft_))) {
-      pending_ = true;
-      taken_ = false;
-      taken_hard_ = hard_.off();
-      taken_soft_ = soft_.off();
-      since_ = hard_.left;
-      pending_frames_ = 0;
-    }
-    const bool calm = hand_ > 0 && magnitude(hard_.off() + soft_.off()) >= hand_;
-    const bool lasts = time.template seconds_since<Real>(since_) >= pending_s && pending_frames_ >= pending;
-    if (!calm && !lasts) {
+    if (!raised_ && hard < 0 && soft < 0) {  // the first level was measured in contact
+      pending_ = false;
       return LevelChange::none;
     }
-    judgements.add(Judged::jumped, Channel::both, since_, hard_.off(), soft_.off());
-    taken_ = true;
-    return settle(touched_ ? LevelChange::jumped : LevelChange::moved);
-  }
-
-  constexpr bool does_not_follow(Time time, Side& side, const Side& other, Channel channel, List& judgements) noexcept {
-    const bool saturates = side.saturates(time, other);
-    if (saturates || side.stands(time)) {
-      judgements.add(saturates ? Judged::saturated : Judged::still, channel, side.reached, side.last);
+    if (!pending_ || hard_.differs(hard_jump_) || soft_.differs(soft_jump_)) {
+      taken_ = false;
+      hard_jump_ = hard;
+      soft_jump_ = soft;
+      since_ = hard_.left;
+      waited_ = 0;
+      ask(hard_, Channel::hard, list);
+      ask(soft_, Channel::soft, list);
     }
-    return saturates;
+    const bool calm = hard < 0 || (hand_ < 1 && product(hand_, hard) > 8 * hard_.noise);
+    pending_ = !calm && !(seconds(since_, time) >= longest && waited_ >= patience);
+    if (!pending_) {
+      taken_ = true;
+      list.add(Judged::jumped, Channel::both, since_, hard, soft);
+    }
+    return touched_ ? LevelChange::jumped : LevelChange::moved;
+  }
+  // A channel whose values are all equal in the second still press may be saturated.
+  constexpr void ask(Side& side, Channel channel, List& list) const noexcept {
+    side.stands = static_cast<std::uint8_t>(side.stands + (side.equal + 1 >= count_ && side.stands < 3));
+    if (side.stands == 2) {
+      side.stands = 3;
+      list.add(Judged::still, channel, begin_, side.last);
+    }
   }
 
   Side hard_, soft_;
-  Real taken_hard_ = 0, taken_soft_ = 0;                     // of both: what is pending, or the last jump
-  Real hand_ = 0;                                            // the lowest press that was never still
-  Real longest_s_ = 0;                                       // the longest run of a press
-  Time begin_, together_, since_;                            // of the run; both left their levels; the pending change
-  std::uint32_t count_ = 0, both_ = 0, pending_frames_ = 0;  // frames: of the run; both away; since it is pending
-  std::uint8_t falls_ = 0;                                   // presses in which both fell
-  bool known_ = false, decided_ = false;
-  bool touched_ = false;  // a touch has begun in this press
-  bool raised_ = false;   // a press has raised both channels
-  bool rises_ = false;    // this press has
-  bool pending_ = false, taken_ = false;
+  Real hard_jump_ = 0, soft_jump_ = 0;        // of both: pending, or the last one
+  Real hand_ = 1;                             // the least tremor of all presses, a share; 1: not known
+  Real rough_ = 0, calm_ = 0, sharpest_ = 0;  // of the press: changes of hard; their least share; the largest turn
+  Time last_, begin_, together_, sharp_,
+      since_;  // of the frame, the run, the press, its largest turn, the pending jump
+  std::uint32_t count_ = 0, pressed_ = 0, waited_ = 0;      // frames: of the run, of the press, since it is pending
+  std::uint8_t falls_ = 0;                                  // presses
+  bool known_ = false, decided_ = false;                    // the levels; about the run
+  bool touched_ = false, rises_ = false, aligned_ = false;  // in this press: a touch has begun; both rose
+  bool raised_ = false;                                     // a press has raised both
+  bool pending_ = false, taken_ = false;                    // a jump of both
 };
 
 }  // namespace PALPATE_NAMESPACE
