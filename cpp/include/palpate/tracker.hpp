@@ -327,7 +327,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
     bool revised = follow(event, time);
     if constexpr (Levels::watches) {
       if (PALPATE_LIKELY(is_finite(hard - soft))) {
-        const auto change = Levels::take(time, hard, soft, event == Event::begun, *this, judgements_);
+        const auto change = Levels::take(time, hard, soft, event == Event::begun, *this, Judge::codes, judgements_);
         revised = (PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change)) || revised;
       }
     }

@@ -3,7 +3,7 @@
 Of a baseline the core keeps sums; this keeps the values, and the weight of each.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -189,6 +189,22 @@ class Baseline:
     def measure_again(self) -> None:
         """Collect 32 new values; until then the old level stays."""
         self.ready, self._first = False, []
+
+    def move(self, level: float, count: int) -> None:
+        """Take a new level, the mean of the last `count` values."""
+        size = min(count, LONGEST)
+        self.now = replace(
+            self.now,
+            values=np.full(size, level),
+            weights=np.full(size, 1 / size),
+            ages=np.full(size, (size - 1) / 2),
+            fast=level,
+            slow=level,
+            count=size,
+            last=level,
+            quiet=0,
+        )
+        self.mark()
 
     def keep(self) -> None:
         """Stop collecting; the old level stays."""
@@ -408,6 +424,12 @@ class Idle:
             if not baseline.ready:
                 baseline.add(value)
         return "measured" if self.ready else ""
+
+    def move(self, hard: float, soft: float, count: int) -> None:
+        """Take new levels, which are the means of the last `count` readings; nothing is touched."""
+        self.gate.reset()
+        self.hard.move(hard, count)
+        self.soft.move(soft, count)
 
     def _measure_again(self) -> None:
         self.hard.measure_again()

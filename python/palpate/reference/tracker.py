@@ -13,6 +13,8 @@ from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, Idle
 from palpate.reference.level import Sweep
+from palpate.reference.levels import Judgement, Levels
+from palpate.reference.levels import Known as LevelsKnown
 from palpate.reference.moving import MovingEstimate
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
@@ -185,6 +187,10 @@ class Touch:
         Whether both ratios differ.
     margin : float
         Of the decision of the estimator that was nearest to its limit, as `Decisions.margin`; inf: not known.
+    level_flag : str
+        "step": a channel jumped within it; "jumped": it was a jump of the channels; "": neither.
+    saturated : int
+        How often a channel did not follow the other one.
 
     Examples
     --------
@@ -214,6 +220,8 @@ class Touch:
     after: tuple[float, float] = (np.nan, np.nan)
     tilted: bool = False
     margin: float = np.inf
+    level_flag: str = ""
+    saturated: int = 0
 
 
 class CodeStep:
@@ -263,6 +271,8 @@ class Rows(NamedTuple):
     ratio, standard_error, statistic : numpy.ndarray, shape (n,)
         nan before the first touch.
     alarm, contact, revised : numpy.ndarray of bool, shape (n,)
+    judgements : list of Judgement
+        All of them, in the order of time.
 
     Examples
     --------
@@ -276,6 +286,7 @@ class Rows(NamedTuple):
     alarm: NDArray[np.bool_]
     contact: NDArray[np.bool_]
     revised: NDArray[np.bool_]
+    judgements: list[Judgement]
 
 
 def handheld(
@@ -348,7 +359,7 @@ def _tracked(
         rows.append(state.feed(values, reading) if reading else state.wait(values))
     state.finish()
     columns = np.array(rows, float).reshape(-1, 6).T
-    return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
+    return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]), state.levels.judgements)
 
 
 class _Tracker:
@@ -363,6 +374,8 @@ class _Tracker:
         seconds: float = SECONDS,
     ) -> None:
         self.touches: list[Touch] = []
+        self.levels = Levels()
+        self._level_flag, self._saturated = "", 0  # of the running touch
         self._begin, self._age, self._seconds = begin, age, seconds
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
@@ -396,21 +409,16 @@ class _Tracker:
             event = self._idle.take_one(
                 *(v if known else None for v, known in zip(values.tolist(), there, strict=True))
             )
-        alarm = False
         if event == "begun":
-            age, noise = self._idle.gate.age, self._idle.soft.now.noise
-            begin, self._first = (
-                max(self._readings + 1 - age * self._size, 0),
-                max(number + 1 - age, 0),
-            )
-            self._touch = self._begin(begin, noise)
-            self._begin_ns = time_ns
-            self._running, self._known = True, None
-        elif event in ("released", "idle"):
-            self.finish()
-        if event == "idle":
+            self._start(number, time_ns)
+        elif event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
+        if there.all() and self._watch(time_ns, hard, soft, begun=event == "begun"):
+            revises = True
+        if event in ("released", "idle"):
+            self.finish()
+        alarm = False
         if self._running:
             alarm = self._in_touch(number, time_ns, pair)
         else:
@@ -419,6 +427,41 @@ class _Tracker:
         self._readings += 1
         self._pairs += 1
         return self._row(alarm=alarm, revises=revises)
+
+    def _start(self, number: int, time_ns: int) -> None:
+        """Begin a touch with the pair of this number."""
+        age = self._idle.gate.age
+        self._first = max(number + 1 - age, 0)
+        first = max(self._readings + 1 - age * self._size, 0)
+        self._touch = self._begin(first, self._idle.soft.now.noise)
+        self._begin_ns = time_ns
+        self._running, self._known = True, None
+        self._level_flag, self._saturated = "", 0
+
+    def _watch(self, time_ns: int, hard: float, soft: float, *, begun: bool) -> bool:
+        """Take a frame for the levels; return whether the last touch is revised."""
+        idle = self._idle
+        noises = self.levels.noises
+        known = LevelsKnown(
+            idle.ready,
+            idle.gate.state == "idle",
+            idle.gate.suspects,
+            (idle.hard.now.level, idle.soft.now.level),
+            (idle.hard.now.noise, idle.soft.now.noise),
+            (self._steps[0].coarse(noises[0]), self._steps[1].coarse(noises[1])),
+        )
+        change = self.levels.take(time_ns, hard, soft, known, begun=begun)
+        if not change:
+            return False
+        ended = not self._running
+        if change == "saturated":
+            self._saturated += 1
+        else:
+            idle.move(*self.levels.moved_to)
+            self._change_level(change)
+        if ended and self.touches and change not in ("moved", "dropped_running"):
+            return self._flag_last()
+        return False
 
     def _row(self, *, alarm: bool, revises: bool) -> tuple[float, ...]:
         touch, contact = self._touch, self._idle.gate.state == "contact"

@@ -42,16 +42,16 @@ class Levels {
   static constexpr Real brief = Real(0.3);  // s: a hand is not still for so long; a channel that jumped before a press
 
   struct Side {
-    Real rest = 0, noise = 0;        // the level without contact
-    Real last = 0, moved = 0;        // the value; its change
-    Real code = 0;                   // the smallest change of all
-    Real now = 0, height = 0;        // from the level; the largest one of the press
-    Real mean = 0;                   // of the run
-    Real stuck = 0;                  // CUSUM
-    std::uint32_t equal = 0;         // values in a row
-    Time left;                       // its level
-    bool near = true, told = false;  // at its level; that it is stuck
-    std::uint8_t stands = 0;         // still presses with equal values
+    Real rest = 0, noise = 0;                   // the level without contact
+    Real last = not_a_number<Real>, moved = 0;  // the value; its change
+    Real code = 0;                              // the smallest change of all
+    Real now = 0, height = 0;                   // from the level; the largest one of the press
+    Real mean = 0;                              // of the run
+    Real stuck = 0;                             // CUSUM
+    std::uint32_t equal = 0;                    // values in a row
+    Time left;                                  // its level
+    bool near = true, told = false;             // at its level; that it is stuck
+    std::uint8_t stands = 0;                    // still presses with equal values
 
     constexpr Real limit() const noexcept {
       const Real least = product(Real(2.5), code);
@@ -73,15 +73,15 @@ class Levels {
     }
     template <class Baseline>
     constexpr void follow(const Baseline& baseline) noexcept {
-      const Real least = product(Real(0.3), code), more = (baseline.noise() - noise) / 64;
+      const Real least = product(Real(0.3), code), seen = baseline.noise();
       rest = baseline.level();
-      noise = noise > 0 && more > 0 ? noise + more : baseline.noise();  // it may have been measured in a press
+      noise = noise > 0 && seen > noise ? noise + noise / 256 : seen;  // slowly up: it may be measured in a press
       noise = noise > least ? noise : least;
     }
 
-    constexpr void read(Time time, Real value) noexcept {
+    constexpr void read(Time time, Real value, Real known) noexcept {
       moved = magnitude(value - last);
-      code = moved > 0 && !(code > 0 && code < moved) ? moved : code;
+      code = known > 0 ? known : moved > 0 && !(code > 0 && code < moved) ? moved : code;
       equal = moved == 0 ? equal + 1 : 0;
       last = value;
       now = value - rest;
@@ -91,11 +91,11 @@ class Levels {
     // In a press. Returns whether it has not followed the other one, for the first time.
     constexpr bool press(const Side& other, bool aligned) noexcept {
       height = magnitude(now) > height ? magnitude(now) : height;
-      const Real due = aligned ? product(positive_part(other.moved - 2 * other.noise), now / other.now) : Real(0);
+      const Real due = aligned ? product(positive_part(other.moved - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
-      const Real size = (due + own - 2 * moved) / (noise + code);
+      const Real size = (due + own - 2 * moved - product(Real(0.4), code)) / (noise + code);
       stuck = high() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
-      const bool found = stuck > 10 && !told;
+      const bool found = stuck > 12 && !told;
       told = told || found;
       return found;
     }
@@ -110,11 +110,12 @@ class Levels {
   static constexpr bool watches = true;  ///< levels
 
   /// Takes a frame, after the detector, whose baselines it moves; `begun`: a touch begins with it.
-  template <class Detector>
-  constexpr LevelChange take(Time time, Real hard, Real soft, bool begun, Detector& detector, List& list) noexcept {
+  template <class Detector, class Codes>
+  constexpr LevelChange take(Time time, Real hard, Real soft, bool begun, Detector& detector, const Codes& codes,
+                             List& list) noexcept {
     const Real cross = product(hard - hard_.rest, soft_.now) - product(soft - soft_.rest, hard_.now);
-    hard_.read(time, hard);
-    soft_.read(time, soft);
+    hard_.read(time, hard, codes.hard.coarse(hard_.noise));
+    soft_.read(time, soft, codes.soft.coarse(soft_.noise));
     touched_ = touched_ || begun;
     follow(detector);
     run(time);
