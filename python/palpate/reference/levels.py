@@ -20,7 +20,7 @@ PENDING_S, PENDING_FRAMES = 10.0, 300  # the longest still press of a stage
 TREMBLES, SETTLED_FRAMES, ROUGH_FRAMES = 8.0, 16, 8  # noises; frames
 HIGH = 0.8  # share of the press: not in its rise or fall
 ALIGNED_S = 0.04  # frames further apart show another part of the tremor
-OTHER, TWICE, ROUNDED = 3.0, 2.0, 0.4  # noises; its own change; code steps
+OTHER, TWICE, ROUNDED = 3.0, 2.0, 0.7  # noises; its own change; code steps
 MOST, SLACK, STUCK = 3.0, 0.3, 12.0  # of the CUSUM, in noises
 ASKED = 2  # still presses with equal values
 
@@ -145,7 +145,11 @@ class _Side:
     def press(self, other: "_Side", *, aligned: bool) -> bool:
         """Take a frame of a press; return whether this channel has not followed the other one."""
         self.height = max(self.height, abs(self.now))
-        due = max(other.change - OTHER * other.noise, 0.0) * (self.now / other.now) if aligned else 0.0
+        due = (
+            max(other.change - OTHER * other.noise, 0.0) * (self.now / other.now)
+            if aligned
+            else 0.0
+        )
         own = self.noise if self.noise > 2 * self.code else 0.0
         missing = (due + own - TWICE * self.change - ROUNDED * self.code) / (self.noise + self.code)
         self.stuck = max(self.stuck + min(missing, MOST) - SLACK, 0.0) if self.is_high else 0.0
@@ -213,6 +217,11 @@ class Levels:
     _since: int = 0
     _waited: int = 0
 
+    @property
+    def noises(self) -> tuple[float, float]:
+        """Noise of a frame of the hard and of the soft channel, pF."""
+        return self._hard.noise, self._soft.noise
+
     def take(self, time: int, hard: float, soft: float, known: Known, *, begun: bool) -> str:
         """Take a frame, after the tracker; return what it changes.
 
@@ -245,7 +254,11 @@ class Levels:
         if known.ready and not self._decided and self._is_still(time):
             change = self._decide(time)
         if change:
-            self.moved_to = float(np.mean(self._hard.run)), float(np.mean(self._soft.run)), len(self._hard.run)
+            self.moved_to = (
+                float(np.mean(self._hard.run)),
+                float(np.mean(self._soft.run)),
+                len(self._hard.run),
+            )
             self._touched = False
         return change or ("saturated" if stuck and self._touched else "")
 
@@ -331,7 +344,9 @@ class Levels:
         press = self._press if self._press and self._press.frames >= STILL_FRAMES else None
         is_step = press is not None and (press.together - side.left) / 1e9 < EARLY_S
         time = press.sharp if press and is_step else side.left
-        self.judgements.append(Judgement("step" if is_step else "jumped", side.name, time, side.off))
+        self.judgements.append(
+            Judgement("step" if is_step else "jumped", side.name, time, side.off)
+        )
         if not self._touched:
             return "moved"
         if is_step:
@@ -342,7 +357,11 @@ class Levels:
         """Judge both channels, which are off their levels."""
         hard, soft = self._hard, self._soft
         offs = hard.off, soft.off
-        if self._jump_taken and not hard.differs(-self._jump[0]) and not soft.differs(-self._jump[1]):
+        if (
+            self._jump_taken
+            and not hard.differs(-self._jump[0])
+            and not soft.differs(-self._jump[1])
+        ):
             self.judgements.append(Judgement("was_touch", "both", hard.left, *offs))
             self._jump_taken = self._pending = False
             return "returned"

@@ -359,7 +359,10 @@ def _tracked(
         rows.append(state.feed(values, reading) if reading else state.wait(values))
     state.finish()
     columns = np.array(rows, float).reshape(-1, 6).T
-    return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]), state.levels.judgements)
+    alarm, contact, revised = (column > 0 for column in columns[3:])
+    ratio, error, statistic = columns[:3]
+    judgements = state.levels.judgements
+    return state.touches, Rows(ratio, error, statistic, alarm, contact, revised, judgements)
 
 
 class _Tracker:
@@ -451,17 +454,35 @@ class _Tracker:
             (self._steps[0].coarse(noises[0]), self._steps[1].coarse(noises[1])),
         )
         change = self.levels.take(time_ns, hard, soft, known, begun=begun)
-        if not change:
-            return False
-        ended = not self._running
         if change == "saturated":
-            self._saturated += 1
-        else:
+            return self._saturate()
+        if change:
             idle.move(*self.levels.moved_to)
-            self._change_level(change)
-        if ended and self.touches and change not in ("moved", "dropped_running"):
-            return self._flag_last()
+            return self._change_level(change)
         return False
+
+    def _saturate(self) -> bool:
+        """Note that a channel does not follow; return whether the last touch is revised."""
+        if self._running:
+            self._saturated += 1
+            return False
+        self.touches[-1] = replace(self.touches[-1], saturated=self.touches[-1].saturated + 1)
+        return True
+
+    def _change_level(self, change: str) -> bool:
+        """End the running touch, as the levels have changed; return whether the last touch is revised."""
+        if self._running and change in ("dropped", "returned"):
+            self._running, self._touch = False, None
+            return False
+        revises = False
+        if change != "moved":
+            flag = {"stepped": "step", "returned": ""}.get(change, "jumped")
+            revises = flag != self._level_flag and not self._running
+            self._level_flag = flag
+        if revises:
+            self.touches[-1] = replace(self.touches[-1], level_flag=flag)
+        self.finish()
+        return revises
 
     def _row(self, *, alarm: bool, revises: bool) -> tuple[float, ...]:
         touch, contact = self._touch, self._idle.gate.state == "contact"
@@ -540,6 +561,8 @@ class _Tracker:
             before=touch.before,
             after=touch.after,
             margin=touch.margin,
+            level_flag=self._level_flag,
+            saturated=self._saturated,
         )
         self.touches.append(self._levelled(found, revised=False))
 

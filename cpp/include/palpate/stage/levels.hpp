@@ -93,7 +93,7 @@ class Levels {
       height = magnitude(now) > height ? magnitude(now) : height;
       const Real due = aligned ? product(positive_part(other.moved - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
-      const Real size = (due + own - 2 * moved - product(Real(0.4), code)) / (noise + code);
+      const Real size = (due + own - 2 * moved - product(Real(0.7), code)) / (noise + code);
       stuck = high() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
       const bool found = stuck > 12 && !told;
       told = told || found;
