@@ -20,7 +20,7 @@ PENDING_S, PENDING_FRAMES = 10.0, 300  # the longest still press of a stage
 TREMBLES, SETTLED_FRAMES, ROUGH_FRAMES = 8.0, 16, 8  # noises; frames
 HIGH = 0.8  # share of the press: not in its rise or fall
 ALIGNED_S = 0.04  # frames further apart show another part of the tremor
-OTHER, TWICE, ROUNDED = 3.0, 2.0, 0.7  # noises; its own change; code steps
+OTHER, OWN, ROUNDED = 3.0, 4.0, 0.7  # noises; its own change; code steps
 MOST, SLACK, STUCK = 3.0, 0.3, 12.0  # of the CUSUM, in noises
 ASKED = 2  # still presses with equal values
 
@@ -151,8 +151,12 @@ class _Side:
             else 0.0
         )
         own = self.noise if self.noise > 2 * self.code else 0.0
-        missing = (due + own - TWICE * self.change - ROUNDED * self.code) / (self.noise + self.code)
-        self.stuck = max(self.stuck + min(missing, MOST) - SLACK, 0.0) if self.is_high else 0.0
+        missing = (due + own - OWN * self.change - ROUNDED * self.code) / (self.noise + self.code)
+        self.stuck = (
+            max(self.stuck + min(missing, MOST) - SLACK, 0.0)
+            if self.now > self.height - self.limit
+            else 0.0
+        )
         found = self.stuck > STUCK and not self.reported
         self.reported = self.reported or found
         return found

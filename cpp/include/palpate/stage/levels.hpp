@@ -30,8 +30,8 @@ struct NoLevels {
 /// off it. One alone jumped, as no probe has a ratio of 30. Both: they jumped, or a stage presses. That is pending until
 /// they fall, or until no stage holds for so long; it is no stage where the presses of the session trembled.
 ///
-/// A channel does not follow if the other one moves, and it does not by half as much; or if it has not even its noise. The
-/// test is a CUSUM, as that of Contact, as one of the channels is late where both turn.
+/// A channel does not follow if it stays at its highest value, and the other one moves: it should move by a quarter as much,
+/// or at least have its noise. The test is a CUSUM, as that of Contact: where both turn, one of them is late.
 template <class Real, class Time>
 class Levels {
   using List = Judgements<Real, Time>;
@@ -93,8 +93,8 @@ class Levels {
       height = magnitude(now) > height ? magnitude(now) : height;
       const Real due = aligned ? product(positive_part(other.moved - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
-      const Real size = (due + own - 2 * moved - product(Real(0.7), code)) / (noise + code);
-      stuck = high() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
+      const Real size = (due + own - 4 * moved - product(Real(0.7), code)) / (noise + code);
+      stuck = now > height - limit() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
       const bool found = stuck > 12 && !told;
       told = told || found;
       return found;
