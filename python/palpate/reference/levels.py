@@ -302,7 +302,7 @@ class Levels:
         press.rough += (hard.change - press.rough) / ROUGH_FRAMES
         if press.frames > SETTLED_FRAMES and press.rough < press.calm * hard.now:
             press.calm = press.rough / hard.now
-        if hard.is_high and soft.is_high and turn > press.turn:
+        if (hard.is_high or soft.is_high) and turn > press.turn:
             press.turn, press.sharp = turn, time
         found = False
         for side, other in ((hard, soft), (soft, hard)):

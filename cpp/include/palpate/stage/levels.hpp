@@ -179,7 +179,7 @@ class Levels {
     pressed_ += 1;
     rough_ += (hard_.moved - rough_) / 8;
     calm_ = pressed_ > 16 && rough_ < product(calm_, hard_.now) ? rough_ / hard_.now : calm_;
-    if (hard_.high() && soft_.high() && cross > sharpest_) {
+    if ((hard_.high() || soft_.high()) && cross > sharpest_) {
       sharpest_ = cross;
       sharp_ = time;
     }
