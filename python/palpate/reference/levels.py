@@ -20,8 +20,8 @@ PENDING_S, PENDING_FRAMES = 10.0, 300  # the longest still press of a stage
 TREMBLES, SETTLED_FRAMES, ROUGH_FRAMES = 8.0, 16, 8  # noises; frames
 HIGH = 0.8  # share of the press: not in its rise or fall
 ALIGNED_S = 0.04  # frames further apart show another part of the tremor
-OTHER, OWN, ROUNDED = 3.0, 4.0, 0.7  # noises; its own change; code steps
-MOST, SLACK, STUCK = 3.0, 0.3, 12.0  # of the CUSUM, in noises
+OTHER, OWN, ROUNDED = 3.0, 4.0, 0.5  # noises; its own change; code steps
+MOST, STUCK = 3.0, 12.0  # of the CUSUM, in noises
 ASKED = 2  # still presses with equal values
 
 
@@ -57,20 +57,19 @@ class Known(NamedTuple):
 
     Attributes
     ----------
-    ready, idle, suspects : bool
-        Whether the baselines are measured; whether the gate is idle; whether a touch may have begun.
+    ready, idle : bool
+        Whether the baselines are measured; whether the gate is idle.
     levels, noises, codes : (float, float), pF
         Of the hard and the soft channel: baseline, noise of a frame, step of codes that are coarser than the noise, or 0.
 
     Examples
     --------
-    >>> Known(True, True, False, (9.0, 8.0), (4e-5, 4e-5)).codes
+    >>> Known(True, True, (9.0, 8.0), (4e-5, 4e-5)).codes
     (0.0, 0.0)
     """
 
     ready: bool
     idle: bool
-    suspects: bool
     levels: tuple[float, float]
     noises: tuple[float, float]
     codes: tuple[float, float] = (0.0, 0.0)
@@ -153,7 +152,7 @@ class _Side:
         own = self.noise if self.noise > 2 * self.code else 0.0
         missing = (due + own - OWN * self.change - ROUNDED * self.code) / (self.noise + self.code)
         self.stuck = (
-            max(self.stuck + min(missing, MOST) - SLACK, 0.0)
+            max(self.stuck + min(missing, MOST), 0.0)
             if self.now > self.height - self.limit
             else 0.0
         )
@@ -193,7 +192,7 @@ class Levels:
     --------
     A channel jumps, and after 0.8 s it is at its new level:
 
-    >>> levels, at_rest = Levels(), Known(True, True, False, (9.0, 8.0), (1e-4, 1e-4))
+    >>> levels, at_rest = Levels(), Known(True, True, (9.0, 8.0), (1e-4, 1e-4))
     >>> in_contact = at_rest._replace(idle=False)
     >>> _ = levels.take(0, 9.0, 8.0, at_rest, begun=False)
     >>> [levels.take(100_000_000 * k, 9.5, 8.0, in_contact, begun=k == 4) for k in range(1, 11)][-2:]
@@ -272,8 +271,8 @@ class Levels:
     def _follow(self, known: Known) -> None:
         """Take the levels of the tracker while nothing is touched, unless they have jumped."""
         sides = list(zip((self._hard, self._soft), known.levels, known.noises, strict=True))
-        agrees = all(abs(level - side.rest) <= side.limit for side, level, _ in sides)
-        if known.ready and known.idle and not known.suspects and (agrees or not self._known):
+        agrees = all(side.near and abs(level - side.rest) <= side.limit for side, level, _ in sides)
+        if known.ready and known.idle and (agrees or not self._known):
             self._known = True
             for side, level, noise in sides:
                 side.follow(level, noise)

@@ -448,7 +448,6 @@ class _Tracker:
         known = LevelsKnown(
             idle.ready,
             idle.gate.state == "idle",
-            idle.gate.suspects,
             (idle.hard.now.level, idle.soft.now.level),
             (idle.hard.now.noise, idle.soft.now.noise),
             (self._steps[0].coarse(noises[0]), self._steps[1].coarse(noises[1])),

@@ -69,7 +69,7 @@ class Levels {
     }
     template <class Baseline>
     constexpr bool agrees(const Baseline& baseline) const noexcept {
-      return magnitude(baseline.level() - rest) <= limit();
+      return near && magnitude(baseline.level() - rest) <= limit();
     }
     template <class Baseline>
     constexpr void follow(const Baseline& baseline) noexcept {
@@ -93,8 +93,8 @@ class Levels {
       height = magnitude(now) > height ? magnitude(now) : height;
       const Real due = aligned ? product(positive_part(other.moved - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
-      const Real size = (due + own - 4 * moved - product(Real(0.7), code)) / (noise + code);
-      stuck = now > height - limit() ? positive_part(stuck + (size > 3 ? Real(3) : size) - Real(0.3)) : Real(0);
+      const Real size = (due + own - 4 * moved - code / 2) / (noise + code);
+      stuck = now > height - limit() ? positive_part(stuck + (size > 3 ? Real(3) : size)) : Real(0);
       const bool found = stuck > 12 && !told;
       told = told || found;
       return found;
@@ -139,8 +139,8 @@ class Levels {
   // While nothing is touched the detector knows the levels, unless they have jumped.
   template <class Detector>
   constexpr void follow(const Detector& d) noexcept {
-    const bool rests = d.ready() && d.gate.idle() && !d.gate.suspects();
-    if (rests && (!known_ || (hard_.agrees(d.hard_baseline) && soft_.agrees(d.soft_baseline)))) {
+    const bool agree = !known_ || (hard_.agrees(d.hard_baseline) && soft_.agrees(d.soft_baseline));
+    if (agree && d.ready() && d.gate.idle()) {
       hard_.follow(d.hard_baseline);
       soft_.follow(d.soft_baseline);
       known_ = true;
