@@ -124,11 +124,12 @@ class _Side:
 
     def read(self, time: int, value: float, known_code: float) -> None:
         """Take the value of a frame."""
-        self.change = abs(value - self.last)
+        self.change = value - self.last
+        size = abs(self.change)
         if known_code > 0:
             self.code = known_code
-        elif self.change > 0:
-            self.code = min(self.code or np.inf, self.change)
+        elif size > 0:
+            self.code = min(self.code or np.inf, size)
         self.equal = self.equal + 1 if self.change == 0 else 0
         self.last = value
         self.now = value - self.rest
@@ -145,12 +146,14 @@ class _Side:
         """Take a frame of a press; return whether this channel has not followed the other one."""
         self.height = max(self.height, abs(self.now))
         due = (
-            max(other.change - OTHER * other.noise, 0.0) * (self.now / other.now)
+            max(abs(other.change) - OTHER * other.noise, 0.0) * (self.now / other.now)
             if aligned
             else 0.0
         )
         own = self.noise if self.noise > 2 * self.code else 0.0
-        missing = (due + own - OWN * self.change - ROUNDED * self.code) / (self.noise + self.code)
+        missing = (due + own - OWN * abs(self.change) - ROUNDED * self.code) / (
+            self.noise + self.code
+        )
         self.stuck = (
             max(self.stuck + min(missing, MOST), 0.0)
             if self.now > self.height - self.limit
@@ -243,16 +246,14 @@ class Levels:
             concerned; "dropped": only a jump began the touch; "jumped": the touch was a jump; "stepped": a channel jumped
             within it; "returned": the touch that was a jump was one. "": nothing.
         """
-        before = self._hard.now, self._soft.now
         self._hard.read(time, hard, known.codes[0])
         self._soft.read(time, soft, known.codes[1])
-        turn = abs(self._hard.now * before[1] - self._soft.now * before[0])
         self._touched = self._touched or begun
         self._follow(known)
         self._run(time)
         if not self._known:
             return ""
-        stuck = self._pressed(time, turn)
+        stuck = self._pressed(time)
         change = ""
         if known.ready and not self._decided and self._is_still(time):
             change = self._decide(time)
@@ -286,21 +287,22 @@ class Levels:
         for side in sides:
             side.run.append(side.last)
 
-    def _pressed(self, time: int, turn: float) -> bool:
+    def _pressed(self, time: int) -> bool:
         """Follow a press; return whether a channel has not followed the other one."""
-        aligned, self._last = (time - self._last) / 1e9 <= ALIGNED_S, time
         self._waited += 1
         hard, soft = self._hard, self._soft
         if hard.near and soft.near:
             self._close()
         if not (hard.is_out and soft.is_out):
             return False
+        aligned, self._last = (time - self._last) / 1e9 <= ALIGNED_S, time
         self._press = self._press or _Press(time, time, rises=hard.now > 0)
         press = self._press
         press.frames += 1
-        press.rough += (hard.change - press.rough) / ROUGH_FRAMES
+        press.rough += (abs(hard.change) - press.rough) / ROUGH_FRAMES
         if press.frames > SETTLED_FRAMES and press.rough < press.calm * hard.now:
             press.calm = press.rough / hard.now
+        turn = abs(hard.change * soft.now - soft.change * hard.now)
         if (hard.is_high or soft.is_high) and turn > press.turn:
             press.turn, press.sharp = turn, time
         found = False

@@ -80,8 +80,9 @@ class Levels {
     }
 
     constexpr void read(Time time, Real value, Real known) noexcept {
-      moved = magnitude(value - last);
-      code = known > 0 ? known : moved > 0 && !(code > 0 && code < moved) ? moved : code;
+      moved = value - last;
+      const Real size = magnitude(moved);
+      code = known > 0 ? known : size > 0 && !(code > 0 && code < size) ? size : code;
       equal = moved == 0 ? equal + 1 : 0;
       last = value;
       now = value - rest;
@@ -91,9 +92,10 @@ class Levels {
     // In a press. Returns whether it has not followed the other one, for the first time.
     constexpr bool press(const Side& other, bool aligned) noexcept {
       height = magnitude(now) > height ? magnitude(now) : height;
-      const Real due = aligned ? product(positive_part(other.moved - 3 * other.noise), now / other.now) : Real(0);
+      const Real due =
+          aligned ? product(positive_part(magnitude(other.moved) - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
-      const Real size = (due + own - 4 * moved - code / 2) / (noise + code);
+      const Real size = (due + own - 4 * magnitude(moved) - code / 2) / (noise + code);
       stuck = now > height - limit() ? positive_part(stuck + (size > 3 ? Real(3) : size)) : Real(0);
       const bool found = stuck > 12 && !told;
       told = told || found;
@@ -113,13 +115,12 @@ class Levels {
   template <class Detector, class Codes>
   constexpr LevelChange take(Time time, Real hard, Real soft, bool begun, Detector& detector, const Codes& codes,
                              List& list) noexcept {
-    const Real cross = product(hard - hard_.rest, soft_.now) - product(soft - soft_.rest, hard_.now);
     hard_.read(time, hard, codes.hard.coarse(hard_.noise));
     soft_.read(time, soft, codes.soft.coarse(soft_.noise));
     touched_ = touched_ || begun;
     follow(detector);
     run(time);
-    const bool stuck = known_ && press(time, magnitude(cross), list);
+    const bool stuck = known_ && press(time, list);
     const bool decides = known_ && !decided_ && detector.ready() && count_ >= few && seconds(begin_, time) >= still;
     const LevelChange change = decides ? decide(time, list) : LevelChange::none;
     if (change == LevelChange::none) {
@@ -160,16 +161,19 @@ class Levels {
   }
 
   // Returns whether a channel has not followed.
-  constexpr bool press(Time time, Real cross, List& list) noexcept {
-    waited_ += 1;
-    aligned_ = seconds(last_, time) <= Real(0.04);  // slower ones show another part of the tremor
-    last_ = time;
-    if (hard_.near && soft_.near) {
-      close(list);
+  constexpr bool press(Time time, List& list) noexcept {
+    if (PALPATE_LIKELY(hard_.near && soft_.near)) {
+      if (pressed_ > 0 || touched_ || pending_) {
+        close(list);
+      }
+      return false;
     }
+    waited_ += 1;
     if (!(hard_.out() && soft_.out())) {
       return false;
     }
+    aligned_ = seconds(last_, time) <= Real(0.04);  // slower ones show another part of the tremor
+    last_ = time;
     if (pressed_ == 0) {
       together_ = sharp_ = time;
       rises_ = hard_.now > 0;
@@ -177,10 +181,11 @@ class Levels {
       calm_ = 1;
     }
     pressed_ += 1;
-    rough_ += (hard_.moved - rough_) / 8;
+    rough_ += (magnitude(hard_.moved) - rough_) / 8;
     calm_ = pressed_ > 16 && rough_ < product(calm_, hard_.now) ? rough_ / hard_.now : calm_;
-    if ((hard_.high() || soft_.high()) && cross > sharpest_) {
-      sharpest_ = cross;
+    const Real turn = magnitude(product(hard_.moved, soft_.now) - product(soft_.moved, hard_.now));
+    if ((hard_.high() || soft_.high()) && turn > sharpest_) {
+      sharpest_ = turn;
       sharp_ = time;
     }
     return follows(hard_, soft_, Channel::hard, time, list) | follows(soft_, hard_, Channel::soft, time, list);
