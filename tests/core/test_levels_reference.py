@@ -4,7 +4,7 @@ import numpy as np
 import palpate
 from effort import examples
 from hand_presses import Press, Session, session
-from hypothesis import given
+from hypothesis import given, reject
 from hypothesis import strategies as st
 from palpate import reference
 
@@ -64,7 +64,12 @@ def test_the_levels_are_as_by_the_reference(made: Session, scene: str) -> None:
     rows = tracker.process(*times, made.hard, made.soft)
     tracker.finish()
     references = {"handheld": reference.handheld, "sliding": reference.sliding}
-    touches, right = references[scene](*times, made.hard, made.soft)
+    try:
+        touches, right = references[scene](*times, made.hard, made.soft)
+    except (
+        ZeroDivisionError
+    ):  # of a jump of one channel, where the other one does not change by a digit
+        reject()
     assert [(j[0], j[1]) for j in tracker.judgements] == [
         (j.what, j.channel) for j in right.judgements
     ]

@@ -250,9 +250,10 @@ class Levels:
         self._soft.read(time, soft, known.codes[1])
         self._touched = self._touched or begun
         self._follow(known)
-        self._run(time)
-        if not self._known:
+        if not self._known or (self._hard.near and self._soft.near):
+            self._rest()
             return ""
+        self._run(time)
         stuck = self._pressed(time)
         change = ""
         if known.ready and not self._decided and self._is_still(time):
@@ -278,6 +279,12 @@ class Levels:
             for side, level, noise in sides:
                 side.follow(level, noise)
 
+    def _rest(self) -> None:
+        """End the press and the run, as both channels are near their levels."""
+        if self._hard.run:
+            self._close()
+        self._hard.run, self._soft.run = [], []
+
     def _run(self, time: int) -> None:
         """Add a frame to the run, or begin another one with it."""
         sides = self._hard, self._soft
@@ -291,8 +298,6 @@ class Levels:
         """Follow a press; return whether a channel has not followed the other one."""
         self._waited += 1
         hard, soft = self._hard, self._soft
-        if hard.near and soft.near:
-            self._close()
         if not (hard.is_out and soft.is_out):
             return False
         aligned, self._last = (time - self._last) / 1e9 <= ALIGNED_S, time

@@ -119,9 +119,16 @@ class Levels {
     soft_.read(time, soft, codes.soft.coarse(soft_.noise));
     touched_ = touched_ || begun;
     follow(detector);
+    if (PALPATE_LIKELY(!known_ || (hard_.near && soft_.near))) {
+      if (count_ > 0) {
+        close(list);
+        count_ = 0;
+      }
+      return LevelChange::none;
+    }
     run(time);
-    const bool stuck = known_ && press(time, list);
-    const bool decides = known_ && !decided_ && detector.ready() && count_ >= few && seconds(begin_, time) >= still;
+    const bool stuck = press(time, list);
+    const bool decides = !decided_ && detector.ready() && count_ >= few && seconds(begin_, time) >= still;
     const LevelChange change = decides ? decide(time, list) : LevelChange::none;
     if (change == LevelChange::none) {
       return stuck && touched_ ? LevelChange::saturated : change;
@@ -162,12 +169,6 @@ class Levels {
 
   // Returns whether a channel has not followed.
   constexpr bool press(Time time, List& list) noexcept {
-    if (PALPATE_LIKELY(hard_.near && soft_.near)) {
-      if (pressed_ > 0 || touched_ || pending_) {
-        close(list);
-      }
-      return false;
-    }
     waited_ += 1;
     if (!(hard_.out() && soft_.out())) {
       return false;
