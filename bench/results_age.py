@@ -15,6 +15,7 @@ from pathlib import Path
 
 import palpate
 
+OLDER = "OLDER than cpp/include/palpate: measure again"
 ROOT = Path(__file__).parents[1]
 HEADERS, RESULTS = ROOT / "cpp" / "include" / "palpate", ROOT / "bench" / "results"
 
@@ -48,16 +49,18 @@ def about() -> dict[str, str]:
 
 def main(results: Path = RESULTS) -> int:
     """Print the verdicts."""
-    old = [
-        path
-        for path in sorted(results.glob("*.json"))
-        if json.loads(path.read_text()).get("headers") != headers_hash()
-    ]
-    for path in sorted(results.glob("*.json")):
-        print(
-            f"bench/results/{path.name}: {'OLDER than cpp/include/palpate: measure again' if path in old else 'current'}"
-        )
-    return bool(old)
+    verdicts = {path: verdict(path) for path in sorted(results.glob("*.json"))}
+    for path, text in verdicts.items():
+        print(f"bench/results/{path.name}: {text}")
+    return OLDER in verdicts.values()
+
+
+def verdict(path: Path) -> str:
+    """Return whether a result is current, older than the headers, or kept to be compared with."""
+    document = json.loads(path.read_text())
+    if document.get("kept"):
+        return "kept: later results are compared with it"
+    return "current" if document.get("headers") == headers_hash() else OLDER
 
 
 if __name__ == "__main__":

@@ -62,6 +62,7 @@ View<const std::int64_t> times_of(const py::object& given, const char* name, py:
 struct Touches {
   std::vector<Result> list;
   std::vector<std::size_t> revisions;
+  std::vector<Judgement> judgements{};
   std::ptrdiff_t before = 0;  ///< how many there are before those in the list
 
   void end(const Result& touch) { list.push_back(touch); }
@@ -69,17 +70,20 @@ struct Touches {
     list.back() = touch;
     revisions.push_back(count());
   }
+  void judge(const Judgement& judgement) { judgements.push_back(judgement); }
+  void judge(int) {}  // of a scene that judges nothing
   std::size_t count() const { return static_cast<std::size_t>(before) + list.size(); }
 
   /// Those of a block, behind the last one of all.
   static Touches after(const Touches& all) {
     const auto last = all.list.end() - (all.list.empty() ? 0 : 1);
-    return {{last, all.list.end()}, {}, last - all.list.begin()};
+    return {{last, all.list.end()}, {}, {}, last - all.list.begin()};
   }
   void append(const Touches& block) {
     list.erase(list.begin() + block.before, list.end());
     list.insert(list.end(), block.list.begin(), block.list.end());
     revisions.insert(revisions.end(), block.revisions.begin(), block.revisions.end());
+    judgements.insert(judgements.end(), block.judgements.begin(), block.judgements.end());
   }
 };
 
@@ -144,8 +148,9 @@ class PyTracker {
 
   py::object finish() {
     busy_.require_idle();
-    const bool ended = of_run([&](auto& run) { return run.finish(touches_); });
-    return ended ? touch(touch_count() - 1) : py::none();
+    const std::size_t before = touch_count();
+    of_run([&](auto& run) { run.finish(touches_); });
+    return touch_count() > before ? touch(touch_count() - 1) : py::none();
   }
 
   void tare(bool force) {
@@ -172,19 +177,14 @@ class PyTracker {
   }
 
   py::dict settings_dict() const { return settings_.dict(); }
-  /// As tuples: what, channel, time (s), size and soft size (pF).
-  py::list judgements() {
-    constexpr const char* channels[] = {"hard", "soft", "both"};
-    constexpr const char* names[] = {"saturated", "frozen", "jumped", "was_touch", "step", "falling", "still"};
-    py::list all;
-    of_run([&](auto& run) {
-      for (const auto& j : run.judged) {
-        all.append(py::make_tuple(names[static_cast<int>(j.what)], channels[static_cast<int>(j.channel)],
-                                  static_cast<double>(j.time.count) * 1e-9, j.size, j.soft_size));
-      }
-    });
-    return all;
+  py::list judgements_since(py::handle count) const {
+    py::list judgements;
+    for (std::size_t i = first_after(count); i < touches_.judgements.size(); ++i) {
+      judgements.append(judgement_object(touches_.judgements[i]));
+    }
+    return judgements;
   }
+  py::list judgements() const { return judgements_since(py::int_(0)); }
   py::list touches() { return touches_from(0); }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
@@ -332,10 +332,13 @@ If it shows the opposite, that touch has the flag "baseline".)")
       .def("revisions_since", &T::revisions_since,
            "revisions_since(self, count, /)\n--\n\nReturn the numbers, from 1, of the touches that were revised after "
            "the first `count` revisions, in order of time.");
+  type.def("judgements_since", &T::judgements_since,
+           "judgements_since(self, count, /)\n--\n\nReturn the judgements after the first `count`, in order of time.");
+  type.property("judgements", &T::judgements,
+                "What was judged of the readings, as a list of `palpate.judgements.Judgement`, in order of time.");
   type.property("scene", &T::scene, "Name of the scene.")
       .property("settings", &T::settings_dict,
                 "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
-      .property("judgements", &T::judgements, "What was judged of the readings: (name, channel, time in s, size, soft size).")
       .property("touches", &T::touches, "Every touch that has ended, in order of time.")
       .property("touch_count", &T::touch_count, "How many touches have ended.")
       .property("revision_count", &T::revision_count, "How many touches were revised after their release.");
@@ -351,7 +354,9 @@ If it shows the opposite, that touch has the flag "baseline".)")
   add(
       "threshold", [](const auto& run) { return threshold_of(run.core.estimator); },
       "There is an alarm when the detector's statistic is larger than this; inf without a detector.");
-  add("readings", [](const auto& run) { return run.core.readings(); }, "Readings taken so far.");
+  add(
+      "readings", [](const auto& run) { return run.core.readings() + static_cast<std::size_t>(run.core.waiting()); },
+      "Readings taken so far.");
   add(
       "retaken", [](const auto& run) { return run.core.retaken(); },
       "How often the channels fell far below the baseline, which was then measured again: it had been measured in "

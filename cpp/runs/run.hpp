@@ -10,8 +10,6 @@
 #include <limits>
 #include <palpate/scenes.hpp>
 #include <palpate/stage/stamps.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace palpate::runs {
 
@@ -44,6 +42,7 @@ struct Result : Touch<double> {
     if (saturated > 0) visit("saturated");
     if (refused > 0.75 * readings) visit("refused");
     if (late) visit("late");
+    if (outliers >= 3 && outliers >= 0.05 * readings) visit("outliers");
     if (knows_error && standard_error != standard_error) visit("unsettled");
     if (!(covariance <= 0.1 * initial_covariance)) visit("unexcited");
     if (one_sided()) visit("one-sided");
@@ -76,58 +75,27 @@ struct Run {
   explicit Run(const Core& made, bool host_stamps, double period = 0)
       : core(made), smooths(host_stamps), nominal_s(period) {}
 
-  /// Each touch that it ends goes to `all.end`, and one that it revises to `all.revise`.
+  /// Each touch that it ends goes to `all.end`, one that it revises to `all.revise`, and a judgement to `all.judge`.
   template <class Touches>
   Report<double> take(Nanoseconds t_hard, Nanoseconds t_soft, double hard, double soft, Touches& all) {
     if (smooths) {
       t_hard = hard_stamps.smooth(t_hard);
       t_soft = soft_stamps.smooth(t_soft);
     }
-    // Times of the first readings of the last pairs, as many as a touch may be dated back.
-    if (core.pairs() != begun) {
-      begun = core.pairs();
-      times[begun % times.size()] = t_hard;
-    }
-    const bool was_ready = core.ready();
-    const auto report = core.feed(t_hard, t_soft, hard, soft);
-    if constexpr (!std::is_same_v<decltype(core.judgements()), const NoJudgements&>) {
-      judged.insert(judged.end(), core.judgements().begin(), core.judgements().end());
-    }
-    if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
-      unproven = released = false;
-    }
-    if ((core.open() || report.finished) && !was_open) {  // a touch of one sample is no longer open
-      const std::uint64_t oldest = core.pairs() > times.size() ? core.pairs() - times.size() : 0;
-      const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
-      start_s = static_cast<double>(times[first % times.size()].count) * 1e-9;
-      opened = last_whole;
-      came = 0;
-    }
     const bool whole = std::isfinite(hard) && std::isfinite(soft);
-    if (core.open() || was_open) {
-      came += whole;
-      passed_s = static_cast<double>(t_hard.since(opened)) * 1e-9;
-    }
-    last_whole = whole ? t_hard : last_whole;
-    was_open = core.open();
-    based = based || core.ready();
-    if (report.finished) {
-      released = unproven;
-      all.end(result());
-    } else if (report.revised) {
-      all.revise(result());
-    }
-    return report;
+    const auto due = core.due_time(t_hard);
+    return note(due, t_hard, whole, all, [&] { return core.feed(t_hard, t_soft, hard, soft); });
   }
 
-  /// End a touch that is still running; false: there is none.
+  /// End a touch that is still running.
   template <class Touches>
-  bool finish(Touches& all) {
-    const bool done = core.finish();
-    if (done) {
+  void finish(Touches& all) {
+    while (core.waiting() > 0) {
+      note(core.due_time({}), last_whole, false, all, [&] { return core.flush(); });
+    }
+    if (core.finish()) {
       all.end(result());
     }
-    return done;
   }
 
   /// What comes next is after a gap. A touch that it cuts is flagged, and so is one whose baseline may have been measured in contact.
@@ -201,8 +169,47 @@ struct Run {
     return many > 0 ? static_cast<double>(span) * 1e-9 / static_cast<double>(many) : 0.0;
   }
 
+  /// Let the core take a reading that was due at a time, and tell what it ends, revises and judges. `now`: when the newest
+  /// one was read, and whether it was `whole`.
+  template <class Touches, class Take>
+  Report<double> note(Nanoseconds due, Nanoseconds now, bool whole, Touches& all, const Take& take_one) {
+    // Times of the first readings of the last pairs, as many as a touch may be dated back.
+    if (core.pairs() != begun) {
+      begun = core.pairs();
+      times[begun % times.size()] = due;
+    }
+    const bool was_ready = core.ready();
+    const auto report = take_one();
+    if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
+      unproven = released = false;
+    }
+    if ((core.open() || report.finished) && !was_open) {  // a touch of one sample is no longer open
+      const std::uint64_t oldest = core.pairs() > times.size() ? core.pairs() - times.size() : 0;
+      const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
+      start_s = static_cast<double>(times[first % times.size()].count) * 1e-9;
+      opened = last_whole;
+      came = 0;
+    }
+    if (core.open() || was_open) {
+      came += whole;
+      passed_s = static_cast<double>(now.since(opened)) * 1e-9;
+    }
+    last_whole = whole ? now : last_whole;
+    was_open = core.open();
+    based = based || core.ready();
+    if (report.finished) {
+      released = unproven;
+      all.end(result());
+    } else if (report.revised) {
+      all.revise(result());
+    }
+    for (const auto& judgement : core.judgements()) {
+      all.judge(judgement);
+    }
+    return report;
+  }
+
   Core core;
-  std::vector<Judgement<double, Nanoseconds>> judged;  // all judgements
   SteadyStamps<double, Nanoseconds> hard_stamps, soft_stamps;
   bool smooths;                    // the times are a computer's
   double nominal_s;                // from pair to pair of the device; 0: not known

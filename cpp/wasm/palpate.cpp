@@ -45,6 +45,8 @@ struct Touches {
     add(touch);
   }
   void revise(const Result& touch) noexcept { add(touch); }
+  template <class Judgement>
+  void judge(const Judgement&) noexcept {}
 
  private:
   void add(const Result& r) noexcept {
@@ -247,7 +249,9 @@ EXPORT(tare) bool tare(bool forced) {
 }
 EXPORT(finish) bool finish() {
   block.touches.clear();
-  return run.finish(block.touches);
+  const double before = block.touches.ended;
+  run.finish(block.touches);
+  return block.touches.ended > before;
 }
 
 EXPORT(state) const char* state() { return run.state(); }

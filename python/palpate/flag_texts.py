@@ -80,6 +80,14 @@ def explain_late(touch: "Touch") -> str:
     return f"{text}; the probe was held long enough" if touch.held else text
 
 
+def explain_outliers(touch: "Touch") -> str:
+    """Explain that a channel had false readings."""
+    return (
+        f"{touch.outliers} readings of a channel are far from their neighbours and left out: a wire "
+        "or a connector that fails now and then; check both ends of the cable"
+    )
+
+
 def explain_unsettled(touch: "Touch") -> str:
     """Explain that there are too few samples for a standard error."""
     longer = _longer(touch) if touch.samples else ""

@@ -33,6 +33,11 @@ def _if_few_or_too_young(touch: "Touch") -> bool:
     return touch.age_s > 0 or _if_few(touch)
 
 
+def _if_many_outliers(touch: "Touch") -> bool:
+    """Return whether an eighth of the readings of a channel are outliers: not all of them are seen."""
+    return touch.outliers > (touch.samples + touch.refused + touch.saturated) / 8
+
+
 def _if_whole(touch: "Touch") -> bool:
     """Return whether the touch has no age: one with an age ends before most of the effect."""
     return touch.age_s == 0
@@ -85,6 +90,9 @@ class Flag(StrEnum):
         More than three quarters of the readings gave no sample.
     LATE
         A fifth of the pairs or more did not come in time: the computer was too slow.
+    OUTLIERS
+        A twentieth of the readings of a channel or more, three at least, were far from their
+        neighbours, and are left out.
     UNSETTLED
         Too few samples for a standard error, in a scene that has one.
     UNEXCITED
@@ -126,6 +134,10 @@ class Flag(StrEnum):
     SATURATED = "saturated", Meaning(flag_texts.explain_saturated, hint="press less")
     REFUSED = "refused", Meaning(flag_texts.explain_refused)
     LATE = "late", Meaning(flag_texts.explain_late, _if_few)
+    OUTLIERS = (
+        "outliers",
+        Meaning(flag_texts.explain_outliers, _if_many_outliers, hint="check the wires"),
+    )
     UNSETTLED = "unsettled", Meaning(flag_texts.explain_unsettled, hint="hold longer")
     UNEXCITED = (
         "unexcited",

@@ -81,6 +81,9 @@ class Touch:
     held : bool
         Whether the probe was in contact for nearly the wanted length, even if few samples came in
         time (the flag "late").
+    outliers : int
+        Number of readings that were left out as outliers, of the channel with more of them; a
+        missing reading leaves out the pairs beside it, too.
 
     Examples
     --------
@@ -116,6 +119,7 @@ class Touch:
     refused: int
     flags: tuple[Flag, ...]
     held: bool
+    outliers: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields except `held` for JSON, with None in place of nan."""

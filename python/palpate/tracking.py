@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
+from palpate.judgements import judgement_notes
 from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
 from palpate.samples import RETAKEN, Instrument, pair_of, require_scale, settings_for
@@ -131,6 +132,7 @@ def tracked(
 
 
 def _tracker_notes(tracker: Tracker) -> Iterator[str]:
+    yield from judgement_notes(tracker.judgements)
     if tracker.retaken:
         yield f"{RETAKEN} ({_times(tracker.retaken)})"
     if tracker.pressed_again:

@@ -1,30 +1,20 @@
 """Jumps at rest, steps within a press, channels that do not follow, probes that fall: named, dated, and survived."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import palpate
 import pytest
 from hand_presses import HARD, SOFT, Press, Session, session
 from palpate import Touch, Tracker
+from palpate.judgements import Judgement
 
 NEW = {"step", "jumped", "saturated"}
 SEEDS = range(4)
 
 
-class Judged(NamedTuple):
-    """A judgement of a tracker."""
-
-    what: str
-    channel: str
-    time_s: float
-    size: float
-    soft_size: float
-
-
-def judged(tracker: Tracker) -> list[Judged]:
-    return [Judged(*each) for each in tracker.judgements]
+def judged(tracker: Tracker) -> list[Judgement]:
+    return [each for each in tracker.judgements if each.name != "frozen"]
 
 
 def track(made: Session, scene: str = "handheld", **settings: float) -> Tracker:
@@ -88,7 +78,7 @@ def test_a_channel_that_jumps_at_rest_costs_one_touch_at_most(channel: str, size
         made.step(channel, at_s, size)
         tracker = track(made)
         [jump] = judged(tracker)
-        assert (jump.what, jump.channel) == ("jumped", channel)
+        assert (jump.name, jump.channel) == ("jumped", channel)
         assert jump.time_s == pytest.approx(at_s, abs=0.06)
         assert jump.size == pytest.approx(size, abs=2e-3)
         assert measured(made, tracker).count(False) <= 1
@@ -100,7 +90,7 @@ def test_a_jump_is_survived_by_fast_converters(pairs_per_s: float) -> None:
     made = session(1, pairs_per_s=pairs_per_s, count=4)
     made.step("hard", made.presses[1].end + 1, 0.3)
     tracker = track(made)
-    assert [j.what for j in judged(tracker)] == ["jumped"]
+    assert [j.name for j in judged(tracker)] == ["jumped"]
     assert measured(made, tracker) == [True] * 4
 
 
@@ -135,7 +125,7 @@ def test_a_jump_of_both_is_judged_at_once_after_presses_that_trembled() -> None:
         made.step("soft", at_s, 0.3)
         tracker = track(made)
         [jump] = judged(tracker)
-        assert (jump.what, jump.channel) == ("jumped", "both")
+        assert (jump.name, jump.channel) == ("jumped", "both")
         assert (jump.size, jump.soft_size) == pytest.approx((0.5, 0.3), abs=2e-3)
         [touch] = [t for t in tracker.touches if "jumped" in t.flags]
         assert touch.start_s == pytest.approx(at_s, abs=0.1)
@@ -155,7 +145,7 @@ def test_a_stage_that_holds_for_longer_than_any_was_a_touch_as_soon_as_it_lifts(
     assert touch.flags == ("jumped",)
     assert tracker.revisions_since(0) == [1]
     tracker.process(*(column[~pressed] for column in made.columns))
-    assert [j.what for j in judged(tracker)] == ["jumped", "was_touch"]
+    assert [j.name for j in judged(tracker)] == ["jumped", "was_touch"]
     assert tracker.touches[0].flags == ()
     assert abs(tracker.touches[0].ratio / made.ratio - 1) < 1e-3
     assert tracker.revisions_since(1)[0] == 1
@@ -166,7 +156,7 @@ def test_a_jump_of_both_is_pending_for_10_s_without_a_hand() -> None:
     made.step("hard", 7.5, 0.2)
     made.step("soft", 7.5, 0.1)
     tracker = track(made)
-    assert [(j.what, j.channel) for j in judged(tracker)] == [("jumped", "both")]
+    assert [(j.name, j.channel) for j in judged(tracker)] == [("jumped", "both")]
     assert [t.flags for t in tracker.touches] == [("short",), ("jumped",), ("short",)]
     assert measured(made, tracker) == [True, True]
 
@@ -181,7 +171,7 @@ def test_a_step_within_a_hold_is_named_with_its_time_and_size(channel: str, size
         made.step(channel, at_s, size * (made.ratio / 4 if channel == "hard" else 1))
         tracker = track(made)
         [step] = judged(tracker)
-        assert (step.what, step.channel) == ("step", channel)
+        assert (step.name, step.channel) == ("step", channel)
         assert step.time_s == pytest.approx(at_s, abs=0.1)
         touch = touch_of(press, tracker)
         assert touch is not None
@@ -206,7 +196,7 @@ def test_a_channel_at_its_highest_reading_is_saturated(channel: str, decimals: i
         tracker = track(made)
         touches += len(tracker.touches)
         flagged += sum("saturated" in touch.flags for touch in tracker.touches)
-        assert {(j.what, j.channel) for j in judged(tracker)} == {("saturated", channel)}
+        assert {(j.name, j.channel) for j in judged(tracker)} == {("saturated", channel)}
     assert touches == 20
     assert flagged >= 19
 
@@ -227,7 +217,7 @@ def test_a_stage_that_stops_at_one_depth_with_coarse_digits_is_asked_about() -> 
     made = session(1, presses, tremor=0.0, noise=1e-5)
     made.print(3)
     tracker = track(made)
-    assert {j.what for j in judged(tracker)} == {"still"}
+    assert {j.name for j in judged(tracker)} == {"still"}
     assert sorted(j.channel for j in judged(tracker)) in (["hard"], ["soft"], ["hard", "soft"])
     assert not any(NEW & set(touch.flags) for touch in tracker.touches)
 
@@ -237,7 +227,7 @@ def test_channels_that_fall_when_pressed_are_named_once(pairs_per_s: float) -> N
     made = session(1, pairs_per_s=pairs_per_s, count=5)
     tracker = track(replace(made, hard=-made.hard, soft=-made.soft))
     [falling] = judged(tracker)
-    assert (falling.what, falling.channel) == ("falling", "both")
+    assert (falling.name, falling.channel) == ("falling", "both")
     assert falling.size < falling.soft_size < 0
 
 

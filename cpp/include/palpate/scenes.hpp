@@ -49,6 +49,7 @@ struct Fixed {
                 "palpate: a scene is of float or double; of a scene of your own, palpate::Tracker<Mine>");
   using real_type = Real;               ///< float or double
   using time_type = Time;               ///< Ticks with their unit
+  using screen = NoScreen<Real, Time>;  ///< judges readings
   using align = NoAlign<Real, Time>;    ///< from two readings to a pair
   using baseline = NoBaseline<Real>;    ///< of a channel without contact
   using contact = AlwaysContact<Real>;  ///< begin and end of a touch
@@ -73,6 +74,7 @@ struct Paper : Fixed<Real, Time, Settings> {
 /// Scene "handheld": a probe held in the hand.
 template <class Real, class Time = Nanoseconds, class Settings = InObjects>
 struct Handheld : Paper<Real, Time, Settings> {
+  using screen = Screen<Real, Time>;                                           ///< judges readings
   using align = MatchedPair<Real, Time>;                                       ///< from two readings to a pair
   using levels = Levels<Real, Time>;                                           ///< jumps and steps
   using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio

@@ -9,6 +9,7 @@
 #include <palpate/stage/contact_detector.hpp>
 #include <palpate/stage/front.hpp>
 #include <palpate/stage/levels.hpp>
+#include <palpate/stage/screen.hpp>
 
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
@@ -52,14 +53,16 @@ using Estimates =
     decltype(Real(Estimator::default_covariance), of<Estimator>().reset(Real(), Real()),
              bool(of<Estimator>().update(Real(), Real()).accepted), bool(of<Estimator>().update(Real(), Real()).alarm),
              Real(of<Estimator>().ratio()), Real(of<Estimator>().covariance()));
+template <class Stage, class Time = typename Stage::time_type>
+using Screens = decltype(bool(Stage::screens), of<const Stage>().due_time(Time()), int(of<const Stage>().waiting()));
 template <class Estimator>
 using Judgeable = decltype(of<const Estimator>().mean_regressor(), of<const Estimator>().count(),
                            of<const Estimator>().mean_square());
 
 template <class Scene>
 using IsScene =
-    std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::align, typename Scene::baseline,
-                typename Scene::contact, typename Scene::levels, typename Scene::estimator>;
+    std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::screen, typename Scene::align,
+                typename Scene::baseline, typename Scene::contact, typename Scene::levels, typename Scene::estimator>;
 template <class Stage, class Time = typename Stage::time_type>
 using RealOfPair = std::decay_t<decltype(of<Stage>().feed(Time(), Time(), 0, 0, true).hard)>;
 template <class Stage>
@@ -97,19 +100,26 @@ template <class Scene>
 struct SceneChecks : SceneIs<Scene> {
   using Real = typename Scene::real_type;
   using Time = typename Scene::time_type;
+  using Screen = typename Scene::screen;
   using Align = typename Scene::align;
   using Baseline = typename Scene::baseline;
   using Contact = typename Scene::contact;
   using Estimator = typename Scene::estimator;
   using Judge = typename Scene::template judge_for<Estimator>;
-  static_assert(agrees<TimeOf, Align, Time>(),
-                "palpate::Tracker: the align stage has another time_type than the scene");
+  static_assert(has<Screens, Screen>, "palpate::Tracker: a screen needs the members of NoScreen");
+  static_assert(agrees<TimeOf, Align, Time>() && agrees<TimeOf, Screen, Time>(),
+                "palpate::Tracker: the screen or the align stage has another time_type than the scene");
   static_assert(has<Aligns, Align>, "palpate::Tracker: an align stage needs the members of NoAlign, with `time_type`");
   static_assert(has<MeasuresLevel, Baseline>, "palpate::Tracker: a baseline needs the functions of NoBaseline");
   static_assert(has<Touches, Contact>, "palpate::Tracker: a contact needs the members of AlwaysContact");
-  static_assert(agrees<RealOfPair, Align, Real>() && agrees<RealOfLevel, Baseline, Real>() &&
-                    agrees<RealOf, Contact, Real>() && agrees<RealOf, Estimator, Real>(),
+  static_assert(agrees<RealOfPair, Align, Real>() && agrees<RealOf, Screen, Real>() &&
+                    agrees<RealOfLevel, Baseline, Real>() && agrees<RealOf, Contact, Real>() &&
+                    agrees<RealOf, Estimator, Real>(),
                 "palpate::Tracker: a stage or the estimator has another Real than the scene");
+  static_assert(
+      !Screen::screens || Contact::releases,
+      "palpate::Tracker: a screen needs a contact that releases: of the readings that wait at the end, one may "
+      "end a touch and the next one begin another");
   static_assert(!Judge::judges || has<Matches, Align>,
                 "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, as MatchedPair; else use "
                 "NoJudge");
@@ -135,12 +145,14 @@ template <class Scene>
 class Tracker : public detail::Parts<Scene>::Settings,
                 public detail::Parts<Scene>::Detector,
                 public detail::Parts<Scene>::Front,
+                detail::Parts<Scene>::Judge,
                 Scene::levels,
-                detail::Parts<Scene>::Judge {
+                Scene::screen {
   using Settings = typename detail::Parts<Scene>::Settings;
   using Judge = typename detail::Parts<Scene>::Judge;
   using Detector = typename detail::Parts<Scene>::Detector;
   using Front = typename detail::Parts<Scene>::Front;
+  using Screen = typename Scene::screen;
   using Pair = typename Front::Pair;
   using Levels = typename Scene::levels;
 
@@ -160,31 +172,30 @@ class Tracker : public detail::Parts<Scene>::Settings,
 
   /// Takes a reading of each channel: their times, and the capacitances in pF, NaN: no value. A reading that is infinite
   /// or saturated counts as no value.
+  ///
+  /// With a screen a reading is judged when the next two are known, so what it returns is about the one before those two.
   constexpr Report<Real> feed(Time hard_time, Time soft_time, Real hard, Real soft) noexcept {
-    if constexpr (Levels::watches) {
+    if constexpr (Screen::screens) {
       judgements_.clear();
-    }
-    Judge::read(hard, soft, hard_time == soft_time, open_);
-    const Screened read = screen(hard, soft);
-    const auto frame = Front::take(hard_time, soft_time, read, near(), settings.averaged);
-    if (PALPATE_UNLIKELY(frame.size == 0)) {  // of a mean that is not complete
-      readings_ += 1;
-      return {estimator.ratio(), false, gate.contact(), false};
-    }
-    const Event event = detect(frame.time, frame.hard, frame.soft, read.whole);
-    const bool revised = watch(frame.time, frame.hard, frame.soft, event);
-    const Pair pair = Front::pair(frame, hard_time, soft_time, read, open_ || falls());
-    bool alarm = false, ended = true;
-    if (open_) {
-      alarm = sample(pair, frame.time, read.saturated);
-      ended = ends(frame.time);
+      if (PALPATE_UNLIKELY(!Screen::add(hard_time, soft_time, hard, soft))) {
+        return {estimator.ratio(), false, gate.contact(), false};
+      }
+      return take_due(false);
     } else {
-      wait(pair, frame.time);
+      return take(Reading{hard_time, soft_time, hard, soft});
     }
-    readings_ += 1;
-    Front::decimator.next();
-    const bool finished = ended && finish();
-    return {estimator.ratio(), alarm, gate.contact(), finished, revised};
+  }
+
+  /// No reading follows for now. Takes one of those that still wait, as feed() does; call it while waiting() is above 0.
+  /// finish() and tare() do so, too.
+  constexpr Report<Real> flush() noexcept {
+    if constexpr (Screen::screens) {
+      judgements_.clear();
+      if (Screen::flush()) {
+        return take_due(true);
+      }
+    }
+    return {estimator.ratio(), false, gate.contact(), false};
   }
 
   /// Times have a unit: numbers alone are an error.
@@ -198,12 +209,11 @@ class Tracker : public detail::Parts<Scene>::Settings,
 
   /// End a touch that is still running, for example at the end of a recording. False: there is no such touch.
   constexpr bool finish() noexcept {
-    if (!running_) {
-      return false;
+    bool ended = false;
+    while (Screen::waiting() > 0) {
+      ended = flush().finished || ended;
     }
-    running_ = open_ = false;
-    standard_error_ = Judge::ended(estimator, errors());
-    return true;
+    return end_touch() || ended;
   }
 
   /// Measure the baseline again, without contact. Needed after a jump of the baseline upwards, which looks like a touch
@@ -225,11 +235,13 @@ class Tracker : public detail::Parts<Scene>::Settings,
     result.covariance = any ? estimator.covariance() : nan;
     result.standard_error = result.first_standard_error = standard_error_;
     result.full = full_;
+    Screen::complete(result);
     Judge::complete(result, estimator);
     return result;
   }
-  /// What is judged of the last reading that feed() took, beside the touch.
+  /// What is judged of the last reading that feed() or flush() took, beside the touch.
   constexpr const auto& judgements() const noexcept { return judgements_; }
+  using Screen::due_time, Screen::waiting;
   /// Settings of the level ratio.
   constexpr auto& level_settings() noexcept { return Judge::level_settings(); }
   /// The same, of a constant tracker.
@@ -258,12 +270,55 @@ class Tracker : public detail::Parts<Scene>::Settings,
   constexpr Real standard_error() const noexcept { return errors().of(estimator); }
 
  private:
-  using Screened = ScreenedReading<Real>;
-  PALPATE_INLINE constexpr Screened screen(Real hard, Real soft) const noexcept {
-    if (PALPATE_LIKELY(in_range(hard) && in_range(soft))) {
+  using Reading = palpate::Reading<Real, Time>;
+  using Ranged = RangedReading<Real>;
+
+  /// Returns whether there is one.
+  constexpr bool end_touch() noexcept {
+    if (!running_) {
+      return false;
+    }
+    running_ = open_ = false;
+    standard_error_ = Judge::ended(estimator, errors());
+    return true;
+  }
+
+  PALPATE_INLINE constexpr Report<Real> take_due(bool last) noexcept {
+    const Reading reading = Screen::take(is_finite(settings.full_scale), last, judgements_);
+    Screen::count(reading, open_);
+    return take(reading);
+  }
+
+  PALPATE_INLINE constexpr Report<Real> take(const Reading& reading) noexcept {
+    const Time hard_time = reading.hard_time, soft_time = reading.soft_time;
+    Judge::read(reading.hard, reading.soft, hard_time == soft_time, open_);
+    const Ranged read = ranged(reading.hard, reading.soft, reading.at_end);
+    const auto frame = Front::take(hard_time, soft_time, read, near(), settings.averaged);
+    if (PALPATE_UNLIKELY(frame.size == 0)) {  // of a mean that is not complete
+      readings_ += 1;
+      return {estimator.ratio(), false, gate.contact(), false};
+    }
+    const Event event = detect(frame.time, frame.hard, frame.soft, read.whole);
+    const bool revised = watch(frame.time, frame.hard, frame.soft, event);
+    const Pair pair = Front::pair(frame, hard_time, soft_time, read, open_ || falls());
+    bool alarm = false, ended = true;
+    if (open_) {
+      alarm = sample(pair, frame.time, read.saturated);
+      ended = ends(frame.time);
+    } else {
+      wait(pair, frame.time);
+    }
+    readings_ += 1;
+    Front::decimator.next();
+    const bool finished = ended && end_touch();
+    return {estimator.ratio(), alarm, gate.contact(), finished, revised};
+  }
+
+  PALPATE_INLINE constexpr Ranged ranged(Real hard, Real soft, bool at_end) const noexcept {
+    if (PALPATE_LIKELY(in_range(hard) && in_range(soft) && !at_end)) {
       return {hard, soft, true, false};
     }
-    const bool saturated = too_large(hard) || too_large(soft);
+    const bool saturated = at_end || too_large(hard) || too_large(soft);
     if (Front::decimator.fast() && !(is_finite(hard) && is_finite(soft))) {
       return {not_a_number<Real>, not_a_number<Real>, false, saturated};  // one value is no mean
     }
@@ -315,6 +370,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
     full_ = false;
     estimator.reset(settings.initial_ratio, initial_covariance());
     counts_ = Counts();
+    Screen::begun();
     const auto age = static_cast<std::size_t>(gate.age());
     const std::size_t size = Front::decimator.size();
     Front::decimator.begin(age);
@@ -416,7 +472,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
   Counts counts_;
-  std::conditional_t<Levels::watches, Judgements<Real, Time>, NoJudgements> judgements_;
+  std::conditional_t<Screen::screens, Judgements<Real, Time>, NoJudgements> judgements_;
   Real standard_error_ = not_a_number<Real>;
 };
 

@@ -1,7 +1,7 @@
 """Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `adaptive_window` is the estimator `HandoverRls`;
-`matched_pair`, `Baseline`, `Contact`, `Levels` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene;
+`screen`, `matched_pair`, `Baseline`, `Contact`, `Levels` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene;
 `sliding` is the scene of this name. `vector_rls` is the estimator `VectorRls`.
 """
 
@@ -11,6 +11,7 @@ from palpate.reference.fit import Fit, Misfit
 from palpate.reference.idle import Baseline, Contact
 from palpate.reference.levels import Judgement, Levels
 from palpate.reference.paper import Trace, adaptive_rls, rls
+from palpate.reference.readings import Screened, screen
 from palpate.reference.tracker import Rows, Touch, handheld, sliding
 from palpate.reference.vectors import VectorTrace, vector_rls
 
@@ -24,6 +25,7 @@ __all__ = [
     "Misfit",
     "Pairs",
     "Rows",
+    "Screened",
     "Touch",
     "Trace",
     "VectorTrace",
@@ -32,6 +34,7 @@ __all__ = [
     "handheld",
     "matched_pair",
     "rls",
+    "screen",
     "sliding",
     "vector_rls",
 ]

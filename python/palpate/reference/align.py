@@ -70,7 +70,12 @@ class Reading(NamedTuple):
 
 
 def means(
-    t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
+    t_hard: ArrayLike,
+    t_soft: ArrayLike,
+    hard: ArrayLike,
+    soft: ArrayLike,
+    *,
+    at_end: ArrayLike = False,
 ) -> list[Reading | None]:
     """Align both channels, and average those of a fast converter: reference of what comes first in the scene "handheld".
 
@@ -78,6 +83,9 @@ def means(
     ----------
     t_hard, t_soft, hard, soft : array_like, shape (n,)
         As of `matched_pair`.
+    at_end : array_like of bool, shape (n,)
+        Readings that are no values of a pair, as one is at the end of its range; they still show a
+        contact.
 
     Returns
     -------
@@ -94,11 +102,13 @@ def means(
         np.asarray(t_hard),
         np.column_stack([np.asarray(hard, float), np.asarray(soft, float)]),
     )
-    whole = np.isfinite(values).all(axis=1)
+    finite = np.isfinite(values).all(axis=1)
+    whole = finite & ~np.asarray(at_end, bool)
     paces = _paces(times, whole)
-    values[[bool(pace) and not there for pace, there in zip(paces, whole, strict=True)]] = np.nan
+    values[[bool(pace) and not there for pace, there in zip(paces, finite, strict=True)]] = np.nan
+    usable = np.where(np.broadcast_to(at_end, times.shape)[:, None], np.nan, values)
     pairs = zip(
-        *(column.tolist() for column in matched_pair(times, t_soft, *values.T)), strict=True
+        *(column.tolist() for column in matched_pair(times, t_soft, *usable.T)), strict=True
     )
     made: list[Reading | None] = []
     block: list[Reading] = []  # of the mean that is not complete

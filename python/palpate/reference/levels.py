@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from palpate import judgements
+
 STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
 LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
@@ -50,6 +52,12 @@ class Judgement(NamedTuple):
     time: int
     size: float
     soft_size: float = 0.0
+
+    def in_seconds(self) -> judgements.Judgement:
+        """Return it as the tracker does."""
+        return judgements.Judgement(
+            1e-9 * self.time, self.channel, self.what, self.size, self.soft_size
+        )
 
 
 class Known(NamedTuple):

@@ -16,6 +16,7 @@ from palpate.reference.level import Sweep
 from palpate.reference.levels import Judgement, Levels
 from palpate.reference.levels import Known as LevelsKnown
 from palpate.reference.moving import MovingEstimate
+from palpate.reference.readings import AHEAD, screen
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
 SURE, SIGNIFICANT = (3.0, 8.0)
@@ -353,12 +354,14 @@ def sliding(
 def _tracked(
     state: "_Tracker", t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike
 ) -> tuple[list[Touch], Rows]:
-    raw = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
-    rows = []
-    for values, reading in zip(raw, means(t_hard, t_soft, hard, soft), strict=True):
+    screened = screen(t_hard, t_soft, hard, soft)
+    clean = np.column_stack([screened.hard, screened.soft])
+    made = means(t_hard, t_soft, *clean.T, at_end=screened.at_end)
+    rows = [state.row()] * AHEAD
+    for values, reading in zip(clean, made, strict=True):
         rows.append(state.feed(values, reading) if reading else state.wait(values))
     state.finish()
-    columns = np.array(rows, float).reshape(-1, 6).T
+    columns = np.array(rows[: len(clean)], float).reshape(-1, 6).T
     alarm, contact, revised = (column > 0 for column in columns[3:])
     ratio, error, statistic = columns[:3]
     judgements = state.levels.judgements
@@ -396,7 +399,7 @@ class _Tracker:
         """Take a reading of each channel that completes no mean; return a row."""
         self._add_codes(values)
         self._readings += 1
-        return self._row(alarm=False, revises=False)
+        return self.row(alarm=False, revises=False)
 
     def feed(self, read: NDArray[np.float64], reading: Reading) -> tuple[float, ...]:
         """Take a reading of each channel, or a mean with it; return a row."""
@@ -429,7 +432,7 @@ class _Tracker:
             self._falling(time_ns, pair)
         self._readings += 1
         self._pairs += 1
-        return self._row(alarm=alarm, revises=revises)
+        return self.row(alarm=alarm, revises=revises)
 
     def _start(self, number: int, time_ns: int) -> None:
         """Begin a touch with the pair of this number."""
@@ -483,7 +486,8 @@ class _Tracker:
         self.finish()
         return revises
 
-    def _row(self, *, alarm: bool, revises: bool) -> tuple[float, ...]:
+    def row(self, *, alarm: bool = False, revises: bool = False) -> tuple[float, ...]:
+        """Return the present state as a row."""
         touch, contact = self._touch, self._idle.gate.state == "contact"
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, contact, revises)

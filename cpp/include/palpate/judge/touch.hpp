@@ -27,6 +27,7 @@ struct Touch : Counts {
   Real standard_error = not_a_number<Real>;        ///< of the ratio
   Real first_ratio = 0;                            ///< before a revision
   Real first_standard_error = not_a_number<Real>;  ///< before a revision
+  std::uint32_t outliers = 0;                      ///< readings left out as such, of the channel with more of them
   bool full = false;                               ///< it has the wanted length
   Revision revision = Revision::none;              ///< what the baseline after the touch says
   Real shift = 0;  ///< of the ratio, by the revision, share; where it is not corrected, what it would have been

@@ -19,9 +19,9 @@ template <class Stage, class Time = typename Stage::time_type>
 using Matches = decltype(bool(of<Stage>().feed(Time(), Time(), 0, 0, true).matched));
 }  // namespace detail
 
-/// A reading of each channel, screened. Saturated values are none for the alignment; they still show a contact.
+/// A reading of each channel against the range of the converter. Saturated values are none for the alignment; they still show a contact.
 template <class Real>
-struct ScreenedReading {
+struct RangedReading {
   Real hard, soft;  ///< pF; NaN: no value
   bool whole;       ///< both channels have a value in the range
   bool saturated;   ///< one of them has a value that is not in the range
@@ -42,13 +42,13 @@ struct Front {
   NoDecimator decimator;                    ///< each reading counts
 
   /// The reading itself.
-  PALPATE_INLINE static constexpr Frame<Time, Real, Pair> take(Time hard_time, Time, const ScreenedReading<Real>& read,
+  PALPATE_INLINE static constexpr Frame<Time, Real, Pair> take(Time hard_time, Time, const RangedReading<Real>& read,
                                                                bool, Real) noexcept {
     return {hard_time, read.hard, read.soft, {}, 1};
   }
   /// The pair that is complete with a reading; `wanted`: it is used.
   PALPATE_INLINE constexpr Pair pair(const Frame<Time, Real, Pair>&, Time hard_time, Time soft_time,
-                                     const ScreenedReading<Real>& read, bool wanted) noexcept {
+                                     const RangedReading<Real>& read, bool wanted) noexcept {
     return align.feed(hard_time, soft_time, read.usable(read.hard), read.usable(read.soft), wanted);
   }
 };
@@ -64,9 +64,8 @@ struct Front<Real, AlignStage, true> {
 
   /// The reading with its pair, or the mean that is complete with it. `near`: a touch is near, so that the pair is used;
   /// `longest`: of a mean, s.
-  PALPATE_INLINE constexpr Frame<Time, Real, Pair> take(Time hard_time, Time soft_time,
-                                                        const ScreenedReading<Real>& read, bool near,
-                                                        Real longest) noexcept {
+  PALPATE_INLINE constexpr Frame<Time, Real, Pair> take(Time hard_time, Time soft_time, const RangedReading<Real>& read,
+                                                        bool near, Real longest) noexcept {
     const auto ticks = static_cast<typename Time::Unsigned>(
         static_cast<typename Time::Signed>(product(longest, static_cast<Real>(Time::second))));
     const bool quick = read.whole && decimator.follow(hard_time, ticks);
@@ -79,7 +78,7 @@ struct Front<Real, AlignStage, true> {
   }
   /// The pair of a frame.
   PALPATE_INLINE static constexpr Pair pair(const Frame<Time, Real, Pair>& frame, Time, Time,
-                                            const ScreenedReading<Real>&, bool) noexcept {
+                                            const RangedReading<Real>&, bool) noexcept {
     return same(frame.pair);
   }
 

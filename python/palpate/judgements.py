@@ -1,0 +1,132 @@
+"""What is judged of readings, beside the results of touches."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import Final, NamedTuple
+
+
+class Judgement(NamedTuple):
+    """One judgement of the readings of a channel, or of both.
+
+    Attributes
+    ----------
+    time_s : float, s
+        Time of the first reading that it is about.
+    channel : str
+        "hard", "soft" or "both".
+    name : str
+        "saturated": at the end of its range, or it does not follow the other channel; "frozen": it
+        stands still to the last digit; "jumped": without contact, to a new level; "was_touch": what
+        was taken for a jump of both channels; "step": within a touch; "falling": both channels,
+        when pressed; "still": at its highest reading in several presses.
+    size : float, pF
+        Where the channel stands, or by how much it changed; of both: of the hard one.
+    soft_size : float, pF
+        Of both: of the soft one; else 0.
+
+    Examples
+    --------
+    >>> print(Judgement(9.9, "hard", "jumped", 3.1).text)
+    the hard channel jumped by +3.1 pF at 9.9 s
+    """
+
+    time_s: float
+    channel: str
+    name: str
+    size: float
+    soft_size: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """The judgement as a sentence."""
+        return _TEXTS[self.name](self)
+
+
+_NOTHING = "nothing is connected, no excitation, or a CAPDAC that is too large"
+
+
+_ENDS = (4.096, 8.192, 15.0)  # pF, of the converters; also below 0
+_NEAR = 5e-4
+
+
+def _saturated(judgement: Judgement) -> str:
+    if not any(abs(abs(judgement.size) - end) < _NEAR for end in _ENDS):
+        return (
+            f"the {judgement.channel} channel stays at its highest reading, {judgement.size:.4g} "
+            "pF, while the other one moves"
+        )
+    where = f"the {judgement.channel} channel is at the end of its range, {judgement.size:.4g} pF"
+    cause = "no CAPDAC, or one that is too small" if judgement.size > 0 else _NOTHING
+    return f"{where}, from {judgement.time_s:.1f} s on: {cause}"
+
+
+def _frozen(judgement: Judgement) -> str:
+    channel, value = judgement.channel, judgement.size
+    if value == 0:
+        return f"the {channel} channel is exactly 0 from {judgement.time_s:.1f} s on: {_NOTHING}"
+    return (
+        f"the {channel} channel stands at {value:.6g} pF to the last digit from "
+        f"{judgement.time_s:.1f} s on: a frozen program, a full range, or a stage that stopped there"
+    )
+
+
+def _jumped(judgement: Judgement) -> str:
+    if judgement.channel == "both":
+        sizes = f"{judgement.size:+.3g} and {judgement.soft_size:+.3g} pF"
+        return f"both channels jumped, by {sizes}, at {judgement.time_s:.1f} s"
+    return (
+        f"the {judgement.channel} channel jumped by {judgement.size:+.3g} pF "
+        f"at {judgement.time_s:.1f} s"
+    )
+
+
+def _was_touch(_: Judgement) -> str:
+    return "both channels fell by what they had jumped: it was a touch"
+
+
+def _step(judgement: Judgement) -> str:
+    return (
+        f"the {judgement.channel} channel stepped by {judgement.size:+.2g} pF at "
+        f"{judgement.time_s:.2f} s, within a press"
+    )
+
+
+def _falling(_: Judgement) -> str:
+    return (
+        "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling"
+    )
+
+
+def _still(judgement: Judgement) -> str:
+    return (
+        f"the {judgement.channel} channel stays at {judgement.size:.4g} pF in several presses: did "
+        "the stage stop there? If not, it is at the end of its range"
+    )
+
+
+_TEXTS: Final[dict[str, Callable[[Judgement], str]]] = {
+    "saturated": _saturated,
+    "frozen": _frozen,
+    "jumped": _jumped,
+    "was_touch": _was_touch,
+    "step": _step,
+    "falling": _falling,
+    "still": _still,
+}
+
+
+MOST_ALIKE = 3
+"""Judgements of one name and channel that are told one by one."""
+
+
+def judgement_notes(judgements: Iterable[Judgement]) -> Iterator[str]:
+    """Yield a sentence for each judgement; where there are many of a kind, how many more there are."""
+    kinds = Counter[tuple[str, str]]()
+    for judgement in judgements:
+        kind = judgement.channel, judgement.name
+        kinds[kind] += 1
+        if kinds[kind] <= MOST_ALIKE:
+            yield judgement.text
+    for (channel, name), count in kinds.items():
+        if count > MOST_ALIKE:
+            yield f"{channel}: {name} {count - MOST_ALIKE} times more"
