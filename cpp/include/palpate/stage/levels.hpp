@@ -35,11 +35,11 @@ struct NoLevels {
 template <class Real, class Time>
 class Levels {
   using List = Judgements<Real, Time>;
-  static constexpr std::uint32_t few = 5;         // frames
-  static constexpr std::uint32_t patience = 300;  // frames, and seconds: of the longest still press of a stage
-  static constexpr Real longest = Real(10);
-  static constexpr Real still = Real(0.8);  // s, for a new level
-  static constexpr Real brief = Real(0.3);  // s: a hand is not still for so long; a channel that jumped before a press
+  static constexpr std::uint32_t few = 5;         // frames: of a new level, of a press
+  static constexpr Real still = Real(0.8);        // s, of a new level
+  static constexpr Real longest = Real(10);       // s, of a still press of a stage
+  static constexpr std::uint32_t patience = 300;  // frames, of the same
+  static constexpr Real early = Real(0.3);        // s: a channel that left so long before the press jumped before it
 
   struct Side {
     Real rest = 0, noise = 0;                   // the level without contact
@@ -236,7 +236,7 @@ class Levels {
   }
 
   constexpr LevelChange one(const Side& side, Channel channel, List& list) const noexcept {
-    const bool pressed = pressed_ >= few, step = pressed && seconds(side.left, together_) < brief;
+    const bool pressed = pressed_ >= few, step = pressed && seconds(side.left, together_) < early;
     list.add(step ? Judged::step : Judged::jumped, channel, step ? sharp_ : side.left, side.off());
     return !touched_ ? LevelChange::moved
            : step    ? LevelChange::stepped
@@ -285,10 +285,10 @@ class Levels {
   Real hard_jump_ = 0, soft_jump_ = 0;        // of both: pending, or the last one
   Real hand_ = 1;                             // the least tremor of all presses, a share; 1: not known
   Real rough_ = 0, calm_ = 0, sharpest_ = 0;  // of the press: changes of hard; their least share; the largest turn
-  Time last_, begin_, together_, sharp_,
-      since_;  // of the frame, the run, the press, its largest turn, the pending jump
+  Time last_, together_, sharp_;  // of the press: the last frame, the first one, the one with the largest turn
+  Time begin_, since_;            // of the run, and of the pending jump
   std::uint32_t count_ = 0, pressed_ = 0, waited_ = 0;      // frames: of the run, of the press, since it is pending
-  std::uint8_t falls_ = 0;                                  // presses
+  std::uint8_t falls_ = 0;                                  // presses, up to 3
   bool known_ = false, decided_ = false;                    // the levels; about the run
   bool touched_ = false, rises_ = false, aligned_ = false;  // in this press: a touch has begun; both rose
   bool raised_ = false;                                     // a press has raised both
