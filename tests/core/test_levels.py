@@ -85,6 +85,16 @@ def test_a_channel_that_jumps_at_rest_costs_one_touch_at_most(channel: str, size
         assert len(tracker.touches) <= 10  # the jump began none that is reported
 
 
+@pytest.mark.parametrize("decimals", [2, 3])
+def test_the_first_change_of_coarse_readings_may_be_a_jump(decimals: int) -> None:
+    made = session(1, [Press(9.0)], noise=1e-6)
+    made.step("hard", 4.0, 0.3)
+    made.print(decimals)
+    tracker = track(made)
+    assert [(j.name, j.channel) for j in judged(tracker)] == [("jumped", "hard")]
+    assert len(tracker.touches) == 1
+
+
 @pytest.mark.parametrize("pairs_per_s", [115.0, 1000.0])
 def test_a_jump_is_survived_by_fast_converters(pairs_per_s: float) -> None:
     made = session(1, pairs_per_s=pairs_per_s, count=4)

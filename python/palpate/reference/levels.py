@@ -13,6 +13,7 @@ from palpate import judgements
 
 STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
 LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
+COARSEST = 0.02  # pF: a larger change is no code step
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
 SLOW_NOISE = 256  # frames in which the noise may grow by as much as it is
 DRIFTED = 0.05  # share of a press that its baselines may drift
@@ -136,7 +137,7 @@ class _Side:
         size = abs(self.change)
         if known_code > 0:
             self.code = known_code
-        elif size > 0:
+        elif 0 < size < COARSEST:
             self.code = min(self.code or np.inf, size)
         self.equal = self.equal + 1 if self.change == 0 else 0
         self.last = value

@@ -44,7 +44,7 @@ class Levels {
   struct Side {
     Real rest = 0, noise = 0;                   // the level without contact
     Real last = not_a_number<Real>, moved = 0;  // the value; its change
-    Real code = 0;                              // the smallest change of all
+    Real code = 0;                              // the smallest change of all; a larger one is a jump
     Real now = 0, height = 0;                   // from the level; the largest one of the press
     Real mean = 0;                              // of the run
     Real stuck = 0;                             // CUSUM
@@ -82,7 +82,7 @@ class Levels {
     constexpr void read(Time time, Real value, Real known) noexcept {
       moved = value - last;
       const Real size = magnitude(moved);
-      code = known > 0 ? known : size > 0 && !(code > 0 && code < size) ? size : code;
+      code = known > 0 ? known : size > 0 && size < Real(0.02) && !(code > 0 && code < size) ? size : code;
       equal = moved == 0 ? equal + 1 : 0;
       last = value;
       now = value - rest;
