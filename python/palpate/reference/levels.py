@@ -206,7 +206,7 @@ class Levels:
 
     >>> levels, at_rest = Levels(), Known(True, True, (9.0, 8.0), (1e-4, 1e-4))
     >>> in_contact = at_rest._replace(idle=False)
-    >>> _ = levels.take(0, 9.0, 8.0, at_rest, begun=False)
+    >>> _ = [levels.take(t, 9.0, 8.0, at_rest, begun=False) for t in (0, 50_000_000)]
     >>> [levels.take(100_000_000 * k, 9.5, 8.0, in_contact, begun=k == 4) for k in range(1, 11)][-2:]
     ['dropped', '']
     >>> levels.judgements
