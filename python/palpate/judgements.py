@@ -72,10 +72,10 @@ def _frozen(judgement: Judgement) -> str:
 
 def _jumped(judgement: Judgement) -> str:
     if judgement.channel == "both":
-        sizes = f"{judgement.size:+.3g} and {judgement.soft_size:+.3g} pF"
+        sizes = f"{judgement.size:+.2g} and {judgement.soft_size:+.2g} pF"
         return f"both channels jumped, by {sizes}, at {judgement.time_s:.1f} s"
     return (
-        f"the {judgement.channel} channel jumped by {judgement.size:+.3g} pF "
+        f"the {judgement.channel} channel jumped by {judgement.size:+.2g} pF "
         f"at {judgement.time_s:.1f} s"
     )
 
