@@ -24,13 +24,14 @@ py::dict effects_of(const Result& touch) {
 }  // namespace
 
 py::object judgement_object(const Judgement& judgement) {
-  constexpr const char* names[] = {"saturated", "frozen", "jumped", "was_touch", "step", "falling"};
+  constexpr const char* names[] = {"saturated", "frozen", "jumped", "was_touch", "step", "falling", "still"};
   constexpr const char* channels[] = {"hard", "soft", "both"};
-  static_assert(static_cast<std::size_t>(palpate::Judged::falling) + 1 == std::size(names));
+  static_assert(static_cast<std::size_t>(palpate::Judged::still) + 1 == std::size(names));
   return py::module_::import("palpate.judgements")
       .attr("Judgement")("time_s"_a = static_cast<double>(judgement.time.count) * 1e-9,
                          "channel"_a = channels[static_cast<int>(judgement.channel)],
-                         "name"_a = names[static_cast<int>(judgement.what)], "size"_a = judgement.size);
+                         "name"_a = names[static_cast<int>(judgement.what)], "size"_a = judgement.size,
+                         "soft_size"_a = judgement.soft_size);
 }
 
 py::object touch_class() { return py::module_::import("palpate.touch").attr("Touch"); }
@@ -44,6 +45,6 @@ py::object touch_object(const Result& r) {
                        "before_standard_error"_a = r.before.standard_error, "ratio_after"_a = r.after.ratio,
                        "after_standard_error"_a = r.after.standard_error, "offset_ratio"_a = r.misfits.offset_ratio,
                        "offset_standard_error"_a = r.misfits.offset_error, "effects"_a = effects_of(r),
-                       "alarm_share"_a = r.alarm_share(), "saturated"_a = r.saturated, "refused"_a = r.refused, "outliers"_a = r.outliers,
-                       "flags"_a = flags_of(r), "held"_a = r.held);
+                       "alarm_share"_a = r.alarm_share(), "saturated"_a = r.saturated, "refused"_a = r.refused,
+                       "outliers"_a = r.outliers, "flags"_a = flags_of(r), "held"_a = r.held);
 }

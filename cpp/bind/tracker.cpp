@@ -177,7 +177,6 @@ class PyTracker {
   }
 
   py::dict settings_dict() const { return settings_.dict(); }
-  py::list touches() { return touches_from(0); }
   py::list judgements_since(py::handle count) const {
     py::list judgements;
     for (std::size_t i = first_after(count); i < touches_.judgements.size(); ++i) {
@@ -186,6 +185,7 @@ class PyTracker {
     return judgements;
   }
   py::list judgements() const { return judgements_since(py::int_(0)); }
+  py::list touches() { return touches_from(0); }
   std::size_t touch_count() const { return touches_.list.size(); }
   std::size_t revision_count() const { return touches_.revisions.size(); }
 

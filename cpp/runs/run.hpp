@@ -60,6 +60,8 @@ struct Result : Touch<double> {
     if (misfits.flags & misfit_curve) visit("curve");
     if (misfits.flags & misfit_tilt) visit("tilt");
     if (misfits.flags & misfit_changed) visit("changed");
+    if (misfits.flags & misfit_step) visit("step");
+    if (misfits.flags & misfit_jumped) visit("jumped");
     if (revision == Revision::creep) visit("creep");
     if (revision == Revision::baseline) visit("baseline");
     if (gap) visit("gap");

@@ -218,6 +218,22 @@ def explain_changed(touch: "Touch") -> str:
     )
 
 
+def explain_step(_: "Touch") -> str:
+    """Explain that a channel jumped during the touch."""
+    return (
+        "a channel jumped during the touch (a connector, the range of the converter), so the ratio is "
+        "wrong: fix the cable, and touch again"
+    )
+
+
+def explain_jumped(_: "Touch") -> str:
+    """Explain that the touch is a jump of the channels."""
+    return (
+        "the channels jumped to new levels and stayed there without tremor: this was probably no "
+        "contact, and the ratio means nothing"
+    )
+
+
 def explain_creep(touch: "Touch") -> str:
     """Explain that a channel recovers slowly after the release."""
     return (

@@ -107,6 +107,8 @@ class Flag(StrEnum):
     CHANGED
         The ratio changed during the touch: `ratio` is the one after it; or shortly before the end:
         the one before.
+    STEP, JUMPED
+        A channel jumped during the touch; the touch was a jump of the channels, and no contact.
     CREEP, BASELINE
         Known after the release: a channel recovers slowly; the baseline was measured in contact.
     GAP
@@ -160,6 +162,8 @@ class Flag(StrEnum):
     CURVE = "curve", Meaning(flag_texts.explain_curve, misfit=True, hint="press less")
     TILT = "tilt", Meaning(flag_texts.explain_tilt, _never)
     CHANGED = "changed", Meaning(flag_texts.explain_changed, _never)
+    STEP = "step", Meaning(flag_texts.explain_step, misfit=True)
+    JUMPED = "jumped", Meaning(flag_texts.explain_jumped, no_ratio=True, misfit=True)
     CREEP = (
         "creep",
         Meaning(

@@ -18,9 +18,11 @@ class Judgement(NamedTuple):
         "saturated": at the end of its range, or it does not follow the other channel; "frozen": it
         stands still to the last digit; "jumped": without contact, to a new level; "was_touch": what
         was taken for a jump of both channels; "step": within a touch; "falling": both channels,
-        when pressed.
+        when pressed; "still": at its highest reading in several presses.
     size : float, pF
         Where the channel stands, or by how much it changed; of both: of the hard one.
+    soft_size : float, pF
+        Of both: of the soft one; else 0.
 
     Examples
     --------
@@ -32,6 +34,7 @@ class Judgement(NamedTuple):
     channel: str
     name: str
     size: float
+    soft_size: float = 0.0
 
     @property
     def text(self) -> str:
@@ -42,7 +45,16 @@ class Judgement(NamedTuple):
 _NOTHING = "nothing is connected, no excitation, or a CAPDAC that is too large"
 
 
+_ENDS = (4.096, 8.192, 15.0)  # pF, of the converters; also below 0
+_NEAR = 5e-4
+
+
 def _saturated(judgement: Judgement) -> str:
+    if not any(abs(abs(judgement.size) - end) < _NEAR for end in _ENDS):
+        return (
+            f"the {judgement.channel} channel stays at its highest reading, {judgement.size:.4g} "
+            "pF, while the other one moves"
+        )
     where = f"the {judgement.channel} channel is at the end of its range, {judgement.size:.4g} pF"
     cause = "no CAPDAC, or one that is too small" if judgement.size > 0 else _NOTHING
     return f"{where}, from {judgement.time_s:.1f} s on: {cause}"
@@ -60,9 +72,10 @@ def _frozen(judgement: Judgement) -> str:
 
 def _jumped(judgement: Judgement) -> str:
     if judgement.channel == "both":
-        return f"both channels jumped at {judgement.time_s:.1f} s, hard by {judgement.size:+.3g} pF"
+        sizes = f"{judgement.size:+.2g} and {judgement.soft_size:+.2g} pF"
+        return f"both channels jumped, by {sizes}, at {judgement.time_s:.1f} s"
     return (
-        f"the {judgement.channel} channel jumped by {judgement.size:+.3g} pF "
+        f"the {judgement.channel} channel jumped by {judgement.size:+.2g} pF "
         f"at {judgement.time_s:.1f} s"
     )
 
@@ -84,6 +97,13 @@ def _falling(_: Judgement) -> str:
     )
 
 
+def _still(judgement: Judgement) -> str:
+    return (
+        f"the {judgement.channel} channel stays at {judgement.size:.4g} pF in several presses: did "
+        "the stage stop there? If not, it is at the end of its range"
+    )
+
+
 _TEXTS: Final[dict[str, Callable[[Judgement], str]]] = {
     "saturated": _saturated,
     "frozen": _frozen,
@@ -91,6 +111,7 @@ _TEXTS: Final[dict[str, Callable[[Judgement], str]]] = {
     "was_touch": _was_touch,
     "step": _step,
     "falling": _falling,
+    "still": _still,
 }
 
 

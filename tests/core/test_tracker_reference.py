@@ -25,7 +25,18 @@ from palpate.simulation import (
     simulate,
 )
 
-MISFITS = {"offset", "drift", "lag", "curve", "tilt", "changed", "creep", "baseline"}
+MISFITS = {
+    "offset",
+    "drift",
+    "lag",
+    "curve",
+    "tilt",
+    "changed",
+    "creep",
+    "baseline",
+    "step",
+    "jumped",
+}
 NUMBERS = (
     *(
         "ratio",
@@ -170,9 +181,10 @@ def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
 
 
 def flags_by_reference(touch: reference.Touch) -> set[str]:
-    found = set(touch.misfit.flags) | (
-        MISFITS & {touch.revision.kind} if touch.revision else set()
-    ) - {"drift"}
+    revision = (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
+    if touch.level_flag:
+        return revision | {touch.level_flag}
+    found = set(touch.misfit.flags) | revision
     return found | (
         {"tilt"} if touch.tilted and not found & {"offset", "drift", "lag", "curve"} else set()
     )

@@ -19,6 +19,7 @@ enum class Judged : std::uint8_t {
   was_touch,  ///< what was taken for a jump of both channels
   step,       ///< within a touch
   falling,    ///< both channels, when pressed
+  still,      ///< at its highest reading in several presses: saturated, or a stage stopped there
 };
 
 /// One judgement.
@@ -26,8 +27,9 @@ template <class Real, class Time>
 struct Judgement {
   Judged what;
   Channel channel;
-  Time time;  ///< of the first reading that it is about
-  Real size;  ///< pF: where the channel stands, or by how much it changed; of both: of the hard channel
+  Time time;           ///< of the first reading that it is about
+  Real size;           ///< pF: where the channel stands, or by how much it changed; of both: of the hard channel
+  Real soft_size = 0;  ///< pF: of both, of the soft channel
 };
 
 /// The judgements of one reading. More than `most` are not kept.
@@ -36,9 +38,9 @@ class Judgements {
  public:
   static constexpr int most = 8;  ///< at a time
   /// Keep one more.
-  constexpr void add(Judged what, Channel channel, Time time, Real size) noexcept {
+  constexpr void add(Judged what, Channel channel, Time time, Real size, Real soft_size = 0) noexcept {
     if (count_ < most) {
-      all_[count_++] = {what, channel, time, size};
+      all_[count_++] = {what, channel, time, size, soft_size};
     }
   }
   /// Forget all.

@@ -54,6 +54,7 @@ struct Fixed {
   using align = NoAlign<Real, Time>;    ///< from two readings to a pair
   using baseline = NoBaseline<Real>;    ///< of a channel without contact
   using contact = AlwaysContact<Real>;  ///< begin and end of a touch
+  using levels = NoLevels;              ///< jumps and steps
   using estimator = FixedRls<Real>;     ///< of the ratio
   template <class Estimator>
   using judge_for = NoJudge<Estimator>;  ///< flags, level ratio, revision
@@ -77,6 +78,7 @@ struct Handheld : Paper<Real, Time, Settings> {
   using screen = Screen<Real, Time>;      ///< judges readings
   using align = MatchedPair<Real, Time>;  ///< from two readings to a pair
   using baseline = GivenBaseline<Real>;   ///< of a channel without contact; give() where it is known
+  using levels = Levels<Real, Time>;      ///< jumps and steps
   using estimator = Handover<Real, KeptAs<Settings, HandoverSettings<Real>>>;  ///< of the ratio
   /// flags, level ratio, revision
   template <class Estimator>

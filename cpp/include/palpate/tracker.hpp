@@ -8,6 +8,7 @@
 #include <palpate/judge/judge.hpp>
 #include <palpate/stage/contact_detector.hpp>
 #include <palpate/stage/front.hpp>
+#include <palpate/stage/levels.hpp>
 #include <palpate/stage/screen.hpp>
 
 namespace palpate {
@@ -65,7 +66,7 @@ using Judgeable = decltype(of<const Estimator>().mean_regressor(), of<const Esti
 template <class Scene>
 using IsScene =
     std::void_t<typename Scene::real_type, typename Scene::time_type, typename Scene::screen, typename Scene::align,
-                typename Scene::baseline, typename Scene::contact, typename Scene::estimator>;
+                typename Scene::baseline, typename Scene::contact, typename Scene::levels, typename Scene::estimator>;
 template <class Stage, class Time = typename Stage::time_type>
 using RealOfPair = std::decay_t<decltype(of<Stage>().feed(Time(), Time(), 0, 0, true).hard)>;
 template <class Stage>
@@ -149,6 +150,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
                 public detail::Parts<Scene>::Detector,
                 public detail::Parts<Scene>::Front,
                 detail::Parts<Scene>::Judge,
+                Scene::levels,
                 Scene::screen {
   using Settings = typename detail::Parts<Scene>::Settings;
   using Judge = typename detail::Parts<Scene>::Judge;
@@ -156,6 +158,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   using Front = typename detail::Parts<Scene>::Front;
   using Screen = typename Scene::screen;
   using Pair = typename Front::Pair;
+  using Levels = typename Scene::levels;
 
  public:
   using scene_type = Scene;                          ///< with the types of the stages
@@ -303,7 +306,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
       readings_ += 1;
       return {estimator.ratio(), false, gate.contact(), false};
     }
-    const bool revised = follow(detect(frame.time, frame.hard, frame.soft, read.whole), frame.time);
+    const Event event = detect(frame.time, frame.hard, frame.soft, read.whole);
+    const bool revised = watch(frame.time, frame.hard, frame.soft, event);
     const Pair pair = Front::pair(frame, hard_time, soft_time, read, open_ || falls());
     bool alarm = false, ended = true;
     if (open_) {
@@ -380,6 +384,36 @@ class Tracker : public detail::Parts<Scene>::Settings,
     Front::decimator.begin(age);
     counts_.start = readings_ + 1 > age * size ? readings_ + 1 - age * size : 0;
     Judge::begun(time, pairs());
+  }
+
+  /// Returns whether the last touch is revised.
+  PALPATE_INLINE constexpr bool watch(Time time, Real hard, Real soft, Event event) noexcept {
+    bool revised = follow(event, time);
+    if constexpr (Levels::watches) {
+      if (PALPATE_LIKELY(is_finite(hard - soft))) {
+        const auto change = Levels::take(time, hard, soft, event == Event::begun, *this, Judge::codes, judgements_);
+        revised = (PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change)) || revised;
+      }
+    }
+    return revised;
+  }
+
+  constexpr bool change_level(LevelChange change) noexcept {
+    const bool ended = !running_;
+    if (change == LevelChange::saturated) {
+      counts_.saturated += 1;
+      return ended;
+    }
+    open_ = false;
+    Judge::moved();
+    if (running_ && (change == LevelChange::dropped || change == LevelChange::returned)) {  // the jump back began it
+      running_ = false;
+      counts_ = Counts();
+    } else if (change != LevelChange::moved) {
+      const bool jumped = change == LevelChange::jumped || change == LevelChange::dropped;
+      return Judge::level_changed(jumped ? misfit_jumped : change == LevelChange::stepped ? misfit_step : 0) && ended;
+    }
+    return false;
   }
 
   /// Returns whether there is an alarm.

@@ -3,7 +3,7 @@
 Of a baseline the core keeps sums; this keeps the values, and the weight of each.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -241,6 +241,22 @@ class Baseline:
         """Collect the first values again; until then the old level stays."""
         self.ready, self._first = False, []
 
+    def move(self, level: float, count: int) -> None:
+        """Take a new level, the mean of the last `count` values."""
+        size = min(count, 2 * self.now.first)
+        self.now = replace(
+            self.now,
+            values=np.full(size, level),
+            weights=np.full(size, 1 / size),
+            ages=np.full(size, (size - 1) / 2),
+            fast=level,
+            slow=level,
+            count=size,
+            last=level,
+            quiet=0,
+        )
+        self.mark()
+
     def keep(self) -> None:
         """Stop collecting; the old level stays."""
         self.ready, self._floor = True, least_noise(float(self.now.weights @ self.now.values))
@@ -292,7 +308,7 @@ class GivenBaseline(Baseline):
         if self.noise > 0:
             return
         self._values.append(value)
-        count = min(len(self._values), LONGEST)
+        count = min(len(self._values), MEMORY)
         self.ready = count >= ENOUGH
         if count <= 2:
             return
@@ -307,6 +323,11 @@ class GivenBaseline(Baseline):
         return GivenLevel(
             self.level * one, one, 0 * one, fast=self.level, slow=self.level, noise=noise
         )
+
+    def move(self, level: float, count: int) -> None:
+        """Take a new level."""
+        self.level = level
+        self.now = self._known(self.now.noise)
 
     def mark(self) -> None:
         """Do nothing: there is no state to go back to."""
@@ -551,6 +572,12 @@ class Idle:
         if not self.ready and not self.gate.pressed:
             self.hard.collected(time_ns - self._since_ns)
             self.soft.collected(time_ns - self._since_ns)
+
+    def move(self, hard: float, soft: float, count: int) -> None:
+        """Take new levels, which are the means of the last `count` readings; nothing is touched."""
+        self.gate.reset()
+        self.hard.move(hard, count)
+        self.soft.move(soft, count)
 
     def _measure_again(self) -> None:
         self.hard.measure_again()

@@ -13,6 +13,8 @@ from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, GivenBaseline, Idle
 from palpate.reference.level import Sweep
+from palpate.reference.levels import Judgement, Levels
+from palpate.reference.levels import Known as LevelsKnown
 from palpate.reference.moving import MovingEstimate
 from palpate.reference.readings import AHEAD, screen
 from palpate.reference.slow_noise import SlowNoise
@@ -254,6 +256,10 @@ class Touch:
         Whether both ratios differ.
     margin : float
         Of the decision of the estimator that was nearest to its limit, as `Decisions.margin`; inf: not known.
+    level_flag : str
+        "step": a channel jumped within it; "jumped": it was a jump of the channels; "": neither.
+    saturated : int
+        How often a channel did not follow the other one.
 
     Examples
     --------
@@ -283,6 +289,8 @@ class Touch:
     after: tuple[float, float] = (np.nan, np.nan)
     tilted: bool = False
     margin: float = np.inf
+    level_flag: str = ""
+    saturated: int = 0
 
 
 class CodeStep:
@@ -332,6 +340,8 @@ class Rows(NamedTuple):
     ratio, standard_error, statistic : numpy.ndarray, shape (n,)
         nan before the first touch.
     alarm, contact, revised : numpy.ndarray of bool, shape (n,)
+    judgements : list of Judgement
+        All of them, in the order of time.
 
     Examples
     --------
@@ -345,6 +355,7 @@ class Rows(NamedTuple):
     alarm: NDArray[np.bool_]
     contact: NDArray[np.bool_]
     revised: NDArray[np.bool_]
+    judgements: list[Judgement]
 
 
 GivenLevels: TypeAlias = tuple[float, ...] | str
@@ -453,7 +464,10 @@ def _tracked(
         rows.append(state.feed(values, reading))
     state.finish()
     columns = np.array(rows[: len(clean)], float).reshape(-1, 6).T
-    return state.touches, Rows(*columns[:3], *(column > 0 for column in columns[3:]))
+    alarm, contact, revised = (column > 0 for column in columns[3:])
+    ratio, error, statistic = columns[:3]
+    judgements = state.levels.judgements
+    return state.touches, Rows(ratio, error, statistic, alarm, contact, revised, judgements)
 
 
 class _Tracker:
@@ -469,6 +483,8 @@ class _Tracker:
         levels: tuple[float, ...] | None = None,
     ) -> None:
         self.touches: list[Touch] = []
+        self.levels = Levels()
+        self._level_flag, self._saturated = "", 0  # of the running touch
         self._begin, self._age, self._seconds = begin, age, seconds
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
@@ -510,24 +526,16 @@ class _Tracker:
                 time_ns,
                 *(v if known else None for v, known in zip(values.tolist(), there, strict=True)),
             )
-        alarm = False
         if event == "begun":
-            age, noise = self._idle.gate.age, self._idle.soft.now.noise
-            begin, self._first = (
-                max(self._readings + 1 - age * self._size, 0),
-                max(number + 1 - age, 0),
-            )
-            self._touch = self._begin(begin, noise)
-            self._begin_ns = time_ns
-            self._running, self._known = True, None
-            self._rests = False
-            for blocks in self._blocks:
-                blocks.interrupt()
-        elif event in ("released", "idle"):
-            self.finish()
-        if event == "idle":
+            self._start(number, time_ns)
+        elif event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
+        if there.all() and self._watch(time_ns, hard, soft, begun=event == "begun"):
+            revises = True
+        if event in ("released", "idle"):
+            self.finish()
+        alarm = False
         if self._running:
             alarm = self._in_touch(number, time_ns, pair)
         else:
@@ -539,6 +547,64 @@ class _Tracker:
         self._readings += 1
         self._pairs += 1
         return self.row(alarm=alarm, revises=revises)
+
+    def _start(self, number: int, time_ns: int) -> None:
+        """Begin a touch with the pair of this number."""
+        age = self._idle.gate.age
+        self._first = max(number + 1 - age, 0)
+        first = max(self._readings + 1 - age * self._size, 0)
+        self._touch = self._begin(first, self._idle.soft.now.noise)
+        self._begin_ns = time_ns
+        self._running, self._known = True, None
+        self._level_flag, self._saturated = "", 0
+        self._rests = False
+        for blocks in self._blocks:
+            blocks.interrupt()
+
+    def _watch(self, time_ns: int, hard: float, soft: float, *, begun: bool) -> bool:
+        """Take a frame for the levels; return whether the last touch is revised."""
+        idle = self._idle
+        noises = self.levels.noises
+        known = LevelsKnown(
+            idle.ready,
+            idle.gate.state == "idle",
+            (idle.hard.now.level, idle.soft.now.level),
+            (idle.hard.now.noise, idle.soft.now.noise),
+            (self._steps[0].coarse(noises[0]), self._steps[1].coarse(noises[1])),
+        )
+        change = self.levels.take(time_ns, hard, soft, known, begun=begun)
+        if change == "saturated":
+            return self._saturate()
+        if change:
+            idle.move(*self.levels.moved_to)
+            return self._change_level(change)
+        return False
+
+    def _saturate(self) -> bool:
+        """Note that a channel does not follow; return whether the last touch is revised."""
+        if self._running:
+            self._saturated += 1
+            return False
+        self.touches[-1] = replace(self.touches[-1], saturated=self.touches[-1].saturated + 1)
+        return True
+
+    def _change_level(self, change: str) -> bool:
+        """End the running touch, as the levels have changed; return whether the last touch is revised."""
+        self._rests = True
+        for blocks in self._blocks:
+            blocks.interrupt()
+        if self._running and change in ("dropped", "returned"):
+            self._running, self._touch = False, None
+            return False
+        revises = False
+        if change != "moved":
+            flag = {"stepped": "step", "returned": ""}.get(change, "jumped")
+            revises = flag != self._level_flag and not self._running
+            self._level_flag = flag
+        if revises:
+            self.touches[-1] = replace(self.touches[-1], level_flag=flag)
+        self.finish()
+        return revises
 
     def row(self, *, alarm: bool = False, revises: bool = False) -> tuple[float, ...]:
         """Return the present state as a row."""
@@ -621,6 +687,8 @@ class _Tracker:
             before=touch.before,
             after=touch.after,
             margin=touch.margin,
+            level_flag=self._level_flag,
+            saturated=self._saturated,
         )
         self.touches.append(self._levelled(found, revised=False))
 

@@ -67,6 +67,7 @@ struct NoJudge {
   }
   static constexpr void tared() noexcept {}
   static constexpr void rested(Real, Real, bool) noexcept {}
+  static constexpr void moved() noexcept {}
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
@@ -99,10 +100,16 @@ class Judge {
     }
   }
 
-  /// A touch begins, with this pair.
-  constexpr void begun(Time time, std::size_t pair) noexcept {
+  /// The levels are new ones, without contact.
+  constexpr void moved() noexcept {
     slow.hard.interrupt();
     slow.soft.interrupt();
+    rests_ = true;
+  }
+
+  /// A touch begins, with this pair.
+  constexpr void begun(Time time, std::size_t pair) noexcept {
+    moved();
     rests_ = false;
     evidence_.test.reset();
     changes_.reset();
@@ -113,6 +120,7 @@ class Judge {
     evidence_.reviser.begin(pair);
     misfits_ = {};
     revision_ = {};
+    level_flags_ = 0;
   }
 
   /// The estimate before a sample, which an alarm with it makes the last one before a change.
@@ -224,6 +232,13 @@ class Judge {
   /// The baselines are measured again: the last touch will not be revised.
   constexpr void tared() noexcept { evidence_.reviser.drop(); }
 
+  /// The flags of a touch in which a channel jumped, in place of others; 0: there are none. Returns whether they are new.
+  constexpr bool level_changed(std::uint8_t flags) noexcept {
+    const bool changed = flags != level_flags_;
+    level_flags_ = flags;
+    return changed;
+  }
+
   /// Add to a touch what is known beside its ratio.
   constexpr void complete(Touch<Real>& touch, const Estimator& estimator) const noexcept {
     touch.misfits = misfits_;
@@ -246,6 +261,7 @@ class Judge {
     if (tilted_ && !(touch.misfits.flags & (misfit_offset | misfit_drift | misfit_lag | misfit_curve))) {
       touch.misfits.flags |= misfit_tilt;
     }
+    touch.misfits.flags = level_flags_ ? level_flags_ : touch.misfits.flags;
   }
 
   /// Settings of the level ratio.
@@ -355,6 +371,7 @@ class Judge {
   typename Reviser<Real>::Result revision_;
   Estimate<Real> level_, earlier_, after_;  // the last two: on the other side of a change
   Real first_error_ = 0;
+  std::uint8_t level_flags_ = 0;
   bool tilted_ = false;   // the ratio and the level ratio differ
   bool lifted_ = false;   // the result is the one before a change that was not confirmed
   bool drifts_ = false;   // the ratio, at the last sample

@@ -19,6 +19,8 @@ enum Misfit : std::uint8_t {
   misfit_curve = 8,     ///< the output is no straight line of the regressor
   misfit_tilt = 16,     ///< the ratio over the swept depth is another one
   misfit_changed = 32,  ///< the ratio changed shortly before the end
+  misfit_step = 64,     ///< a channel jumped within the touch
+  misfit_jumped = 128,  ///< the touch is a jump of the channels
 };
 
 /// The sizes of what the model leaves out.

@@ -152,6 +152,19 @@ class Baseline : BaselineMemory<Real, Timed> {
     first_.value(noise_floor) = first_.least(now_.mean);
     mark();
   }
+  /// The level is a new one, the mean of the last `count` values; only if ready().
+  constexpr void move(Real level, Real count) noexcept {
+    now_.mean = level;
+    now_.count = count < longest ? count : longest;
+    now_.squares = 1 / now_.count;
+    if constexpr (Drifts) {
+      now_.age = (now_.count - 1) / 2;
+      now_.fast = now_.slow = now_.last = level;
+      drifts_ = false;
+    }
+    quiet_ = 0;
+    mark();
+  }
   /// Whether it has none of the first values.
   constexpr bool empty() const noexcept { return filled_ == 0; }
   /// Whether it has all of them.
