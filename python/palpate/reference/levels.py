@@ -17,6 +17,7 @@ COARSEST = 0.02  # pF: a larger change is no code step
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
 SLOW_NOISE = 32  # times it is followed, in which the noise may double
 RARELY = 8  # frames, until the levels are followed again
+LEAST_JUMP = 256  # of the last press: this part of it; a smaller change of the level is the revision's
 DRIFTED = 0.05  # share of a press that its baselines may drift
 ALONE = 30.0  # no probe has such a ratio
 EARLY_S = 0.3  # so long before a press a jump is none of the press
@@ -97,6 +98,7 @@ class _Side:
     now: float = 0.0  # from the level
     code: float = 0.0
     height: float = 0.0  # of the press
+    least: float = 0.0  # of a jump
     stuck: float = 0.0
     equal: int = 0
     stands: int = 0
@@ -123,7 +125,7 @@ class _Side:
 
     def differs(self, change: float = 0.0) -> bool:
         """Return whether the level has changed by another amount."""
-        return abs(self.off - change) > self.limit + DRIFTED * self.height
+        return abs(self.off - change) > self.limit + DRIFTED * self.height + self.least
 
     def is_alone(self, other: "_Side") -> bool:
         return self.differs() and ALONE * abs(other.off) < abs(self.off)
@@ -175,6 +177,7 @@ class _Side:
 
     def close(self) -> None:
         """End a press."""
+        self.least = self.height / LEAST_JUMP if self.height > 0 else self.least
         self.height, self.stuck, self.reported = 0.0, 0.0, False
 
 
