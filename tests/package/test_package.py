@@ -29,6 +29,7 @@ HEADER_LAYERS = (
     "contraction",
     "arithmetic",
     "design elasticity estimate ring settings square_root time",
+    "judgement",
     "policy",
     "estimator stage",
     "judge",

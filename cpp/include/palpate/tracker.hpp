@@ -278,7 +278,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   constexpr Real standard_error() const noexcept { return errors().of(estimator); }
 
  private:
-  using Reading = palpate::Reading<Real, Time>;
+  using Reading = palpate::ScreenedReading<Real, Time>;
   using Ranged = RangedReading<Real>;
 
   /// Returns whether there is one.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate import judgements
+from palpate.reference.judgement import Judgement
 
 STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
 LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
@@ -28,39 +28,6 @@ ALIGNED_S = 0.04  # frames further apart show another part of the tremor
 OTHER, OWN, ROUNDED = 3.0, 4.0, 0.5  # noises; its own change; code steps
 MOST, STUCK = 3.0, 12.0  # of the CUSUM, in noises
 ASKED = 2  # still presses with equal values
-
-
-class Judgement(NamedTuple):
-    """A judgement about the readings.
-
-    Attributes
-    ----------
-    what : str
-        "saturated", "jumped", "was_touch", "step", "falling" or "still".
-    channel : str
-        "hard", "soft" or "both".
-    time : int, ns
-        Of the first reading that it is about.
-    size, soft_size : float, pF
-        The value of the channel, or its change; of both: of the hard and of the soft channel.
-
-    Examples
-    --------
-    >>> Judgement("jumped", "hard", 9_900_000_000, 3.1).soft_size
-    0.0
-    """
-
-    what: str
-    channel: str
-    time: int
-    size: float
-    soft_size: float = 0.0
-
-    def in_seconds(self) -> judgements.Judgement:
-        """Return it as the tracker does."""
-        return judgements.Judgement(
-            1e-9 * self.time, self.channel, self.what, self.size, self.soft_size
-        )
 
 
 class Known(NamedTuple):

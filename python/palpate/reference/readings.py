@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.judgements import Judgement
+from palpate.reference.judgement import Judgement
 
 Floats = NDArray[np.float64]
 
@@ -79,8 +79,9 @@ class Outliers:
     Examples
     --------
     >>> test = Outliers(np.array([1.0, 1.1, 5.0, 1.05, 1.1]))
+    >>> test.kept = [1.0, 1.1]
     >>> round(test.deviation(2).off, 3)
-    4.0
+    3.9
     """
 
     values: Floats
@@ -201,8 +202,8 @@ def standstill(
             longest = longest if was_frozen else max(longest, equal)
             moved += 1
             equal, first, was_frozen = 0, int(number), False
-        time_s = times_ns[number] * 1e-9
-        ended = Judgement(time_s, channel, "saturated", value) if at_end == AT_END else None
+        time = int(times_ns[number])
+        ended = Judgement("saturated", channel, time, value) if at_end == AT_END else None
         stands_s = (times_ns[number] - times_ns[first]) / 1e9
         is_last = number + AHEAD >= len(values)
         frozen = None
@@ -213,7 +214,7 @@ def standstill(
                 is_new = longest < USUAL and equal > MORE * longest
                 was_frozen = moved >= FEWEST and is_new and stands_s >= SHORTEST_S
             if was_frozen:
-                frozen = Judgement(times_ns[first] * 1e-9, channel, "frozen", value)
+                frozen = Judgement("frozen", channel, int(times_ns[first]), value)
         yield int(number), at_end >= AT_END, ended, frozen
 
 
@@ -259,7 +260,7 @@ def screen(
     --------
     >>> t = 26_000_000 * np.arange(30)
     >>> [judgement] = screen(t, t, np.full(30, 4.096), np.arange(30.0)).judgements[:1]
-    >>> judgement.name, judgement.channel
+    >>> judgement.what, judgement.channel
     ('saturated', 'hard')
     """
     times = np.column_stack([np.asarray(t_hard, np.int64), np.asarray(t_soft, np.int64)])

@@ -131,10 +131,7 @@ class Levels {
     hard_.read(time, hard, codes.hard.coarse(hard_.noise));
     soft_.read(time, soft, codes.soft.coarse(soft_.noise));
     touched_ = touched_ || begun;
-    frames_ = static_cast<std::uint8_t>((frames_ + 1) % rarely);
-    if (frames_ == 0 || !known_) {
-      follow(detector);
-    }
+    follow(detector);
     if (PALPATE_LIKELY(!known_ || (hard_.near && soft_.near))) {
       if (count_ > 0) {
         close(list);
@@ -149,11 +146,7 @@ class Levels {
     if (change == LevelChange::none) {
       return stuck && touched_ ? LevelChange::saturated : change;
     }
-    const auto values = static_cast<Real>(count_);
-    detector.gate.reset();
-    detector.hard_baseline.move(hard_.mean, values);
-    detector.soft_baseline.move(soft_.mean, values);
-    touched_ = false;
+    move(detector);
     return change;
   }
 
@@ -163,12 +156,26 @@ class Levels {
   // While nothing is touched the detector knows the levels, unless they have jumped.
   template <class Detector>
   constexpr void follow(const Detector& d) noexcept {
+    frames_ = static_cast<std::uint8_t>((frames_ + 1) % rarely);
+    if (PALPATE_LIKELY(frames_ != 0 && known_)) {
+      return;
+    }
     const bool agree = !known_ || (hard_.agrees(d.hard_baseline) && soft_.agrees(d.soft_baseline));
     if (agree && d.ready() && d.gate.idle()) {
       hard_.follow(d.hard_baseline);
       soft_.follow(d.soft_baseline);
       known_ = true;
     }
+  }
+
+  // The baselines of the detector are the means of the run.
+  template <class Detector>
+  constexpr void move(Detector& detector) noexcept {
+    const auto values = static_cast<Real>(count_);
+    detector.gate.reset();
+    detector.hard_baseline.move(hard_.mean, values);
+    detector.soft_baseline.move(soft_.mean, values);
+    touched_ = false;
   }
 
   constexpr void run(Time time) noexcept {
@@ -277,13 +284,7 @@ class Levels {
       return LevelChange::none;
     }
     if (!pending_ || hard_.differs(hard_jump_) || soft_.differs(soft_jump_)) {
-      taken_ = false;
-      hard_jump_ = hard;
-      soft_jump_ = soft;
-      since_ = hard_.left;
-      waited_ = 0;
-      ask(hard_, Channel::hard, list);
-      ask(soft_, Channel::soft, list);
+      begin_pending(hard, soft, list);
     }
     const bool calm = hard < 0 || (hand_ < 1 && product(hand_, hard) > 8 * hard_.noise);
     pending_ = !calm && !(seconds(since_, time) >= longest && waited_ >= patience);
@@ -292,6 +293,15 @@ class Levels {
       list.add(Judged::jumped, Channel::both, since_, hard, soft);
     }
     return touched_ ? LevelChange::jumped : LevelChange::moved;
+  }
+  constexpr void begin_pending(Real hard, Real soft, List& list) noexcept {
+    taken_ = false;
+    hard_jump_ = hard;
+    soft_jump_ = soft;
+    since_ = hard_.left;
+    waited_ = 0;
+    ask(hard_, Channel::hard, list);
+    ask(soft_, Channel::soft, list);
   }
   // A channel whose values are all equal in the second still press may be saturated.
   constexpr void ask(Side& side, Channel channel, List& list) const noexcept {

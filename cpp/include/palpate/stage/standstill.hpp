@@ -32,8 +32,8 @@ class Standstill {
       widen(value, code);
     }
     if (PALPATE_UNLIKELY(reaches_)) {
-      const bool ends = magnitude(value - top_) <= tolerance(code) || magnitude(value + bottom_) <= tolerance(code);
-      at_end_ = static_cast<std::uint8_t>(ends ? at_end_ + (at_end_ < in_a_row) : 0);
+      const bool there = magnitude(value - top_) <= tolerance(code) || magnitude(value + bottom_) <= tolerance(code);
+      at_end_ = static_cast<std::uint8_t>(there ? at_end_ + (at_end_ < in_a_row) : 0);
     }
     if (value == last_) {
       equal_ += 1;
