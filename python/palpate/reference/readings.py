@@ -101,7 +101,7 @@ class Outliers:
         if not apart > self.usual:
             return False
         for size in (2 * apart, apart):
-            if not self.above_changes(size, number):
+            if not (self.above_changes(size, number) and self.above_noise(size, number)):
                 self.usual = size
                 return False
         return True
@@ -112,11 +112,9 @@ class Outliers:
 
     def above_noise(self, size: float, number: int) -> bool:
         """Return whether a size is above 6 noises, from the quantile of the second differences."""
-        # The first change has no other before it: it counts as a second difference from 0.
-        bends = np.abs(np.diff(self.changes(number)[-LAST_BENDS - 1 :], prepend=0.0))
-        many = min(len(self.changes(number)), LAST_BENDS + 1) - 1
-        limit = size * (OF_NOISE * (many / (many + 6)))
-        return _quantile_below(bends[-LAST_BENDS:], limit)
+        bends = np.abs(np.diff(self.changes(number)))[-LAST_BENDS:]
+        many = len(bends)
+        return _quantile_below(bends, size * (OF_NOISE * (many / (many + 6))))
 
     def deviation(self, number: int) -> Deviation:
         """Return how far a reading is off."""

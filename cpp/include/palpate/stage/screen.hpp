@@ -80,8 +80,10 @@ class Screen {
     const bool hard_ends = hard_stands_.follow(reading.hard_time, reading.hard, hard_.code());
     const bool soft_ends = soft_stands_.follow(reading.soft_time, reading.soft, soft_.code());
     reading.at_end = !known && (hard_ends || soft_ends);
-    judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
-    judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
+    if (PALPATE_UNLIKELY(!(hard_stands_.moves() && soft_stands_.moves()))) {
+      judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
+      judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
+    }
     waiting_ -= 1;
     oldest_ = 1;
     if (PALPATE_UNLIKELY(waiting_ == 0)) {  // what comes next may be at another place

@@ -39,15 +39,21 @@ class Standstill {
       equal_ += 1;
       return at_end();
     }
-    longest_ = is_frozen_ || equal_ < longest_ ? longest_ : equal_;
-    moved_ += moved_ < fewest;
-    equal_ = 0;
-    is_frozen_ = false;
+    if (PALPATE_UNLIKELY(equal_ > 0)) {
+      longest_ = is_frozen_ || equal_ < longest_ ? longest_ : equal_;
+      equal_ = 0;
+      is_frozen_ = false;
+    }
+    if (PALPATE_UNLIKELY(moved_ < fewest)) {
+      moved_ += 1;
+    }
     last_ = value;
     since_ = time;
     return at_end();
   }
 
+  /// Whether it does not stand still at all.
+  constexpr bool moves() const noexcept { return equal_ == 0 && at_end_ == 0; }
   /// Whether the last readings are at a known end of the range.
   constexpr bool at_end() const noexcept { return at_end_ >= in_a_row; }
   /// Whether this is new: once.
