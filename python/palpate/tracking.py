@@ -1,6 +1,7 @@
 """Touches of a recording."""
 
 import math
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -526,6 +527,8 @@ def tracker_of(recording: RecordingProtocol, scene: "_Scene", settings: "_AnySet
     require_recording(recording)
     instrument = Instrument(recording.full_scale_pF, recording.period_s, recording.host_stamps)
     complete = settings_for(scene, instrument) | settings
+    if recording.unit != "pF":
+        complete.setdefault("full_scale", sys.float_info.max)  # no end of a converter in pF
     require_scale(scene, recording.unit, settings)
     if not recording.timed:
         complete = _without_times(scene, complete)
