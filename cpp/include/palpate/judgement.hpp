@@ -25,8 +25,8 @@ enum class Judged : std::uint8_t {
 /// One judgement.
 template <class Real, class Time>
 struct Judgement {
-  Judged what;
-  Channel channel;
+  Judged what;         ///< its name
+  Channel channel;     ///< of which channel
   Time time;           ///< of the first reading that it is about
   Real size;           ///< pF: where the channel stands, or by how much it changed; of both: of the hard channel
   Real soft_size = 0;  ///< pF: of both, of the soft channel

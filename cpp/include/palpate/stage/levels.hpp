@@ -48,7 +48,7 @@ class Levels {
     Real code = 0, finest = Real(0.02);         // the smallest change of all; below this: a larger one is a jump
     Real limit = 0;                             // 12 noises, or 2.5 codes
     Real now = 0, height = 0;                   // from the level; the largest one of the press
-    Real least = 0;                             // of a jump: a part of the last press
+    Real least_jump = 0;                        // a part of the last press
     Real mean = 0;                              // of the run
     Real stuck = 0;                             // CUSUM
     std::uint32_t equal = 0;                    // values in a row
@@ -67,7 +67,7 @@ class Levels {
     constexpr bool strays() const noexcept { return magnitude(last - mean) > limit / 2; }
     // The level has changed by another amount than this; within a press it may drift.
     constexpr bool differs(Real change) const noexcept {
-      return magnitude(off() - change) > limit + product(Real(0.05), height) + least;
+      return magnitude(off() - change) > limit + product(Real(0.05), height) + least_jump;
     }
     constexpr bool alone(const Side& other) const noexcept {
       return differs(0) && 30 * magnitude(other.off()) < magnitude(off());
@@ -115,7 +115,7 @@ class Levels {
     }
     constexpr bool high() const noexcept { return now > product(Real(0.8), height); }
     constexpr void close() noexcept {
-      least = height > 0 ? height / 256 : least;
+      least_jump = height > 0 ? height / 256 : least_jump;
       height = stuck = 0;
       told = false;
     }
@@ -217,7 +217,9 @@ class Levels {
       sharpest_ = turn;
       sharp_ = time;
     }
-    return follows(hard_, soft_, Channel::hard, time, list) | follows(soft_, hard_, Channel::soft, time, list);
+    const bool hard = follows(hard_, soft_, Channel::hard, time, list);
+    const bool soft = follows(soft_, hard_, Channel::soft, time, list);
+    return hard || soft;
   }
   constexpr bool follows(Side& side, const Side& other, Channel channel, Time time, List& list) const noexcept {
     const bool stuck = side.press(other, aligned_);

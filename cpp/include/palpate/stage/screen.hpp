@@ -13,7 +13,7 @@ inline namespace PALPATE_NAMESPACE {
 /// A reading of each channel.
 template <class Real, class Time>
 struct ScreenedReading {
-  Time hard_time, soft_time;
+  Time hard_time, soft_time;                        ///< of both channels
   Real hard, soft;                                  ///< pF; NaN: no value
   bool hard_outlier = false, soft_outlier = false;  ///< it has no value for this reason
   bool at_end = false;                              ///< one of them is at a known end of the range
