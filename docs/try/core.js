@@ -128,7 +128,7 @@ export class Measurement {
 
   get events() {
     const flags = this.found.flatMap((touch) => touch.flags.map((name) => ({ t_s: touch.end_s, touch: touch.number, name, text: `${name}: ${ADVICE[name]}` })));
-    return { marks: this.marks, tares: this.tares, gaps: this.gaps, flags };
+    return { marks: this.marks, tares: this.tares, gaps: this.gaps, judgements: [], flags };
   }
 
   get session() {
@@ -146,6 +146,7 @@ export const ADVICE = {
   saturated: "readings are outside the range of the converter and left out: press less deep",
   refused: "readings gave no sample: check the cable and the connection of the board",
   late: "samples did not come in time, as the computer was too slow: close other programs",
+  outliers: "readings of a channel are far from their neighbours and left out: a wire or a connector that fails now and then; check both ends of the cable",
   unsettled: "too few samples for a standard error: hold the probe longer",
   unexcited: "the change of the capacitances was too small to move the ratio from its initial value: press deeper",
   "one-sided": "the press did not raise both channels by amounts that can be compared: check that both gauges are wired, and to the right inputs; or press deeper",
@@ -155,6 +156,8 @@ export const ADVICE = {
   curve: "hard against soft bends: press less deep",
   tilt: "the ratio differs from the one over the swept depth, which a tilt does not change: hold the probe upright",
   changed: "the ratio changed, during the touch or shortly before its end: touch one object at a time, and lift straight up",
+  step: "a channel jumped during the touch (a connector, the range of the converter), so the ratio is wrong: fix the cable, and touch again",
+  jumped: "the channels jumped to new levels and stayed there without tremor: this was probably no contact, and the ratio means nothing",
   creep: "a channel recovers slowly after the release, so the ratio is not corrected: press for a shorter time",
   baseline: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
   gap: "the board restarted or was opened again during the touch or before it, so the baseline may have been measured in contact: lift the probe, and touch again",

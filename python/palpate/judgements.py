@@ -100,9 +100,7 @@ def _was_touch(_: Judgement) -> str:
 
 def _step(judgement: Judgement) -> str:
     size = f"{judgement.size:+.2g} pF"
-    return (
-        f"the {judgement.channel} channel stepped by {size}{judgement._when(' at {}')}, within a press"
-    )
+    return f"the {judgement.channel} channel stepped by {size}{judgement._when(' at {}')}, within a press"
 
 
 def _falling(_: Judgement) -> str:
