@@ -33,7 +33,7 @@ HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
 SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1
 _SETTLED_S = {"done": 0.0, "left out": 0.0, "after": 3.0}
-_COMES_AND_GOES = {"silent", "wiring", "constant", "unwired", "range", "at its end"}
+_COMES_AND_GOES = {"silent", "wiring", "constant", "unwired", "range"}
 
 
 class ConnectionState(Listener):
@@ -50,7 +50,7 @@ class ConnectionState(Listener):
         # when the computer was found to be slow; -inf: that was understood, or is over
         self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
-        self._judged = JudgedChannels(clock)
+        self._judged = JudgedChannels(measurement, clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self._judged, self]
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.judgements import Judgement
+from palpate.live.measurement import LiveMeasurement
 from palpate.sources import Gap
 from palpate.stream import Batch, Listener, Stream
 
@@ -18,8 +19,10 @@ _LASTING = ("saturated", "frozen", "falling")
 class JudgedChannels(Listener):
     """Follows the judgements of a measurement. `clock`: seconds that only rise."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(
+        self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._measurement, self._clock = measurement, clock
         self._lasting: dict[tuple[str, str], Judgement] = {}
         self._newest: Judgement | None = None
         self._newest_s = -math.inf
@@ -46,7 +49,9 @@ class JudgedChannels(Listener):
         """Forget what no longer holds."""
         # another thread reads the old ones meanwhile
         self._lasting = {
-            kind: judgement for kind, judgement in self._lasting.items() if _holds(judgement, batch)
+            kind: judgement
+            for kind, judgement in self._lasting.items()
+            if self._holds(judgement, batch)
         }
 
     def judgement(self, judgement: Judgement) -> None:
@@ -57,14 +62,14 @@ class JudgedChannels(Listener):
         else:
             self._newest, self._newest_s = judgement, self._clock()
 
-
-def _holds(judgement: Judgement, batch: Batch) -> bool:
-    """Return whether a judgement holds after the last reading of a batch."""
-    if judgement.channel == "both":
-        return True
-    values = batch.samples[judgement.channel]
-    known = values[np.isfinite(values)]
-    if not len(known):
-        return True
-    away = abs(float(known[-1]) - judgement.size)
-    return away <= (_NEAR_PF if judgement.name == "saturated" else 0.0)
+    def _holds(self, judgement: Judgement, batch: Batch) -> bool:
+        """Return whether a judgement holds after a batch: to the last reading, or to a tare."""
+        if judgement.channel == "both":
+            tares = self._measurement.tares
+            return not tares or tares[-1] < judgement.time_s
+        values = batch.samples[judgement.channel]
+        known = values[np.isfinite(values)]
+        if not len(known):
+            return True
+        away = abs(float(known[-1]) - judgement.size)
+        return away <= (_NEAR_PF if judgement.name == "saturated" else 0.0)

@@ -286,7 +286,9 @@ def _constant_or_falling(facts: Facts) -> Iterator[View]:
     if constant and not _judged(facts, "saturated"):
         yield _constant(constant, _judged(facts, "frozen"))
     if text := _judged(facts, "falling"):
-        now = Now("Stop", "exchange the wires, or begin again with --falling", "caution")
+        now = Now(
+            "Stop", "exchange the wires and press T, or begin again with --falling", "caution"
+        )
         yield StatusLine("falling", "caution", "It falls when pressed.", text), now
 
 
