@@ -103,7 +103,9 @@ def _step(judgement: Judgement) -> str:
     return f"the {judgement.channel} channel stepped by {size}{judgement._when(' at {}')}, within a press"
 
 
-def _falling(_: Judgement) -> str:
+def _falling(judgement: Judgement) -> str:
+    if judgement.size > 0:
+        return "both channels rise when pressed, and the option falling is set: leave it out"
     return (
         "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling"
     )
@@ -131,14 +133,24 @@ MOST_ALIKE = 3
 """Judgements of one name and channel that are told one by one."""
 
 
+_AT_ONCE_S = 1.0  # in which a channel that trembles reaches its end again
+
+
 def without_repeats(judgements: Iterable[Judgement]) -> Iterator[Judgement]:
-    """Yield judgements, but "frozen" only where the channel is not at the end of its range there."""
-    ends = set[tuple[str, float]]()
+    """Yield judgements without those that repeat that a channel is at the end of its range.
+
+    They are a channel that reaches its end again at once, as it trembles; and one that is frozen
+    there.
+    """
+    last_s: dict[tuple[str, float], float] = {}
     for judgement in judgements:
         place = judgement.channel, judgement.size
+        before_s = last_s.get(place)
         if judgement.name == "saturated":
-            ends.add(place)
-        if judgement.name != "frozen" or place not in ends:
+            last_s[place] = judgement.time_s
+            if before_s is not None and judgement.time_s - before_s < _AT_ONCE_S:
+                continue
+        if judgement.name != "frozen" or before_s is None:
             yield judgement
 
 
