@@ -247,11 +247,11 @@ EXPORT(tare) bool tare(bool forced) {
   run.tare(true);
   return true;
 }
+/// Whether a touch ended, or was revised: the last readings wait for those after them.
 EXPORT(finish) bool finish() {
   block.touches.clear();
-  const double before = block.touches.ended;
   run.finish(block.touches);
-  return block.touches.ended > before;
+  return block.touches.count > 0;
 }
 
 EXPORT(state) const char* state() { return run.state(); }
