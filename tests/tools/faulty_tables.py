@@ -58,6 +58,13 @@ def saturated(folder: Path) -> Path:
     return _written(folder, "saturated", t, np.minimum(hard + 2.1, END_PF), soft)
 
 
+def loose(folder: Path) -> Path:
+    """Write a soft channel that falls back to its level at rest for one reading of sixteen."""
+    t, hard, soft = _channels()
+    soft[np.random.default_rng(4).random(len(t)) < 1 / 16] = 1.2
+    return _written(folder, "loose", t, hard, soft)
+
+
 def falling(folder: Path) -> Path:
     """Write channels that both fall when pressed."""
     t, hard, soft = _channels()
