@@ -29,7 +29,7 @@ HEADER_LAYERS = (
     "contraction",
     "arithmetic",
     "design elasticity estimate ring settings square_root time",
-    "policy",
+    "judgement policy",
     "estimator stage",
     "judge",
     "tracker",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate import judgements
+from palpate.reference.readings import TimedJudgement
 
 STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
 LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
@@ -54,11 +54,9 @@ class Judgement(NamedTuple):
     size: float
     soft_size: float = 0.0
 
-    def in_seconds(self) -> judgements.Judgement:
+    def in_seconds(self) -> TimedJudgement:
         """Return it as the tracker does."""
-        return judgements.Judgement(
-            1e-9 * self.time, self.channel, self.what, self.size, self.soft_size
-        )
+        return TimedJudgement(1e-9 * self.time, self.channel, self.what, self.size, self.soft_size)
 
 
 class Known(NamedTuple):

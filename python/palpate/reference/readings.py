@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.judgements import Judgement
-
 Floats = NDArray[np.float64]
 
 AHEAD = 2  # readings for which one waits until it is judged
@@ -28,6 +26,22 @@ SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0  # of a channel that stands still
 FEWEST = 40  # readings before that
 
 
+class TimedJudgement(NamedTuple):
+    """A judgement with its time in seconds; its fields are those of `palpate.Judgement`.
+
+    Examples
+    --------
+    >>> TimedJudgement(9.9, "hard", "saturated", 4.096).name
+    'saturated'
+    """
+
+    time_s: float
+    channel: str
+    name: str
+    size: float
+    soft_size: float = 0.0
+
+
 class Screened(NamedTuple):
     """Readings after the screen.
 
@@ -39,7 +53,7 @@ class Screened(NamedTuple):
         Of the hard and the soft channel.
     at_end : numpy.ndarray of bool, shape (n,)
         Whether one of them is at a known end of the range.
-    judgements : list of Judgement
+    judgements : list of TimedJudgement
 
     Examples
     --------
@@ -55,7 +69,7 @@ class Screened(NamedTuple):
     soft: Floats
     outlier: NDArray[np.bool_]
     at_end: NDArray[np.bool_]
-    judgements: list[Judgement]
+    judgements: list[TimedJudgement]
 
 
 class Deviation(NamedTuple):
@@ -179,7 +193,7 @@ def find_outliers(both: tuple[Outliers, Outliers], number: int, *, slow: bool) -
 
 def standstill(
     channel: str, times_ns: NDArray[np.int64], values: Floats, codes: Floats
-) -> Iterator[tuple[int, bool, Judgement | None, Judgement | None]]:
+) -> Iterator[tuple[int, bool, TimedJudgement | None, TimedJudgement | None]]:
     """Yield number, whether it is at a known end, and what is judged, for each reading with a value.
 
     Parameters
@@ -204,7 +218,7 @@ def standstill(
             moved += 1
             equal, first, was_frozen = 0, int(number), False
         time_s = times_ns[number] * 1e-9
-        ended = Judgement(time_s, channel, "saturated", value) if at_end == AT_END else None
+        ended = TimedJudgement(time_s, channel, "saturated", value) if at_end == AT_END else None
         stands_s = (times_ns[number] - times_ns[first]) / 1e9
         is_last = number + AHEAD >= len(values)
         frozen = None
@@ -215,7 +229,7 @@ def standstill(
                 is_new = longest < USUAL and equal > MORE * longest
                 was_frozen = moved >= FEWEST and is_new and stands_s >= SHORTEST_S
             if was_frozen:
-                frozen = Judgement(times_ns[first] * 1e-9, channel, "frozen", value)
+                frozen = TimedJudgement(times_ns[first] * 1e-9, channel, "frozen", value)
         yield int(number), at_end >= AT_END, ended, frozen
 
 
@@ -281,7 +295,7 @@ def screen(
     codes[np.isinf(codes)] = 0.0
     clean = np.where(outlier, np.nan, values)
     at_end = np.zeros(values.shape, bool)
-    judged = list[tuple[int, int, Judgement]]()
+    judged = list[tuple[int, int, TimedJudgement]]()
     for channel, name in enumerate(("hard", "soft")):
         stands = standstill(name, times[:, channel], clean[:, channel], codes[:, channel])
         for number, ends, ended, frozen in stands:
