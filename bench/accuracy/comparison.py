@@ -25,6 +25,7 @@ from palpate.reference import matched_pair
 from palpate.simulation import Press, Scenario, Simulation, scenarios, simulate
 
 from bench.accuracy import rivals
+from bench.accuracy.scene_rows import scene_rows
 from bench.results_age import RESULTS
 
 if TYPE_CHECKING:
@@ -199,7 +200,7 @@ def bare_estimators(*, libraries: bool) -> dict[str, Estimate]:
 def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace:
     """Return the error of a scene, with settings of your own, on the press of a simulation."""
     tracker = Tracker(scene, **settings)
-    rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    rows = scene_rows(run, scene, tracker)
     used = (rows["touch"] > 0) & np.isfinite(run.true_ratio)
     truth = run.true_ratio[used]
     since = run.t_hard_s[used] - run.presses[0].start_s

@@ -38,6 +38,7 @@ from bench.accuracy.presses import (
     running,
     spline_ratio,
 )
+from bench.accuracy.scene_rows import scene_rows
 from bench.accuracy.slides import LIGHT_PF, SLIDES, Slide, after_slides, largest_error
 
 
@@ -211,7 +212,7 @@ def in_touch(seeds: int) -> Iterator[Row]:
 
 def follow(run: Simulation, within: float) -> int:
     """Return the pairs after the step until the error stays within a limit."""
-    rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    rows = scene_rows(run)
     after = (rows["touch"] > 0) & (run.t_hard_s >= run.presses[0].start_s + STEP_S)
     off = np.abs(rows["ratio"][after] / run.true_ratio[after] - 1) > within
     return int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from palpate.simulation import Press, Scenario, Simulation, simulate
 from palpate.simulation.signals import Lines
 
+from bench.accuracy.scene_rows import scene_rows
+
 if TYPE_CHECKING:
     from palpate._core import _Scene
 
@@ -112,7 +114,7 @@ def running(
     run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld"
 ) -> list[Result]:
     """Return what the last whole pair at each time since contact says."""
-    rows = palpate.Tracker(scene).process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    rows = scene_rows(run, scene)
     last = np.searchsorted(run.t_soft_s - run.presses[0].start_s, moments, "right") - 1
     return [
         Result(row["ratio"] / truth - 1, row["standard_error"] / truth)

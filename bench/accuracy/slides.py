@@ -5,18 +5,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import palpate
 from palpate.ad7746.registers import NOISE_PF
 from palpate.simulation import Scenario, Simulation
 from palpate.simulation.mechanics import Gauge
 
 from bench.accuracy.presses import DEPTH_PF, LOST, RATIO, SIDES, Result, found, held, recordings
+from bench.accuracy.scene_rows import scene_rows
 
 LIGHT_PF = 0.02
 SLIDE_S = 4.0  # from contact to the start of a slide
 AFTER_S = 0.5  # that is judged after a slide
 HOLD_S = 2.5  # from the end of a slide to the lift
-AHEAD = 2  # readings for which a reading waits in the screen: a row is about the one before them
 DELAY_S = 0.039  # from the middle of an aligned pair to its last reading: 1.5 pairs
 STEPS = 300
 
@@ -73,8 +72,7 @@ SLIDES = [Slide(0.4, 1.5, 1.0), Slide(0.4, 0.3, 14.5), Slide(0.1, 0.75, 1.1)]
 
 def during(run: Simulation, slide: Slide) -> list[Result]:
     """Return the running ratio of each pair, from the start of a slide to half a second after it."""
-    rows = palpate.Tracker("sliding").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-    rows = np.roll(rows, -AHEAD)
+    rows = scene_rows(run, "sliding")
     since_s = run.t_hard_s - run.presses[0].start_s
     part = (since_s >= SLIDE_S) & (since_s < slide.end_s + AFTER_S) & (rows["touch"] > 0)
     errors = rows["ratio"][part] / run.true_ratio[part] - 1

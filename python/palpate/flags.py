@@ -85,7 +85,7 @@ class Flag(StrEnum):
     SHORT
         The touch is shorter than `seconds` or `samples`.
     SATURATED
-        Readings were outside the range of the converter.
+        Readings were outside the range of the converter, or a channel did not follow the other one.
     REFUSED
         More than three quarters of the readings gave no sample.
     LATE

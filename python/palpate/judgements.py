@@ -100,7 +100,8 @@ def _was_touch(_: Judgement) -> str:
 
 def _step(judgement: Judgement) -> str:
     size = f"{judgement.size:+.2g} pF"
-    return f"the {judgement.channel} channel stepped by {size}{judgement._when(' at {}')}, within a press"
+    when = judgement._when(" at {}")
+    return f"the {judgement.channel} channel stepped by {size}{when}, within a press"
 
 
 def _falling(judgement: Judgement) -> str:

@@ -43,9 +43,9 @@ class Touches(list[Touch], Framed, Plotted):
     Attributes
     ----------
     notes, doubts : tuple of str
-        Notes and doubts of the recording, as in `palpate.Recording`. More notes are about a
-        baseline that was measured again, touches whose model was not tested, and touches with the
-        next one too soon after them.
+        Notes and doubts of the recording, as in `palpate.Recording`. More notes are about readings
+        (the sentences of `palpate.judgements.Judgement`), a baseline that was measured again,
+        touches whose model was not tested, and touches with the next one too soon after them.
     unit : str
         Unit of both signals.
     soft_later_s : float

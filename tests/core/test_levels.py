@@ -200,7 +200,7 @@ def test_a_channel_at_its_highest_reading_is_saturated(channel: str, decimals: i
         made.print(decimals)
         healthy = track(made)
         assert not judged(healthy)
-        values = getattr(made, channel)
+        values = made.values_of(channel)
         rest = np.median(values)
         np.minimum(values, np.round(rest + 0.4 * (values.max() - rest), decimals), out=values)
         tracker = track(made)

@@ -35,7 +35,8 @@ def blocks_of(
     if name == "Tracker":
         empty: tuple[Any, ...] = (np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2
         arguments = {"feed": (0.0, 0.0, 1.0, 1.0), "process": empty, "take": empty}
-        more: dict[str, tuple[Any, ...]] = {"touches_since": (0,), "revisions_since": (0,)}
+        since = ("touches_since", "revisions_since", "judgements_since")
+        more: dict[str, tuple[Any, ...]] = dict.fromkeys(since, (0,))
         return kind, lambda made: made.process(TIMES, TIMES, ONES, ONES), arguments | more
     bank = "Bank" in name
     block = ONES.astype(np.float32 if "32" in name else float).reshape((-1, 4) if bank else -1)

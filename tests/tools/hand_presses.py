@@ -46,8 +46,12 @@ class Session:
     def step(self, channel: str, at_s: float, size: float, until_s: float = np.inf) -> None:
         """Add a constant to a channel from one time to another one."""
         t = self.t_hard if channel == "hard" else self.t_soft
-        values = getattr(self, channel)
+        values = self.values_of(channel)
         values += size * ((t >= at_s) & (t < until_s))
+
+    def values_of(self, channel: str) -> Array:
+        """Return the readings of "hard" or "soft"."""
+        return self.hard if channel == "hard" else self.soft
 
     def print(self, decimals: int) -> None:
         """Round the readings."""

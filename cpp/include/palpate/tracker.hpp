@@ -278,7 +278,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   constexpr Real standard_error() const noexcept { return errors().of(estimator); }
 
  private:
-  using Reading = palpate::Reading<Real, Time>;
+  using Reading = palpate::ScreenedReading<Real, Time>;
   using Ranged = RangedReading<Real>;
 
   /// Returns whether there is one.
@@ -481,7 +481,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
   Counts counts_;
-  std::conditional_t<Screen::screens, Judgements<Real, Time>, NoJudgements> judgements_;
+  std::conditional_t<Screen::screens || Levels::watches, Judgements<Real, Time>, NoJudgements> judgements_;
   Real standard_error_ = not_a_number<Real>;
 };
 

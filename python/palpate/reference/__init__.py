@@ -9,7 +9,8 @@ from palpate.reference.adaptive import AdaptiveWindowTrace, adaptive_window
 from palpate.reference.align import Pairs, matched_pair
 from palpate.reference.fit import Fit, Misfit
 from palpate.reference.idle import Baseline, Contact
-from palpate.reference.levels import Judgement, Levels
+from palpate.reference.judgement import Judgement
+from palpate.reference.levels import Levels
 from palpate.reference.paper import Trace, adaptive_rls, rls
 from palpate.reference.readings import Screened, screen
 from palpate.reference.tracker import Rows, Touch, handheld, sliding

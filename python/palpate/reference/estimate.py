@@ -56,7 +56,7 @@ class Errors(NamedTuple):
         """Return the least long-run variance, by the readings and, with slow pairs, by the variance of the innovations."""
         if self.pace == ALIASES:
             return self.of_few(readings, scatter)
-        return readings + (0.25 if self.pace == SLOW else 0.0) * max(scatter - readings / 2, 0.0)
+        return readings + (0.5 if self.pace == SLOW else 0.0) * max(scatter - readings / 2, 0.0)
 
 
 def estimator(noise: float = 1.0) -> _Handover:

@@ -9,13 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.reference.readings import TimedJudgement
+from palpate.reference.judgement import Judgement
 
 STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
 LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
 COARSEST = 0.02  # pF: a larger change is no code step
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
-SLOW_NOISE = 256  # frames in which the noise may grow by as much as it is
+SLOW_NOISE = 32  # times it is followed, in which the noise may double
+RARELY = 8  # frames, until the levels are followed again
+LEAST_JUMP = 256  # of the last press: this part of it; a smaller change of the level is the revision's
 DRIFTED = 0.05  # share of a press that its baselines may drift
 ALONE = 30.0  # no probe has such a ratio
 EARLY_S = 0.3  # so long before a press a jump is none of the press
@@ -26,37 +28,6 @@ ALIGNED_S = 0.04  # frames further apart show another part of the tremor
 OTHER, OWN, ROUNDED = 3.0, 4.0, 0.5  # noises; its own change; code steps
 MOST, STUCK = 3.0, 12.0  # of the CUSUM, in noises
 ASKED = 2  # still presses with equal values
-
-
-class Judgement(NamedTuple):
-    """A judgement about the readings.
-
-    Attributes
-    ----------
-    what : str
-        "saturated", "jumped", "was_touch", "step", "falling" or "still".
-    channel : str
-        "hard", "soft" or "both".
-    time : int, ns
-        Of the first reading that it is about.
-    size, soft_size : float, pF
-        The value of the channel, or its change; of both: of the hard and of the soft channel.
-
-    Examples
-    --------
-    >>> Judgement("jumped", "hard", 9_900_000_000, 3.1).soft_size
-    0.0
-    """
-
-    what: str
-    channel: str
-    time: int
-    size: float
-    soft_size: float = 0.0
-
-    def in_seconds(self) -> TimedJudgement:
-        """Return it as the tracker does."""
-        return TimedJudgement(1e-9 * self.time, self.channel, self.what, self.size, self.soft_size)
 
 
 class Known(NamedTuple):
@@ -94,6 +65,7 @@ class _Side:
     now: float = 0.0  # from the level
     code: float = 0.0
     height: float = 0.0  # of the press
+    least: float = 0.0  # of a jump
     stuck: float = 0.0
     equal: int = 0
     stands: int = 0
@@ -120,7 +92,7 @@ class _Side:
 
     def differs(self, change: float = 0.0) -> bool:
         """Return whether the level has changed by another amount."""
-        return abs(self.off - change) > self.limit + DRIFTED * self.height
+        return abs(self.off - change) > self.limit + DRIFTED * self.height + self.least
 
     def is_alone(self, other: "_Side") -> bool:
         return self.differs() and ALONE * abs(other.off) < abs(self.off)
@@ -172,6 +144,7 @@ class _Side:
 
     def close(self) -> None:
         """End a press."""
+        self.least = self.height / LEAST_JUMP if self.height > 0 else self.least
         self.height, self.stuck, self.reported = 0.0, 0.0, False
 
 
@@ -216,6 +189,7 @@ class Levels:
     _hard: _Side = field(default_factory=lambda: _Side("hard"))
     _soft: _Side = field(default_factory=lambda: _Side("soft"))
     _known: bool = False
+    _frames: int = 0  # since the levels were followed
     _begin: int = 0  # of the run
     _last: int = 0
     _decided: bool = False
@@ -281,7 +255,9 @@ class Levels:
         """Take the levels of the tracker while nothing is touched, unless they have jumped."""
         sides = list(zip((self._hard, self._soft), known.levels, known.noises, strict=True))
         agrees = all(side.near and abs(level - side.rest) <= side.limit for side, level, _ in sides)
-        if known.ready and known.idle and (agrees or not self._known):
+        self._frames = (self._frames + 1) % RARELY
+        is_due = agrees and self._frames == 0
+        if known.ready and known.idle and (is_due or not self._known):
             self._known = True
             for side, level, noise in sides:
                 side.follow(level, noise)

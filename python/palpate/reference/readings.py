@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.reference.judgement import Judgement
+
 Floats = NDArray[np.float64]
 
 AHEAD = 2  # readings for which one waits until it is judged
@@ -26,22 +28,6 @@ SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0  # of a channel that stands still
 FEWEST = 40  # readings before that
 
 
-class TimedJudgement(NamedTuple):
-    """A judgement with its time in seconds; its fields are those of `palpate.Judgement`.
-
-    Examples
-    --------
-    >>> TimedJudgement(9.9, "hard", "saturated", 4.096).name
-    'saturated'
-    """
-
-    time_s: float
-    channel: str
-    name: str
-    size: float
-    soft_size: float = 0.0
-
-
 class Screened(NamedTuple):
     """Readings after the screen.
 
@@ -53,7 +39,7 @@ class Screened(NamedTuple):
         Of the hard and the soft channel.
     at_end : numpy.ndarray of bool, shape (n,)
         Whether one of them is at a known end of the range.
-    judgements : list of TimedJudgement
+    judgements : list of Judgement
 
     Examples
     --------
@@ -69,7 +55,7 @@ class Screened(NamedTuple):
     soft: Floats
     outlier: NDArray[np.bool_]
     at_end: NDArray[np.bool_]
-    judgements: list[TimedJudgement]
+    judgements: list[Judgement]
 
 
 class Deviation(NamedTuple):
@@ -93,8 +79,9 @@ class Outliers:
     Examples
     --------
     >>> test = Outliers(np.array([1.0, 1.1, 5.0, 1.05, 1.1]))
+    >>> test.kept = [1.0, 1.1]
     >>> round(test.deviation(2).off, 3)
-    4.0
+    3.9
     """
 
     values: Floats
@@ -115,7 +102,7 @@ class Outliers:
         if not apart > self.usual:
             return False
         for size in (2 * apart, apart):
-            if not self.above_changes(size, number):
+            if not (self.above_changes(size, number) and self.above_noise(size, number)):
                 self.usual = size
                 return False
         return True
@@ -126,11 +113,9 @@ class Outliers:
 
     def above_noise(self, size: float, number: int) -> bool:
         """Return whether a size is above 6 noises, from the quantile of the second differences."""
-        # The first change has no other before it: it counts as a second difference from 0.
-        bends = np.abs(np.diff(self.changes(number)[-LAST_BENDS - 1 :], prepend=0.0))
-        many = min(len(self.changes(number)), LAST_BENDS + 1) - 1
-        limit = size * (OF_NOISE * (many / (many + 6)))
-        return _quantile_below(bends[-LAST_BENDS:], limit)
+        bends = np.abs(np.diff(self.changes(number)))[-LAST_BENDS:]
+        many = len(bends)
+        return _quantile_below(bends, size * (OF_NOISE * (many / (many + 6))))
 
     def deviation(self, number: int) -> Deviation:
         """Return how far a reading is off."""
@@ -193,7 +178,7 @@ def find_outliers(both: tuple[Outliers, Outliers], number: int, *, slow: bool) -
 
 def standstill(
     channel: str, times_ns: NDArray[np.int64], values: Floats, codes: Floats
-) -> Iterator[tuple[int, bool, TimedJudgement | None, TimedJudgement | None]]:
+) -> Iterator[tuple[int, bool, Judgement | None, Judgement | None]]:
     """Yield number, whether it is at a known end, and what is judged, for each reading with a value.
 
     Parameters
@@ -217,8 +202,8 @@ def standstill(
             longest = longest if was_frozen else max(longest, equal)
             moved += 1
             equal, first, was_frozen = 0, int(number), False
-        time_s = times_ns[number] * 1e-9
-        ended = TimedJudgement(time_s, channel, "saturated", value) if at_end == AT_END else None
+        time = int(times_ns[number])
+        ended = Judgement("saturated", channel, time, value) if at_end == AT_END else None
         stands_s = (times_ns[number] - times_ns[first]) / 1e9
         is_last = number + AHEAD >= len(values)
         frozen = None
@@ -229,7 +214,7 @@ def standstill(
                 is_new = longest < USUAL and equal > MORE * longest
                 was_frozen = moved >= FEWEST and is_new and stands_s >= SHORTEST_S
             if was_frozen:
-                frozen = TimedJudgement(times_ns[first] * 1e-9, channel, "frozen", value)
+                frozen = Judgement("frozen", channel, int(times_ns[first]), value)
         yield int(number), at_end >= AT_END, ended, frozen
 
 
@@ -275,7 +260,7 @@ def screen(
     --------
     >>> t = 26_000_000 * np.arange(30)
     >>> [judgement] = screen(t, t, np.full(30, 4.096), np.arange(30.0)).judgements[:1]
-    >>> judgement.name, judgement.channel
+    >>> judgement.what, judgement.channel
     ('saturated', 'hard')
     """
     times = np.column_stack([np.asarray(t_hard, np.int64), np.asarray(t_soft, np.int64)])
@@ -295,7 +280,7 @@ def screen(
     codes[np.isinf(codes)] = 0.0
     clean = np.where(outlier, np.nan, values)
     at_end = np.zeros(values.shape, bool)
-    judged = list[tuple[int, int, TimedJudgement]]()
+    judged = list[tuple[int, int, Judgement]]()
     for channel, name in enumerate(("hard", "soft")):
         stands = standstill(name, times[:, channel], clean[:, channel], codes[:, channel])
         for number, ends, ended, frozen in stands:

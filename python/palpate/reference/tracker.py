@@ -13,7 +13,8 @@ from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, GivenBaseline, Idle
 from palpate.reference.level import Sweep
-from palpate.reference.levels import Judgement, Levels
+from palpate.reference.judgement import Judgement
+from palpate.reference.levels import Levels
 from palpate.reference.levels import Known as LevelsKnown
 from palpate.reference.moving import MovingEstimate
 from palpate.reference.readings import AHEAD, screen

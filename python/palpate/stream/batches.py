@@ -13,6 +13,9 @@ from palpate.touch import Touch
 class Estimate(NamedTuple):
     """The state of the tracker after a sample.
 
+    In the scenes handheld and sliding it is about the sample two before: a reading is judged when
+    the next two are known.
+
     Attributes
     ----------
     sample : Sample

@@ -76,7 +76,7 @@ struct RatioError {
   /// long-run variance is the variance v of the readings' noise, plus 4 times the excess of the
   /// innovations' variance over v / 2. Where a tremor aliases, both channels may be off by a constant that no innovation
   /// shows: there it is at least v plus 6 times the excess, and that of an AR(1) process. With these 88 to 100 % of
-  /// simulated touches are covered, from 2 to 12 pairs a second. Of slow pairs it is at least v plus a quarter of the
+  /// simulated touches are covered, from 2 to 12 pairs a second. Of slow pairs it is at least v plus half of the
   /// excess, which jitter leaves of a tremor. An error of a baseline changes the ratio by this error divided by the mean
   /// regressor, sqrt(R / W). W is the count.
   constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
@@ -97,7 +97,7 @@ struct RatioError {
     if constexpr (detail::has<detail::Scatters, const Estimator>) {
       const Real few = of_few(estimator, readings);
       const Real seen = estimator.settled() ? estimator.long_run_variance(pace == Pace::aliases) : few;
-      const Real least = pace == Pace::slow   ? scattered(estimator, readings, Real(0.25))
+      const Real least = pace == Pace::slow   ? scattered(estimator, readings, Real(0.5))
                          : pace == Pace::fast ? readings
                                               : few;
       return product(seen > least ? seen : least, estimator.leverage());

@@ -39,13 +39,16 @@ class Levels {
   static constexpr Real still = Real(0.8);        // s, of a new level
   static constexpr Real longest = Real(10);       // s, of a still press of a stage
   static constexpr std::uint32_t patience = 300;  // frames, of the same
+  static constexpr std::uint8_t rarely = 8;       // frames, until the levels are followed again
   static constexpr Real early = Real(0.3);        // s: a channel that left so long before the press jumped before it
 
   struct Side {
     Real rest = 0, noise = 0;                   // the level without contact
     Real last = not_a_number<Real>, moved = 0;  // the value; its change
-    Real code = 0;                              // the smallest change of all; a larger one is a jump
+    Real code = 0, finest = Real(0.02);         // the smallest change of all; below this: a larger one is a jump
+    Real limit = 0;                             // 12 noises, or 2.5 codes
     Real now = 0, height = 0;                   // from the level; the largest one of the press
+    Real least = 0;                             // of a jump: a part of the last press
     Real mean = 0;                              // of the run
     Real stuck = 0;                             // CUSUM
     std::uint32_t equal = 0;                    // values in a row
@@ -53,56 +56,66 @@ class Levels {
     bool near = true, told = false;             // at its level; that it is stuck
     std::uint8_t stands = 0;                    // still presses with equal values
 
-    constexpr Real limit() const noexcept {
+    constexpr void set(Real new_noise, Real new_code) noexcept {
+      noise = new_noise;
+      code = new_code;
       const Real least = product(Real(2.5), code);
-      return 12 * noise > least ? 12 * noise : least;
+      limit = 12 * noise > least ? 12 * noise : least;
     }
     constexpr Real off() const noexcept { return mean - rest; }
-    constexpr bool out() const noexcept { return magnitude(now) > limit(); }
-    constexpr bool strays() const noexcept { return magnitude(last - mean) > limit() / 2; }
+    constexpr bool out() const noexcept { return magnitude(now) > limit; }
+    constexpr bool strays() const noexcept { return magnitude(last - mean) > limit / 2; }
     // The level has changed by another amount than this; within a press it may drift.
     constexpr bool differs(Real change) const noexcept {
-      return magnitude(off() - change) > limit() + product(Real(0.05), height);
+      return magnitude(off() - change) > limit + product(Real(0.05), height) + least;
     }
     constexpr bool alone(const Side& other) const noexcept {
       return differs(0) && 30 * magnitude(other.off()) < magnitude(off());
     }
     template <class Baseline>
     constexpr bool agrees(const Baseline& baseline) const noexcept {
-      return near && magnitude(baseline.level() - rest) <= limit();
+      return near && magnitude(baseline.level() - rest) <= limit;
     }
     template <class Baseline>
     constexpr void follow(const Baseline& baseline) noexcept {
       const Real least = product(Real(0.3), code), seen = baseline.noise();
       rest = baseline.level();
-      noise = noise > 0 && seen > noise ? noise + noise / 256 : seen;  // slowly up: it may be measured in a press
-      noise = noise > least ? noise : least;
+      const Real slow = noise > 0 && seen > noise ? noise + noise / 32 : seen;  // up: it may be measured in a press
+      set(slow > least ? slow : least, code);
     }
 
     constexpr void read(Time time, Real value, Real known) noexcept {
       moved = value - last;
       const Real size = magnitude(moved);
-      code = known > 0 ? known : size > 0 && size < Real(0.02) && !(code > 0 && code < size) ? size : code;
+      if (PALPATE_UNLIKELY(known > 0 || (size > 0 && size < finest))) {
+        set(noise, known > 0 ? known : size);
+        finest = code;
+      }
       equal = moved == 0 ? equal + 1 : 0;
       last = value;
       now = value - rest;
       left = near ? time : left;
-      near = magnitude(now) <= limit() / 2;
+      near = magnitude(now) <= limit / 2;
     }
     // In a press. Returns whether it has not followed the other one, for the first time.
     constexpr bool press(const Side& other, bool aligned) noexcept {
       height = magnitude(now) > height ? magnitude(now) : height;
+      if (PALPATE_LIKELY(!(now > height - limit))) {  // it follows, or falls
+        stuck = 0;
+        return false;
+      }
       const Real due =
           aligned ? product(positive_part(magnitude(other.moved) - 3 * other.noise), now / other.now) : Real(0);
       const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
       const Real size = (due + own - 4 * magnitude(moved) - code / 2) / (noise + code);
-      stuck = now > height - limit() ? positive_part(stuck + (size > 3 ? Real(3) : size)) : Real(0);
+      stuck = positive_part(stuck + (size > 3 ? Real(3) : size));
       const bool found = stuck > 12 && !told;
       told = told || found;
       return found;
     }
     constexpr bool high() const noexcept { return now > product(Real(0.8), height); }
     constexpr void close() noexcept {
+      least = height > 0 ? height / 256 : least;
       height = stuck = 0;
       told = false;
     }
@@ -133,11 +146,7 @@ class Levels {
     if (change == LevelChange::none) {
       return stuck && touched_ ? LevelChange::saturated : change;
     }
-    const auto values = static_cast<Real>(count_);
-    detector.gate.reset();
-    detector.hard_baseline.move(hard_.mean, values);
-    detector.soft_baseline.move(soft_.mean, values);
-    touched_ = false;
+    move(detector);
     return change;
   }
 
@@ -147,12 +156,26 @@ class Levels {
   // While nothing is touched the detector knows the levels, unless they have jumped.
   template <class Detector>
   constexpr void follow(const Detector& d) noexcept {
+    frames_ = static_cast<std::uint8_t>((frames_ + 1) % rarely);
+    if (PALPATE_LIKELY(frames_ != 0 && known_)) {
+      return;
+    }
     const bool agree = !known_ || (hard_.agrees(d.hard_baseline) && soft_.agrees(d.soft_baseline));
     if (agree && d.ready() && d.gate.idle()) {
       hard_.follow(d.hard_baseline);
       soft_.follow(d.soft_baseline);
       known_ = true;
     }
+  }
+
+  // The baselines of the detector are the means of the run.
+  template <class Detector>
+  constexpr void move(Detector& detector) noexcept {
+    const auto values = static_cast<Real>(count_);
+    detector.gate.reset();
+    detector.hard_baseline.move(hard_.mean, values);
+    detector.soft_baseline.move(soft_.mean, values);
+    touched_ = false;
   }
 
   constexpr void run(Time time) noexcept {
@@ -162,6 +185,11 @@ class Levels {
       decided_ = false;
     }
     count_ += 1;
+    if (count_ == 1) {
+      hard_.mean = hard_.last;
+      soft_.mean = soft_.last;
+      return;
+    }
     const Real share = 1 / static_cast<Real>(count_);
     hard_.mean += product(share, hard_.last - hard_.mean);
     soft_.mean += product(share, soft_.last - soft_.mean);
@@ -256,13 +284,7 @@ class Levels {
       return LevelChange::none;
     }
     if (!pending_ || hard_.differs(hard_jump_) || soft_.differs(soft_jump_)) {
-      taken_ = false;
-      hard_jump_ = hard;
-      soft_jump_ = soft;
-      since_ = hard_.left;
-      waited_ = 0;
-      ask(hard_, Channel::hard, list);
-      ask(soft_, Channel::soft, list);
+      begin_pending(hard, soft, list);
     }
     const bool calm = hard < 0 || (hand_ < 1 && product(hand_, hard) > 8 * hard_.noise);
     pending_ = !calm && !(seconds(since_, time) >= longest && waited_ >= patience);
@@ -271,6 +293,15 @@ class Levels {
       list.add(Judged::jumped, Channel::both, since_, hard, soft);
     }
     return touched_ ? LevelChange::jumped : LevelChange::moved;
+  }
+  constexpr void begin_pending(Real hard, Real soft, List& list) noexcept {
+    taken_ = false;
+    hard_jump_ = hard;
+    soft_jump_ = soft;
+    since_ = hard_.left;
+    waited_ = 0;
+    ask(hard_, Channel::hard, list);
+    ask(soft_, Channel::soft, list);
   }
   // A channel whose values are all equal in the second still press may be saturated.
   constexpr void ask(Side& side, Channel channel, List& list) const noexcept {
@@ -288,6 +319,7 @@ class Levels {
   Time last_, together_, sharp_;  // of the press: the last frame, the first one, the one with the largest turn
   Time begin_, since_;            // of the run, and of the pending jump
   std::uint32_t count_ = 0, pressed_ = 0, waited_ = 0;      // frames: of the run, of the press, since it is pending
+  std::uint8_t frames_ = 0;                                 // since the levels were followed
   std::uint8_t falls_ = 0;                                  // presses, up to 3
   bool known_ = false, decided_ = false;                    // the levels; about the run
   bool touched_ = false, rises_ = false, aligned_ = false;  // in this press: a touch has begun; both rose

@@ -8,32 +8,30 @@
 namespace palpate {
 inline namespace PALPATE_NAMESPACE {
 
-/// The last changes of a signal.
+/// The last numbers of a series.
 template <class Real, int Size>
-class LastChanges {
+class LastNumbers {
  public:
-  PALPATE_INLINE constexpr void add(Real change) noexcept {
+  PALPATE_INLINE constexpr void add(Real number) noexcept {
     newest_ = newest_ + 1 < Size ? newest_ + 1 : 0;
-    changes_[newest_] = change;
-    count_ += count_ < Size;
+    numbers_[newest_] = number;
+    if (PALPATE_UNLIKELY(count_ < Size)) {
+      count_ += 1;
+    }
   }
   /// How many there are.
   constexpr int count() const noexcept { return count_; }
-  /// Whether the 30 % quantile of |part(change, the one before it)| is below a limit; of the last `most` of them.
-  template <class Part>
-  constexpr bool quantile_below(Real limit, int most, Part&& part) const noexcept {
-    const int all = count_ < most ? count_ : most;
-    int below = 0;
-    for (int k = 0, i = newest_; k < all; ++k) {
-      const int before = i > 0 ? i - 1 : Size - 1;
-      below += magnitude(part(changes_[i], changes_[before])) < limit;
-      i = before;
+  /// Whether the 30 % quantile of them, which are all above 0, is below a limit.
+  PALPATE_INLINE constexpr bool quantile_below(Real limit) const noexcept {
+    std::ptrdiff_t below = count_ - Size;  // those that are not there are 0
+    for (const Real number : numbers_) {
+      below += number < limit;
     }
-    return 10 * below > 3 * all;
+    return 10 * below > 3 * count_;
   }
 
  private:
-  Real changes_[Size]{};
+  Real numbers_[Size]{};
   int newest_ = 0, count_ = 0;
 };
 
@@ -76,7 +74,7 @@ class OutlierTest {
   static constexpr Real of_noise = Real(0.1573), of_changes = Real(0.125);  // 0.385 sqrt(6) / 6, 1 / 8
   static constexpr Real of_moves = Real(0.7), of_codes = Real(2.5);
   static constexpr Real fading = Real(0.97);
-  static constexpr int newest = 2, bends = 40;
+  static constexpr int newest = 2;
 
  public:
   /// The reading to be judged against its neighbours.
@@ -91,10 +89,15 @@ class OutlierTest {
     next_[0] = next_[1];
     next_[1] = next_[newest];
     next_[newest] = is_finite(value) ? value : none;
-    if (const Real change = value - last_; PALPATE_LIKELY(is_finite(change))) {
-      const Real size = magnitude(change);
-      code_ = size > 0 && !(size >= code_ && code_ > 0) ? size : code_;
-      changes_.add(change);
+    if (const Real change = value - last_, size = magnitude(change); PALPATE_LIKELY(is_finite(change))) {
+      if (PALPATE_UNLIKELY(size > 0 && !(size >= code_ && code_ > 0))) {
+        code_ = size;
+      }
+      changes_.add(size);
+      if (is_finite(change_)) {
+        bends_.add(magnitude(change - change_));
+      }
+      change_ = change;
     }
     last_ = is_finite(value) ? value : last_;
   }
@@ -155,28 +158,26 @@ class OutlierTest {
 
   constexpr bool is_unusual(Real apart) noexcept {
     for (const Real size : {2 * apart, apart}) {
-      if (!is_above_changes(size)) {
+      if (!is_above_changes(size) || !is_above_noise(size)) {
         usual_ = size;
         return false;
       }
     }
     return true;
   }
-
-  constexpr bool is_above_changes(Real size) const noexcept {
-    return changes_.quantile_below(product(size, of_changes), 12, [](Real change, Real) { return change; });
+  PALPATE_INLINE constexpr bool is_above_changes(Real size) const noexcept {
+    return changes_.quantile_below(product(size, of_changes));
   }
-  // The first change has none before it: one more than there are differences.
   constexpr bool is_above_noise(Real size) const noexcept {
-    const auto many = static_cast<Real>(changes_.count() - 1);
-    const Real limit = product(size, product(of_noise, many / (many + 6)));
-    return changes_.quantile_below(limit, bends, [](Real change, Real before) { return change - before; });
+    const auto many = static_cast<Real>(bends_.count());
+    return bends_.quantile_below(product(size, product(of_noise, many / (many + 6))));
   }
 
   Real next_[newest + 1] = {none, none, none};  // the first one is to be judged
   Real kept_[2] = {none, none};                 // the last two that were no outliers
-  Real last_ = none, code_ = 0, usual_ = 0;
-  LastChanges<Real, bends + 1> changes_;
+  Real last_ = none, change_ = none, code_ = 0, usual_ = 0;
+  LastNumbers<Real, 12> changes_;  // sizes
+  LastNumbers<Real, 40> bends_;    // sizes of second differences
 };
 
 }  // namespace PALPATE_NAMESPACE

@@ -12,7 +12,7 @@ inline namespace PALPATE_NAMESPACE {
 
 /// A reading of each channel.
 template <class Real, class Time>
-struct Reading {
+struct ScreenedReading {
   Time hard_time, soft_time;
   Real hard, soft;                                  ///< pF; NaN: no value
   bool hard_outlier = false, soft_outlier = false;  ///< it has no value for this reason
@@ -67,9 +67,9 @@ class Screen {
 
   /// The oldest reading, which is due. What is judged is added to a list. `full_scale`: readings of this size are
   /// saturated, and no outliers; infinite: the known ends are looked for. `last`: after flush().
-  PALPATE_INLINE constexpr Reading<Real, Time> take(Real full_scale, bool last,
-                                                    Judgements<Real, Time>& judgements) noexcept {
-    Reading<Real, Time> reading{times_[0].hard, times_[0].soft, 0, 0};
+  PALPATE_INLINE constexpr ScreenedReading<Real, Time> take(Real full_scale, bool last,
+                                                            Judgements<Real, Time>& judgements) noexcept {
+    ScreenedReading<Real, Time> reading{times_[0].hard, times_[0].soft, 0, 0};
     const bool hard_suspect = hard_.suspects(), soft_suspect = soft_.suspects();
     if (PALPATE_UNLIKELY(hard_suspect || soft_suspect)) {
       find_outliers(reading, full_scale);
@@ -80,8 +80,10 @@ class Screen {
     const bool hard_ends = hard_stands_.follow(reading.hard_time, reading.hard, hard_.code());
     const bool soft_ends = soft_stands_.follow(reading.soft_time, reading.soft, soft_.code());
     reading.at_end = !known && (hard_ends || soft_ends);
-    judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
-    judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
+    if (PALPATE_UNLIKELY(!(hard_stands_.moves() && soft_stands_.moves()))) {
+      judge(Channel::hard, hard_stands_, reading.hard_time, reading.hard, known, last, judgements);
+      judge(Channel::soft, soft_stands_, reading.soft_time, reading.soft, known, last, judgements);
+    }
     waiting_ -= 1;
     oldest_ = 1;
     if (PALPATE_UNLIKELY(waiting_ == 0)) {  // what comes next may be at another place
@@ -94,7 +96,7 @@ class Screen {
   /// A touch begins: count its outliers.
   constexpr void begun() noexcept { hard_outliers_ = soft_outliers_ = 0; }
   /// Count the outliers of a touch that is `open`.
-  PALPATE_INLINE constexpr void count(const Reading<Real, Time>& reading, bool open) noexcept {
+  PALPATE_INLINE constexpr void count(const ScreenedReading<Real, Time>& reading, bool open) noexcept {
     hard_outliers_ += open && reading.hard_outlier;
     soft_outliers_ += open && reading.soft_outlier;
   }
@@ -125,7 +127,7 @@ class Screen {
   // Both channels off to the same side: the peak of a tremor, or a tap between readings more than 40 ms apart, half a
   // period of the fastest hand. Where the other channel moves far, the probe is pressed or lifted: there an outlier is
   // off by more than its neighbours differ.
-  constexpr void find_outliers(Reading<Real, Time>& reading, Real full_scale) noexcept {
+  constexpr void find_outliers(ScreenedReading<Real, Time>& reading, Real full_scale) noexcept {
     const Deviation hard = hard_.deviation(), soft = soft_.deviation();
     const Real hard_size = magnitude(hard.off), soft_size = magnitude(soft.off);
     const bool together = (hard.off > 0) == (soft.off > 0) && hard_.is_far(product(alike, hard_size), hard) &&

@@ -32,22 +32,28 @@ class Standstill {
       widen(value, code);
     }
     if (PALPATE_UNLIKELY(reaches_)) {
-      const bool ends = magnitude(value - top_) <= tolerance(code) || magnitude(value + bottom_) <= tolerance(code);
-      at_end_ = static_cast<std::uint8_t>(ends ? at_end_ + (at_end_ < in_a_row) : 0);
+      const bool there = magnitude(value - top_) <= tolerance(code) || magnitude(value + bottom_) <= tolerance(code);
+      at_end_ = static_cast<std::uint8_t>(there ? at_end_ + (at_end_ < in_a_row) : 0);
     }
     if (value == last_) {
       equal_ += 1;
       return at_end();
     }
-    longest_ = is_frozen_ || equal_ < longest_ ? longest_ : equal_;
-    moved_ += moved_ < fewest;
-    equal_ = 0;
-    is_frozen_ = false;
+    if (PALPATE_UNLIKELY(equal_ > 0)) {
+      longest_ = is_frozen_ || equal_ < longest_ ? longest_ : equal_;
+      equal_ = 0;
+      is_frozen_ = false;
+    }
+    if (PALPATE_UNLIKELY(moved_ < fewest)) {
+      moved_ += 1;
+    }
     last_ = value;
     since_ = time;
     return at_end();
   }
 
+  /// Whether it does not stand still at all.
+  constexpr bool moves() const noexcept { return equal_ == 0 && at_end_ == 0; }
   /// Whether the last readings are at a known end of the range.
   constexpr bool at_end() const noexcept { return at_end_ >= in_a_row; }
   /// Whether this is new: once.
