@@ -80,8 +80,8 @@ function judgementOf(name, channel, t_s, size, soft) {
     frozen: size ? `${who} stands at ${rounded(size, 6)} pF to the last digit from ${at} on: a frozen program, a full range, or a stage that stopped there` : `${who} is exactly 0 from ${at} on: ${NOTHING}`,
     jumped: channel === "both" ? `both channels jumped, by ${signed(size)} and ${signed(soft)} pF, at ${at}` : `${who} jumped by ${signed(size)} pF at ${at}`,
     was_touch: "both channels fell by what they had jumped: it was a touch",
-    step: `${who} stepped by ${signed(size)} pF at ${at}, within a press`,
-    falling: "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling",
+    step: `${who} stepped by ${signed(size)} pF at ${t_s.toFixed(2)} s, within a press`,
+    falling: size > 0 ? "both channels rise when pressed, and the option falling is set: leave it out" : "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling",
     still: `${who} stays at ${rounded(size, 4)} pF in several presses: did the stage stop there? If not, it is at the end of its range`,
   };
   return { t_s, channel, name, text: texts[name] };

@@ -52,9 +52,9 @@ class Judgement(NamedTuple):
         """Return plain numbers and text, for JSON."""
         return {**plain(self._asdict()), "text": self.text}
 
-    def _when(self, text: str) -> str:
+    def _when(self, text: str, decimals: int = 1) -> str:
         """Return a text about its time, which is put in the place of {}; "": it is unknown."""
-        return "" if isnan(self.time_s) else text.format(f"{self.time_s:.1f} s")
+        return "" if isnan(self.time_s) else text.format(f"{self.time_s:.{decimals}f} s")
 
 
 _NOTHING = "nothing is connected, no excitation, or a CAPDAC that is too large"
@@ -100,7 +100,7 @@ def _was_touch(_: Judgement) -> str:
 
 def _step(judgement: Judgement) -> str:
     size = f"{judgement.size:+.2g} pF"
-    when = judgement._when(" at {}")
+    when = judgement._when(" at {}", decimals=2)
     return f"the {judgement.channel} channel stepped by {size}{when}, within a press"
 
 

@@ -23,7 +23,7 @@ from palpate.judgements import MOST_ALIKE, judgement_notes, without_repeats
         ),
         (
             Judgement(2.0, "soft", "step", 0.25),
-            "the soft channel stepped by +0.25 pF at 2.0 s, within a press",
+            "the soft channel stepped by +0.25 pF at 2.00 s, within a press",
             "the soft channel stepped by +0.25 pF, within a press",
         ),
         (
