@@ -21,12 +21,13 @@ from live_browser import Browser
 from live_server import Live
 from palpate.live.commands import Workbench
 from palpate.live.events import Events
+from palpate.live.feed import Document
 from palpate.live.judged import NEWS_S
 from palpate.live.measurement import RecordedMeasurement
 from recording_bench import soon
 
 
-def played(path: Path, **settings: Any) -> tuple[Played, list[dict[str, Any]]]:
+def played(path: Path, **settings: Any) -> tuple[Played, list[Document]]:
     """Play a table; return the measurement, and the judgements that its page has."""
     measurement = Played(str(path), **settings)
     events = Events(measurement)
@@ -34,7 +35,7 @@ def played(path: Path, **settings: Any) -> tuple[Played, list[dict[str, Any]]]:
     return measurement, events.document()["judgements"]
 
 
-def lines(measurement: Played, what: str) -> list[tuple[float, dict[str, Any]]]:
+def lines(measurement: Played, what: str) -> list[tuple[float, Document]]:
     """Return when a line was told, and the states."""
     return [(at_s, one) for at_s, one in measurement.told if one["line"]["what"] == what]
 
