@@ -23,7 +23,8 @@ using Core = palpate::HandheldTracker<double>;
 using Run = palpate::runs::Run<Core>;
 
 constexpr std::size_t most_text = 1 << 15, shortest_row = 16;  // "0,0,0,0,0,0,0,0" and a line end
-constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 30;
+constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 31;
+constexpr std::size_t most_judged = 64, judgement_numbers = 5;
 
 /// The touches that ended, or were revised, in order; in a block each sample may end and revise one.
 struct Touches {
@@ -33,12 +34,14 @@ struct Touches {
 
   double numbers[2 * most_at_once * touch_numbers];
   Flags flags[2 * most_at_once];
-  std::size_t count = 0;  // in `numbers`
-  double ended = 0;       // in all
-  double now_s = 0;       // time of the last sample
-  double end_s = 0;       // end of the last touch
+  double judgements[most_judged * judgement_numbers];
+  std::size_t count = 0;   // in `numbers`
+  std::size_t judged = 0;  // in `judgements`; no more are kept
+  double ended = 0;        // in all
+  double now_s = 0;        // time of the last sample
+  double end_s = 0;        // end of the last touch
 
-  void clear() noexcept { count = 0; }
+  void clear() noexcept { count = judged = 0; }
   void end(const Result& touch) noexcept {
     ended += 1;
     end_s = now_s;
@@ -46,7 +49,15 @@ struct Touches {
   }
   void revise(const Result& touch) noexcept { add(touch); }
   template <class Judgement>
-  void judge(const Judgement&) noexcept {}
+  void judge(const Judgement& judgement) noexcept {
+    if (judged < most_judged) {
+      const double all[] = {static_cast<double>(judgement.what), static_cast<double>(judgement.channel),
+                            static_cast<double>(judgement.time.count) * 1e-9, judgement.size, judgement.soft_size};
+      static_assert(sizeof all == judgement_numbers * sizeof(double));
+      std::memcpy(judgements + judged * judgement_numbers, all, sizeof all);
+      judged += 1;
+    }
+  }
 
  private:
   void add(const Result& r) noexcept {
@@ -73,6 +84,7 @@ struct Touches {
                           r.alarm_share(),
                           static_cast<double>(r.saturated),
                           static_cast<double>(r.refused),
+                          static_cast<double>(r.outliers),
                           r.level.ratio,
                           r.level.standard_error,
                           r.contact_exponent,
@@ -233,6 +245,11 @@ EXPORT(touch_size) std::size_t touch_size() { return touch_numbers; }
 /// The names of the flags of one of them, each with a comma behind it.
 EXPORT(touch_flags) const char* touch_flags(std::size_t number) { return block.touches.flags[number].names; }
 
+/// What was judged since then: the number of its name and of its channel, time, size, and size of the soft channel.
+EXPORT(judgements) const double* judgements() { return block.touches.judgements; }
+EXPORT(judgement_count) std::size_t judgement_count() { return block.touches.judged; }
+EXPORT(judgement_size) std::size_t judgement_size() { return judgement_numbers; }
+
 EXPORT(gap) void gap() {
   block.touches.clear();
   run.gap(block.touches);
@@ -247,11 +264,10 @@ EXPORT(tare) bool tare(bool forced) {
   run.tare(true);
   return true;
 }
-EXPORT(finish) bool finish() {
+/// The end: the last readings wait for those after them, so the last touch may be revised without one that ends.
+EXPORT(finish) void finish() {
   block.touches.clear();
-  const double before = block.touches.ended;
   run.finish(block.touches);
-  return block.touches.ended > before;
 }
 
 EXPORT(state) const char* state() { return run.state(); }

@@ -13,7 +13,7 @@ export function require(holds, text) {
 const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
-  "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused",
+  "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused", "outliers",
   "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
 
 export class Core {
@@ -47,6 +47,15 @@ export class Core {
   }
 
   // The touches that ended, or were revised, since the last call of the core.
+  // What was judged of the readings since then.
+  get judgements() {
+    const size = this.wasm.judgement_size();
+    return Array.from({ length: this.wasm.judgement_count() }, (_, k) => {
+      const [name, channel, t_s, ...sizes] = new Float64Array(this.wasm.memory.buffer, this.wasm.judgements() + 8 * size * k, size);
+      return judgementOf(JUDGED[name], CHANNELS[channel], t_s, ...sizes);
+    });
+  }
+
   get touches() {
     const size = this.wasm.touch_size();
     return Array.from({ length: this.wasm.touch_count() }, (_, k) => {
@@ -57,12 +66,33 @@ export class Core {
   }
 }
 
+const JUDGED = ["saturated", "frozen", "jumped", "was_touch", "step", "falling", "still"], CHANNELS = ["hard", "soft", "both"];
+const ENDS = [4.096, 8.192, 15], NEAR = 5e-4; // pF
+const NOTHING = "nothing is connected, no excitation, or a CAPDAC that is too large";
+const rounded = (value, digits) => `${Number(value.toPrecision(digits))}`;
+const signed = (value) => `${value < 0 ? "" : "+"}${rounded(value, 2)}`;
+
+// A judgement with its sentence, as palpate.Judgement has it.
+function judgementOf(name, channel, t_s, size, soft) {
+  const who = `the ${channel} channel`, at = `${t_s.toFixed(1)} s`, atEnd = ENDS.some((end) => Math.abs(Math.abs(size) - end) < NEAR);
+  const texts = {
+    saturated: atEnd ? `${who} is at the end of its range, ${rounded(size, 4)} pF, from ${at} on: ${size > 0 ? "no CAPDAC, or one that is too small" : NOTHING}` : `${who} stays at its highest reading, ${rounded(size, 4)} pF, while the other one moves`,
+    frozen: size ? `${who} stands at ${rounded(size, 6)} pF to the last digit from ${at} on: a frozen program, a full range, or a stage that stopped there` : `${who} is exactly 0 from ${at} on: ${NOTHING}`,
+    jumped: channel === "both" ? `both channels jumped, by ${signed(size)} and ${signed(soft)} pF, at ${at}` : `${who} jumped by ${signed(size)} pF at ${at}`,
+    was_touch: "both channels fell by what they had jumped: it was a touch",
+    step: `${who} stepped by ${signed(size)} pF at ${t_s.toFixed(2)} s, within a press`,
+    falling: size > 0 ? "both channels rise when pressed, and the option falling is set: leave it out" : "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling",
+    still: `${who} stays at ${rounded(size, 4)} pF in several presses: did the stage stop there? If not, it is at the end of its range`,
+  };
+  return { t_s, channel, name, text: texts[name] };
+}
+
 const orNull = (value) => (Number.isNaN(value) ? null : value);
 const USELESS = 8; // of a row's flags: a reading has no value
 
 export class Measurement {
   constructor(core, { name, device, scene, settings }) {
-    Object.assign(this, { core, name, device, scene, settings, messages: [], gaps: [], marks: [], tares: [], found: [] });
+    Object.assign(this, { core, name, device, scene, settings, messages: [], gaps: [], marks: [], tares: [], found: [], judged: [] });
     Object.assign(this, { rows: 0, lost: 0, useless: 0, origin: null, end: null });
     this.parts = []; // rows that are not shown yet
     this.core.begin(settings);
@@ -88,6 +118,7 @@ export class Measurement {
 
   note() {
     for (const touch of this.core.touches) this.found[touch.number - 1] = touch;
+    this.judged.push(...this.core.judgements);
   }
 
   // Measures the baseline again.
@@ -104,7 +135,8 @@ export class Measurement {
   }
 
   close() {
-    if (this.core.wasm.finish()) this.note();
+    this.core.wasm.finish();
+    this.note();
   }
 
   get hello() {
@@ -128,7 +160,7 @@ export class Measurement {
 
   get events() {
     const flags = this.found.flatMap((touch) => touch.flags.map((name) => ({ t_s: touch.end_s, touch: touch.number, name, text: `${name}: ${ADVICE[name]}` })));
-    return { marks: this.marks, tares: this.tares, gaps: this.gaps, flags };
+    return { marks: this.marks, tares: this.tares, gaps: this.gaps, judgements: this.judged, flags };
   }
 
   get session() {
@@ -146,6 +178,7 @@ export const ADVICE = {
   saturated: "readings are outside the range of the converter and left out: press less deep",
   refused: "readings gave no sample: check the cable and the connection of the board",
   late: "samples did not come in time, as the computer was too slow: close other programs",
+  outliers: "readings of a channel are far from their neighbours and left out: a wire or a connector that fails now and then; check both ends of the cable",
   unsettled: "too few samples for a standard error: hold the probe longer",
   unexcited: "the change of the capacitances was too small to move the ratio from its initial value: press deeper",
   "one-sided": "the press did not raise both channels by amounts that can be compared: check that both gauges are wired, and to the right inputs; or press deeper",
@@ -155,6 +188,8 @@ export const ADVICE = {
   curve: "hard against soft bends: press less deep",
   tilt: "the ratio differs from the one over the swept depth, which a tilt does not change: hold the probe upright",
   changed: "the ratio changed, during the touch or shortly before its end: touch one object at a time, and lift straight up",
+  step: "a channel jumped during the touch (a connector, the range of the converter), so the ratio is wrong: fix the cable, and touch again",
+  jumped: "the channels jumped to new levels and stayed there without tremor: this was probably no contact, and the ratio means nothing",
   creep: "a channel recovers slowly after the release, so the ratio is not corrected: press for a shorter time",
   baseline: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
   gap: "the board restarted or was opened again during the touch or before it, so the baseline may have been measured in contact: lift the probe, and touch again",
@@ -169,8 +204,8 @@ function adviceOn(touch) {
 }
 
 // Why a touch does not count, as palpate.repeatability says; "": it does.
-function whyOf({ flags, samples, standard_error: error, revised, age_s: age }) {
-  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, tilt: true, changed: true };
+function whyOf({ flags, samples, refused, saturated, outliers, standard_error: error, revised, age_s: age }) {
+  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, outliers: 8 * outliers <= samples + refused + saturated, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);
   return found ? `${found}: ${ADVICE[found]}` : "";
 }

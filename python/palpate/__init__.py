@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from palpate.batch import touches
     from palpate.calibration import Calibration
     from palpate.flags import advice
+    from palpate.judgements import Judgement
     from palpate.offline_touches import offline
     from palpate.recording import Recording, check, read, recorded
     from palpate.repeatability import agreement, most_reliable
@@ -46,6 +47,7 @@ __all__ = [
     "Calibration",
     "HandoverRls",
     "HandoverRls32",
+    "Judgement",
     "PalpateError",
     "Recording",
     "Rls",
@@ -80,6 +82,7 @@ _LAZY = {
     "recording": ("Recording", "check", "read", "recorded"),
     "samples": ("Sample", "Status"),
     "flags": ("advice",),
+    "judgements": ("Judgement",),
     "repeatability": ("agreement", "most_reliable"),
     "sources": ("Source", "open"),
     "stream": ("Stream",),

@@ -2,7 +2,10 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from math import isnan, nan
 from typing import Final, NamedTuple
+
+from palpate.number_format import plain
 
 
 class Judgement(NamedTuple):
@@ -11,7 +14,7 @@ class Judgement(NamedTuple):
     Attributes
     ----------
     time_s : float, s
-        Time of the first reading that it is about.
+        Time of the first reading that it is about; nan: the recording has no times.
     channel : str
         "hard", "soft" or "both".
     name : str
@@ -41,6 +44,18 @@ class Judgement(NamedTuple):
         """The judgement as a sentence."""
         return _TEXTS[self.name](self)
 
+    def without_time(self) -> "Judgement":
+        """Return the judgement of a recording without times."""
+        return self._replace(time_s=nan)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain numbers and text, for JSON."""
+        return {**plain(self._asdict()), "text": self.text}
+
+    def _when(self, text: str, decimals: int = 1) -> str:
+        """Return a text about its time, which is put in the place of {}; "": it is unknown."""
+        return "" if isnan(self.time_s) else text.format(f"{self.time_s:.{decimals}f} s")
+
 
 _NOTHING = "nothing is connected, no excitation, or a CAPDAC that is too large"
 
@@ -57,27 +72,26 @@ def _saturated(judgement: Judgement) -> str:
         )
     where = f"the {judgement.channel} channel is at the end of its range, {judgement.size:.4g} pF"
     cause = "no CAPDAC, or one that is too small" if judgement.size > 0 else _NOTHING
-    return f"{where}, from {judgement.time_s:.1f} s on: {cause}"
+    return f"{where}{judgement._when(', from {} on')}: {cause}"
 
 
 def _frozen(judgement: Judgement) -> str:
     channel, value = judgement.channel, judgement.size
+    since = judgement._when(" from {} on")
     if value == 0:
-        return f"the {channel} channel is exactly 0 from {judgement.time_s:.1f} s on: {_NOTHING}"
+        return f"the {channel} channel is exactly 0{since}: {_NOTHING}"
     return (
-        f"the {channel} channel stands at {value:.6g} pF to the last digit from "
-        f"{judgement.time_s:.1f} s on: a frozen program, a full range, or a stage that stopped there"
+        f"the {channel} channel stands at {value:.6g} pF to the last digit{since}: "
+        "a frozen program, a full range, or a stage that stopped there"
     )
 
 
 def _jumped(judgement: Judgement) -> str:
     if judgement.channel == "both":
         sizes = f"{judgement.size:+.2g} and {judgement.soft_size:+.2g} pF"
-        return f"both channels jumped, by {sizes}, at {judgement.time_s:.1f} s"
-    return (
-        f"the {judgement.channel} channel jumped by {judgement.size:+.2g} pF "
-        f"at {judgement.time_s:.1f} s"
-    )
+        return f"both channels jumped, by {sizes}{judgement._when(', at {}')}"
+    size = f"{judgement.size:+.2g} pF"
+    return f"the {judgement.channel} channel jumped by {size}{judgement._when(' at {}')}"
 
 
 def _was_touch(_: Judgement) -> str:
@@ -85,13 +99,14 @@ def _was_touch(_: Judgement) -> str:
 
 
 def _step(judgement: Judgement) -> str:
-    return (
-        f"the {judgement.channel} channel stepped by {judgement.size:+.2g} pF at "
-        f"{judgement.time_s:.2f} s, within a press"
-    )
+    size = f"{judgement.size:+.2g} pF"
+    when = judgement._when(" at {}", decimals=2)
+    return f"the {judgement.channel} channel stepped by {size}{when}, within a press"
 
 
-def _falling(_: Judgement) -> str:
+def _falling(judgement: Judgement) -> str:
+    if judgement.size > 0:
+        return "both channels rise when pressed, and the option falling is set: leave it out"
     return (
         "both channels fall when pressed: wired inversely, or mutual capacitance; option: falling"
     )
@@ -119,14 +134,37 @@ MOST_ALIKE = 3
 """Judgements of one name and channel that are told one by one."""
 
 
+_AT_ONCE_S = 1.0  # in which a channel that trembles reaches its end again
+
+
+def without_repeats(judgements: Iterable[Judgement]) -> Iterator[Judgement]:
+    """Yield judgements without those that repeat that a channel is at the end of its range.
+
+    They are a channel that reaches its end again at once, as it trembles; and one that is frozen
+    there.
+    """
+    last_s: dict[tuple[str, float], float] = {}
+    for judgement in judgements:
+        place = judgement.channel, judgement.size
+        before_s = last_s.get(place)
+        if judgement.name == "saturated":
+            last_s[place] = judgement.time_s
+            if before_s is not None and judgement.time_s - before_s < _AT_ONCE_S:
+                continue
+        if judgement.name != "frozen" or before_s is None:
+            yield judgement
+
+
 def judgement_notes(judgements: Iterable[Judgement]) -> Iterator[str]:
     """Yield a sentence for each judgement; where there are many of a kind, how many more there are."""
     kinds = Counter[tuple[str, str]]()
-    for judgement in judgements:
+    for judgement in without_repeats(judgements):
         kind = judgement.channel, judgement.name
         kinds[kind] += 1
         if kinds[kind] <= MOST_ALIKE:
             yield judgement.text
     for (channel, name), count in kinds.items():
         if count > MOST_ALIKE:
-            yield f"{channel}: {name} {count - MOST_ALIKE} times more"
+            who = "both channels" if channel == "both" else f"the {channel} channel"
+            times = "once" if count - MOST_ALIKE == 1 else f"{count - MOST_ALIKE} times"
+            yield f"{who}: {name.replace('_', ' ')} {times} more"

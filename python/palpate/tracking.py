@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.dataframe import Framed, arrow_of_touches
-from palpate.judgements import judgement_notes
+from palpate.judgements import Judgement, judgement_notes
 from palpate.plotted import Plotted
 from palpate.recording_protocol import Part, PartEnd, RecordingProtocol, require_recording
 from palpate.samples import (
@@ -111,6 +111,7 @@ class Tracked(NamedTuple):
     touches: Touches
     retaken: int  # how often the baseline was measured again
     cut: int  # touches that had not ended when the recording ended: 0 or 1
+    judgements: tuple[Judgement, ...]
 
 
 Windows = Sequence[tuple[float, float]]
@@ -138,11 +139,14 @@ def tracked(
     ended = tracker.touch_count
     tracker.finish()
     found = tracker.touches
+    judgements = tracker.judgements
     if not recording.timed:
         found = [touch.without_times() for touch in found]
+        judgements = [judgement.without_time() for judgement in judgements]
     touches = Touches(found).of(recording)
     touches.notes += (
         *recording.value_notes(),
+        *judgement_notes(judgements),
         *_tracker_notes(tracker),
         *_touch_notes(touches, period_s, revises=not has_given_baseline(tracker)),
     )
@@ -151,7 +155,7 @@ def tracked(
         if 0 < abs(later_s) < period_s:
             touches.soft_later_s = later_s
             touches.notes += (_soft_later_note(later_s),)
-    return Tracked(touches, tracker.retaken, tracker.touch_count - ended)
+    return Tracked(touches, tracker.retaken, tracker.touch_count - ended, tuple(judgements))
 
 
 def _most_lag(touches: Touches) -> bool:
@@ -208,7 +212,6 @@ def has_given_baseline(tracker: Tracker) -> bool:
 
 
 def _tracker_notes(tracker: Tracker) -> Iterator[str]:
-    yield from judgement_notes(tracker.judgements)
     if has_given_baseline(tracker):
         yield _given_note(tracker)
     elif tracker.retaken:
@@ -299,10 +302,11 @@ def _tracked_in(
     starts = [touch.start for touch in tracker.touches]
     cut = _Cut(recording, scene, until_lift, whole, starts)
     touches = Touches(cut.touch(window) for window in windows).of(recording)
+    touches.notes += tuple(judgement_notes(tracker.judgements))
     if has_given_baseline(tracker):
         touches.notes += (_given_note(tracker),)
     touches.notes += tuple(cut.notes)
-    return Tracked(touches, tracker.retaken, 0)
+    return Tracked(touches, tracker.retaken, 0, tuple(tracker.judgements))
 
 
 def _fed_whole(tracker: Tracker, recording: RecordingProtocol) -> "Fed":

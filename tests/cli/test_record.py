@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_lines import document, run
+from faulty_tables import healthy, saturated
 from palpate import Status, check
 from palpate.recording.sidecar import load
 from palpate.recording.writer import Writer
@@ -168,3 +169,23 @@ def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:
     )
     shown = f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n  {message}\n"
     assert (result.exit_code, result.stdout) == (0, shown)
+
+
+def test_what_is_judged_of_the_readings_is_printed_once_and_in_the_document(
+    tmp_path: Path,
+) -> None:
+    """The same sentences while it is recorded, and when it is replayed."""
+    path = tmp_path / "run.csv"
+    source = saturated(tmp_path)
+    recorded = run("record", source, "-o", path)
+    judged = document("replay", path)["judgements"]
+    assert {each["name"] for each in judged} == {"saturated", "frozen"}
+    assert document("record", source, "-o", tmp_path / "2.csv")["judgements"] == judged
+    said = [line for line in recorded.stderr.splitlines() if "the hard channel" in line]
+    assert said[0] == judged[0]["text"]
+    assert said[-1] == "the hard channel: saturated once more"
+    assert len(said) == len(set(said)) == 4
+    replayed = [line for line in run("replay", path).stderr.splitlines() if "hard channel" in line]
+    assert replayed == [f"{path}: {line}" for line in said]
+    assert document("replay", healthy(tmp_path))["judgements"] == []
+    assert "hard channel" not in run("check", path).stdout

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from live_bench import SOURCE, Fed, Played, begun, noisy
-from palpate import Uncertainty
+from palpate import Judgement, Uncertainty
 from palpate.flags import Flag
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
@@ -40,6 +40,7 @@ OFFSET = replace(
     GOOD, why="offset: the soft bump is reached first: hold the probe upright", flags=(Flag.OFFSET,)
 )
 ON = [(0.0, 5.7)]
+END = Judgement(2.0, "soft", "saturated", 4.096)
 NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
 SLOW = PairRate(22.0, 40.0, 220, 0)
 
@@ -72,6 +73,12 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
     (facts(seen=seen({"reading": 0.0, "constant_s": 2.0}, {"reading": 0.0, "constant_s": 2.0})), "unwired", "Stop", "fault", "Both channels read 0.000 pF"),
     (facts(seen=seen({"reading": 0.62, "constant_s": 2.0}, {"reading": 0.4})),
      "constant", "Stop", "caution", "The hard channel reads the same value all the time, 0.620 pF"),
+    (facts(judged=(END,)), "at its end", "Stop", "fault", "The soft channel is at the end of its range, 4.096 pF, from 2.0 s on"),
+    (facts("contact", judged=(END,)), "at its end", "Repeat", "caution", "The soft channel is at the end of its range"),
+    (facts(judged=(Judgement(2.0, "hard", "frozen", 0.62),), seen=seen({"reading": 0.62, "constant_s": 2.0}, {"reading": 0.4})),
+     "constant", "Stop", "caution", "The hard channel stands at 0.62 pF to the last digit"),
+    (facts(judged=(Judgement(2.0, "both", "falling", -0.6, -0.2),)), "falling", "Stop", "caution", "Both channels fall when pressed"),
+    (facts(news=Judgement(9.9, "hard", "jumped", 3.1)), "news", "Touch", "caution", "The hard channel jumped by +3.1 pF at 9.9 s."),
     (facts(outside=("soft",), can_centre=True), "range", "Stop", "fault", "then press Centre."),
     (facts("contact", seen=seen({"limit_s": 0.4}, {}), full_scale_pF=4.096),
      "saturated", "Repeat", "caution", "The hard channel is at the limit, 4.096 pF, for 0.4 s of this touch."),

@@ -12,6 +12,7 @@ import palpate
 import pytest
 from bs4 import BeautifulSoup
 from command_lines import document, run
+from faulty_tables import jumped
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.materials import shore_a_of_modulus
@@ -257,6 +258,16 @@ def test_rows_without_a_value_are_in_the_head(tmp_path: Path) -> None:
     page = Page(tmp_path / "r.html")
     assert re.search(r"Of [\d,]+ rows 20 are without a value\.", page.text[""])
     assert page.row("", "Rows")[1].endswith(" 0 missing, 20 without a value")
+
+
+def test_what_is_judged_is_in_the_head_and_among_the_events(tmp_path: Path) -> None:
+    """With its time, and not a second time in the remarks."""
+    report.write_report(tmp_path / "r.html", [jumped(tmp_path)])
+    page = Page(tmp_path / "r.html")
+    text = "the hard channel jumped by +1.1 pF at 19.9 s"
+    assert f"jumped.csv: {text}." in page.text[""]
+    assert ["jumped.csv", "19.9 s", "judged", text] in page.rows["Recordings"]
+    assert page.text["Recordings"].count(text) == 1
 
 
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:

@@ -114,7 +114,7 @@ def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path)
     run = scenarios.run("four-specimens", seed=1)
     pressed = [row for row in samples_of(run.block()) if row.t_hard_ns > 4e9]
     stream = measured(Scripted(list(pressed)), record=path, notify=messages.append)
-    touches, retaken, _ = tracked(recorded(path))
+    touches, retaken, _, _ = tracked(recorded(path))
     assert (messages, stream.counters.retaken, retaken) == ([RETAKEN], 1, 1)
     assert bits(touches) == bits(stream.touches)
     assert abs(stream.touches[-1].ratio / run.presses[-1].ratios[0][1] - 1) < 0.01

@@ -248,12 +248,13 @@ def device(file: bool, changed: Document) -> Document:
 
 
 def events_of(now: float, known: list[Press], cut: float | None) -> Document:
-    """Return marks, tares, gaps and flags until now."""
+    """Return marks, tares, gaps, judgements and flags until now."""
     gaps = [(*GAP, 34, "gap, 34 lost"), *([(cut, now, 495, "unplugged")] if cut else [])]
     return {
         "marks": [{"id": k, "t_s": t + ORIGIN_S, "text": text} for k, (t, text) in enumerate(MARKS, 1) if t < now],
         "tares": [t + ORIGIN_S for t in TARES if t < now],
         "gaps": [{"from_s": a + ORIGIN_S, "to_s": b + ORIGIN_S, "lost": lost, "text": text} for a, b, lost, text in gaps if a < now],
+        "judgements": [],
         "flags": [{"t_s": one.end + ORIGIN_S, "touch": one.number, "name": one.flag, "text": WHY[one.flag]} for one in known if one.flag],
     }  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from collections.abc import Callable
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from command_lines import document
+from command_lines import document, run
 from effort import draws, random_of
 from example_touch import example_touch
+from faulty_tables import at_the_lower_end, falling, jumped, loose, saturated
 from freeze import recordings
 from palpate import flags
 from palpate.recording.rows import HEADER, format_rows
@@ -35,7 +37,11 @@ def of_path(node: Any, path: Path) -> Any:
 def require_same_touches(found: Any, path: Path) -> None:
     """Check all touches against `palpate replay`, to the last bit."""
     assert "refused" not in found, found
-    touches = document("replay", path)["touches"]
+    replayed = document("replay", path)
+    touches = replayed["touches"]
+    judged = [(one["name"], one["time_s"], one["text"]) for one in replayed["judgements"]]
+    told = [(one["name"], one["t_s"], one["text"]) for one in found["events"]["judgements"]]
+    assert told == judged
     assert len(found["touches"]) == len(touches)
     for row, touch in zip(found["touches"], touches, strict=True):
         names = sorted(row.keys() & touch.keys() - {"advice", "uncertainty"})
@@ -49,7 +55,10 @@ def require_same_touches(found: Any, path: Path) -> None:
             text.split(":")[0] for text in touch["advice"]
         ]
         error = nan if touch["standard_error"] is None else touch["standard_error"]
-        values = {name: touch[name] for name in ("samples", "revised", "age_s")}
+        values = {
+            name: touch[name]
+            for name in ("samples", "revised", "age_s", "refused", "saturated", "outliers")
+        }
         measured = example_touch(*touch["flags"], standard_error=error, **values)
         assert row["kept"] == (not objections(measured))
 
@@ -140,3 +149,12 @@ def test_what_is_no_whole_recording_is_refused(node: Any) -> None:
 
 def test_each_flag_has_a_sentence(node: Any) -> None:
     assert list(node("advice")) == [flag.value for flag in flags.Flag]
+
+
+@pytest.mark.parametrize("made", [jumped, saturated, falling, loose, at_the_lower_end])
+def test_what_is_judged_has_the_sentences_of_palpate(
+    node: Any, tmp_path: Path, made: Callable[[Path], Path]
+) -> None:
+    path = tmp_path / "run.csv"
+    run("record", made(tmp_path), "-o", path)
+    require_same_touches(of_path(node, path), path)

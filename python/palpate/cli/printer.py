@@ -9,11 +9,12 @@ from pathlib import Path
 
 import click
 
-from palpate import PalpateError, Touch, Uncertainty
+from palpate import Judgement, PalpateError, Touch, Uncertainty
 from palpate.ad7746.registers import linearity_pF
 from palpate.cli import touch_table
 from palpate.cli.exit_codes import ErrorReport
 from palpate.cli.output import print_message
+from palpate.judgements import judgement_notes
 from palpate.stream import Stream
 from palpate.stream.batches import Batch
 from palpate.stream.listeners import Listener
@@ -33,7 +34,9 @@ class MeasurementPrinter(Listener):
         self._ends_s: list[float] = []  # elapsed time at the end of each touch
         self._cut = 0  # touches that ended because the samples did
         self._running = True
-        self._was_printed: set[str] = set()  # advice; a revised touch has the same again
+        self._judgements: list[Judgement] = []
+        # advice, which a revised touch has again, and judgements
+        self._was_printed: set[str] = set()
         self._status_time_s = 0.0
         self._status_width = 0
         self._output_error: OSError | None = None
@@ -47,6 +50,18 @@ class MeasurementPrinter(Listener):
                 self._first_ns = int(times[0])
             self.elapsed_s = (int(times[-1]) - self._first_ns) / 1e9
         self._show_status()
+
+    def judgement(self, judgement: Judgement) -> None:
+        """Print a judgement; of many alike the first ones, `print_cut` counts the others."""
+        self._judgements.append(judgement)
+        if judgement.text in judgement_notes(self._judgements):
+            self._print_note(judgement.text)
+
+    def _print_note(self, note: str) -> None:
+        if note not in self._was_printed:
+            self._was_printed.add(note)
+            self.clear_status()
+            print_message(note)
 
     def touch(self, number: int, touch: Touch) -> None:
         """Print a row, and the advice that was not printed yet."""
@@ -98,8 +113,10 @@ class MeasurementPrinter(Listener):
             raise self._output_error
 
     def print_cut(self) -> None:
-        """Print the touch that was running when the measurement was stopped."""
+        """Print the touch that was running when the measurement was stopped, and what is left."""
         self._running = False
+        for note in judgement_notes(self._judgements):
+            self._print_note(note)
         first = len(self._ends_s)
         for number, touch in enumerate(self._stream.tracker.touches_since(first), first + 1):
             self.touch(number, touch)
@@ -120,6 +137,7 @@ class MeasurementPrinter(Listener):
             "file": str(file),
             "seconds": self.elapsed_s,
             "counters": self._stream.counters.as_dict(),
+            "judgements": [judgement.as_dict() for judgement in self._judgements],
             "touches": touch_table.touch_records(
                 touches, self._uncertainties(touches), cut=self._cut
             ),

@@ -242,6 +242,7 @@ class Replay:
             "palpate": palpate.__version__,
             "rows": self.rows,
             "notes": self.touches.notes,
+            "judgements": [judgement.as_dict() for judgement in self.found.judgements],
         }
         if self.unit != "pF":
             document["unit"] = self.unit

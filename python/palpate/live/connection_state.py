@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate.flags import Flag, Suspicion, advice
 from palpate.live.feed import Document
+from palpate.live.judged import JudgedChannels
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
@@ -49,8 +50,9 @@ class ConnectionState(Listener):
         # when the computer was found to be slow; -inf: that was understood, or is over
         self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
+        self._judged = JudgedChannels(measurement, clock)
         self._shown: list[str] = []
-        measurement.listeners += [self._signal, self]
+        measurement.listeners += [self._signal, self._judged, self]
 
     def document(self) -> Document:
         """Return now, line, announce and `on`, what the running touch will be stored with, of the message `state`."""
@@ -145,6 +147,8 @@ class ConnectionState(Listener):
             else 0.0,
             period_s=self._period_s,
             troubles={kind.value: text for kind, text in troubles.items()},
+            judged=self._judged.lasting,
+            news=self._judged.news,
             outside=stream.out_of_range,
             can_centre=can_centre(source),
             full_scale_pF=stream.tracker.settings["full_scale"],

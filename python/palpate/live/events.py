@@ -1,4 +1,4 @@
-"""What is marked on the axis of time: marks, tares, gaps, and flags."""
+"""What is marked on the axis of time: marks, tares, gaps, judgements, and flags."""
 
 from collections import deque
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from palpate.flags import advice
+from palpate.judgements import Judgement, without_repeats
 from palpate.live.feed import Document, Flag
 from palpate.live.levels import ROWS
 from palpate.live.measurement import AnyMeasurement
@@ -14,6 +15,7 @@ from palpate.stream import Batch, Listener, Stream
 
 HOLE_S = 0.25  # a hole in the samples without a message of the source is shown from here on; all are counted
 _MOST_GAPS, _FLAGGED = 1000, 1000  # gaps, touches; the newest
+_MOST_JUDGED = 1000  # judgements; the newest
 # shown at their first sample; the rest: at the end
 _AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}
 
@@ -29,6 +31,7 @@ class Events(Listener):
     def begun(self, stream: Stream | None = None) -> None:
         """Begin with the next measurement."""
         self._gaps: deque[Document] = deque(maxlen=_MOST_GAPS)
+        self._judgements: deque[Judgement] = deque(maxlen=_MOST_JUDGED)
         self._gap_text: str | None = None  # of a gap before the next sample
         self._last = np.empty(0, np.int64), np.empty(0)
         self._flagged: tuple[Any, list[Document]] = (None, [])
@@ -40,11 +43,25 @@ class Events(Listener):
             {"id": mark.id, "t_s": mark.t_s, "text": mark.text}
             for mark in self._measurement.marks.copy()
         ]
-        return {"marks": marks, "tares": tares, "gaps": gaps, "flags": self._flags()}
+        judgements = [
+            {"t_s": each.time_s, "channel": each.channel, "name": each.name, "text": each.text}
+            for each in without_repeats(self._judgements.copy())
+        ]
+        return {
+            "marks": marks,
+            "tares": tares,
+            "gaps": gaps,
+            "judgements": judgements,
+            "flags": self._flags(),
+        }
 
     def gap(self, gap: Gap) -> None:
         """Keep a gap until its sample comes."""
         self._gap_text = gap.text
+
+    def judgement(self, judgement: Judgement) -> None:
+        """Keep a judgement."""
+        self._judgements.append(judgement)
 
     def batch(self, batch: Batch) -> None:
         """Note where pairs are missing: at each gap of the source, and where a hole can be seen."""

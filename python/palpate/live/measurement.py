@@ -18,7 +18,7 @@ import numpy as np
 from palpate import sources
 from palpate._core import Tracker
 from palpate.errors import PalpateError, RecordingError
-from palpate.live.feed import Document, RefusedCommand, ends_of, rows_of
+from palpate.live.feed import Document, RefusedCommand, Rows, ends_of, rows_of
 from palpate.live.files import RunFiles
 from palpate.live.levels import Levels
 from palpate.recording.convert import RATE
@@ -28,7 +28,7 @@ from palpate.recording.opened import OpenedRecording
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import Sidecar
 from palpate.recording.verification import verification_of
-from palpate.samples import Sample, samples_of, usable_readings
+from palpate.samples import DTYPE, Block, Sample, feed, samples_of, usable_readings
 from palpate.sources import Gap, GapCause, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
@@ -472,6 +472,7 @@ class RecordedMeasurement(Measurement):
         marks = [(m.t_s, m.text) for m in self.sidecar.marks if math.isfinite(m.t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
         self.moment = Moment("waiting")
+        self._judged = 0  # judgements so far
         self._verdict = ""  # what `palpate check` says; nothing while it is read
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-review", daemon=True)
@@ -529,7 +530,7 @@ class RecordedMeasurement(Measurement):
         for block in self.recording.blocks():
             readings = usable_readings(block, tracker.settings["full_scale"])
             estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
-            self.events.batch(Batch(block, estimates, (), 0))
+            self.events.batch(self._batch(block, estimates))
             if (last := int(block["seq"][-1])) in gaps:
                 tracker.gap()
                 self.events.event(Gap(GapCause.RECORDED, gaps[last]))
@@ -541,8 +542,16 @@ class RecordedMeasurement(Measurement):
                 return
         self._finish()
 
+    def _batch(self, block: Block, estimates: Rows) -> Batch:
+        """Return a batch with what was judged since the last one; touches are known at the end."""
+        judgements = self.tracker.judgements_since(self._judged)
+        self._judged += len(judgements)
+        return Batch(block, estimates, (), 0, judgements=judgements)
+
     def _finish(self) -> None:
         self.tracker.finish()
+        nothing = np.empty(0, DTYPE)
+        self.events.batch(self._batch(nothing, feed(self.tracker, nothing)))
         self.touches = self.tracker.touches
         self.events.ended(None)
         found = verification_of(self.recording)

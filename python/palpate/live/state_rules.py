@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from palpate import number_format
 from palpate.flags import Flag
+from palpate.judgements import Judgement
 from palpate.live.feed import Document
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
@@ -91,6 +92,8 @@ class Facts:
     silent_s: float = 0.0  # since the last pair
     period_s: float = math.nan
     troubles: Mapping[str, str] = field(default_factory=dict)  # of the source: kind -> sentence
+    judged: tuple[Judgement, ...] = ()  # of the channels, and it still holds
+    news: Judgement | None = None  # what was judged a short time ago
     outside: tuple[str, ...] = ()  # channels outside the range of the converter without a touch
     can_centre: bool = False  # the source can set its range
     full_scale_pF: float = math.inf
@@ -224,8 +227,7 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
     """Yield what is wrong with the signal and its baseline, the most urgent first."""
     channels = facts.seen.channels
     wait = Now("Wait", "do not touch anything", "caution") if facts.state == "baseline" else None
-    if constant := [one for one in channels if one.constant_s >= CONSTANT_S]:
-        yield _constant(constant)
+    yield from _constant_or_falling(facts)
     if text := facts.seen.touching:
         text = f"Something touches: {text}. No baseline is taken from it."
         yield (
@@ -249,6 +251,7 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
         )
         line = StatusLine("saturated", "caution", "Saturated.", text, f"{said}. Press less.")
         yield line, Now("Repeat", "lift, then press less", "caution")
+    yield from _at_its_end(facts)
     if facts.state == "no contact" and (low := [one for one in channels if one.below_s >= BELOW_S]):
         who, deep = _subject([one.name for one in low]), max(one.below_pF for one in low)
         text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
@@ -264,20 +267,63 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
         why = "The channels fell far below it: it had been measured in contact, or it jumped."
         text = f"{why} It is measured again; a touch before may be wrong, and is flagged."
         yield StatusLine("baseline", "caution", "Baseline lost.", text), wait
+    if facts.news:
+        title = _NEWS.get(facts.news.name, "Look at the signal.")
+        yield StatusLine("news", "caution", title, _sentence(facts.news.text)), None
 
 
-def _constant(channels: Sequence[ChannelSeen]) -> View:
-    """Say that channels always have the same value: nothing is wired, or the source does not measure."""
+_NEWS = {
+    "jumped": "A jump.",
+    "was_touch": "It was a touch.",
+    "step": "A step.",
+    "still": "It stands still.",
+}
+
+
+def _constant_or_falling(facts: Facts) -> Iterator[View]:
+    """Yield what is wrong with channels as a whole: they do not change, or fall when pressed."""
+    constant = [one for one in facts.seen.channels if one.constant_s >= CONSTANT_S]
+    if constant and not _judged(facts, "saturated"):
+        yield _constant(constant, _judged(facts, "frozen"))
+    if text := _judged(facts, "falling"):
+        now = Now(
+            "Stop", "exchange the wires and press T, or begin again with --falling", "caution"
+        )
+        yield StatusLine("falling", "caution", "It falls when pressed.", text), now
+
+
+def _at_its_end(facts: Facts) -> Iterator[View]:
+    """Yield that channels are at the end of their range; in contact the press may be too deep."""
+    text = _judged(facts, "saturated")
+    if text and facts.pressed:
+        now = Now("Repeat", "lift, then press less, or set the range", "caution")
+        yield StatusLine("at its end", "caution", "Saturated.", text), now
+    elif text:
+        now = Now("Stop", "look at the wires, and set the range", "fault")
+        yield StatusLine("at its end", "fault", "Saturated.", text), now
+
+
+def _judged(facts: Facts, name: str) -> str:
+    """Return the sentences of the judgements of this name that hold; "": none."""
+    return " ".join(_sentence(each.text) for each in facts.judged if each.name == name)
+
+
+def _constant(channels: Sequence[ChannelSeen], frozen: str) -> View:
+    """Say that channels always have the same value: nothing is wired, or the source does not measure.
+
+    `frozen`: the sentences about it, if it was judged.
+    """
     if len(channels) == 2 and not any(one.reading for one in channels):
         text = "Both channels read 0.000 pF. Wire the hard gauge and the soft one to their inputs."
         now = Now("Stop", "nothing is wired to the inputs", "fault")
         return StatusLine("unwired", "fault", "Nothing wired.", text), now
+    now = Now("Stop", "look at the wires", "caution")
+    if frozen:
+        return StatusLine("constant", "caution", "Nothing changes.", frozen), now
     who = f"The {channels[0].name} channel reads" if len(channels) == 1 else "Both channels read"
     read = " and ".join(f"{one.reading:.3f}" for one in channels)
     text = f"{who} the same value all the time, {read} pF: no converter does. Look at wires and source."
-    return StatusLine("constant", "caution", "Nothing changes.", text), Now(
-        "Stop", "look at the wires", "caution"
-    )
+    return StatusLine("constant", "caution", "Nothing changes.", text), now
 
 
 def _touch_doubts(facts: Facts) -> Iterator[View]:

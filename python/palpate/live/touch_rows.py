@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from itertools import count
 
 from palpate import number_format
+from palpate._core import Tracker
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration import Calibration
 from palpate.flags import advice
@@ -14,6 +15,7 @@ from palpate.live.plan import TouchPlan
 from palpate.recording import sidecar
 from palpate.repeatability import Agreement, agreement, most_reliable, session_scatter, with_scatter
 from palpate.touch import Touch
+from palpate.tracking import given_levels, has_given_baseline
 from palpate.uncertainty import TOUCH_SCATTER, Scatter, Uncertainty
 
 
@@ -56,6 +58,7 @@ class TouchTable:
             "simulation": simulation if sidecar.is_simulated(device) else None,
             "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
             "scene": tracker.scene,
+            "stated": _stated(tracker),
             "threshold": tracker.threshold if tracker.threshold < math.inf else None,
             "calibrated": self.calibration is not None,
             "scatter": self.calibration.touch_spread if self.calibration else None,
@@ -187,3 +190,13 @@ class TouchTable:
             return with_scatter(found, self._scatter_now())
         except ValueError:
             return None
+
+
+def _stated(tracker: Tracker) -> list[str]:
+    """Return what the user has stated of the probe: that it falls when pressed, and its baseline."""
+    stated = ["falling"] if tracker.settings.get("falling") else []
+    if has_given_baseline(tracker):
+        hard, soft = given_levels(tracker)
+        levels = f"{hard:g} and {soft:g} pF" if hard or soft else "zero"
+        stated.append(f"baseline given, {levels}")
+    return stated

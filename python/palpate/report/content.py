@@ -207,6 +207,14 @@ class Session:
         return list(dict.fromkeys(doubts))
 
     @property
+    def judged(self) -> list[str]:
+        """What was judged of the readings, a sentence each, with the name of the recording."""
+        judged = []
+        for each in self.facts:
+            judged += [f"{each.run.name}: {text}." for text in each.judged]
+        return judged
+
+    @property
     def named(self) -> list[str]:
         """The moduli that were not known before, a sentence each."""
         unit = self.options.style.unit

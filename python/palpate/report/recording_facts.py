@@ -11,6 +11,7 @@ from pathlib import Path, PurePath
 from typing import NamedTuple
 
 from palpate.files import unpacked_name
+from palpate.judgements import judgement_notes, without_repeats
 from palpate.messages import shortened
 from palpate.recording import sidecar
 from palpate.report.findings import AnalysedRecording
@@ -20,7 +21,7 @@ _TIME = "%Y-%m-%d %H:%M:%S %Z"
 
 
 class Event(NamedTuple):
-    """A note, mark, tare or gap of a recording."""
+    """A note, mark, tare, gap or judgement of a recording."""
 
     t_s: float
     """Time on the clock of the recording; nan: unknown."""
@@ -94,21 +95,28 @@ class RecordingFacts:
 
     @property
     def remarks(self) -> str:
-        """The results of `check`, and the notes of `replay`."""
+        """The results of `check`, and the notes of `replay` without the judgements."""
         checked = self.run.checked
-        notes = self.run.found.touches.notes
+        notes = [note for note in self.run.found.touches.notes if note not in self.judged]
         first = [checked.verdict, checked.understood]
         return joined_once([*first, *checked.faults, *checked.findings, *notes], "; ")
 
     @cached_property
+    def judged(self) -> list[str]:
+        """What was judged of the readings, as sentences: of many alike the first ones."""
+        return list(judgement_notes(self.run.found.judgements))
+
+    @cached_property
     def events(self) -> list[Event]:
-        """Notes, marks, tares and gaps in order of time; first those without one."""
+        """Notes, marks, tares, gaps and judgements in order of time; first those without one."""
         known = self.run.recording.sidecar
         events = [Event(nan, "note", shortened(note, _LONGEST)) for note in known.notes]
         for mark in known.marks:
             events.append(Event(mark.t_s, mark.kind, mark.text))
         for note in self.run.plan.notes:
             events.append(Event(note.t_s, "note", note.text))
+        for judgement in without_repeats(self.run.found.judgements):
+            events.append(Event(judgement.time_s, "judged", judgement.text))
         return sorted(events, key=lambda event: (isfinite(event.t_s), event.t_s))
 
     def settings(self) -> Iterator[Settings]:

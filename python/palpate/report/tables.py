@@ -232,7 +232,7 @@ def recording_table(facts: Iterable[RecordingFacts]) -> ReportTable:
 
 
 def event_table(facts: Iterable[RecordingFacts]) -> ReportTable:
-    """Return the table of notes, marks, tares and gaps."""
+    """Return the table of notes, marks, tares, gaps and judgements."""
     rows = []
     for each in facts:
         for event in each.events:

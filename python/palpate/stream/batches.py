@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
+from palpate.judgements import Judgement
 from palpate.samples import Block, Sample, samples_of
 from palpate.touch import Touch
 
@@ -64,6 +65,8 @@ class Batch(NamedTuple):
     revised : sequence of (int, Touch)
         Touches, of this batch or an earlier one, that were revised in this batch, with their
         numbers from 1.
+    judgements : sequence of Judgement
+        What was judged of the readings in this batch; it may be about earlier ones.
 
     Examples
     --------
@@ -79,6 +82,7 @@ class Batch(NamedTuple):
     touches: Sequence[Touch]
     first: int
     revised: Sequence[tuple[int, Touch]] = ()
+    judgements: Sequence[Judgement] = ()
 
     def estimates(self) -> Iterator[Estimate]:
         """Return an `Estimate` for each sample."""

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from palpate.judgements import Judgement
 from palpate.source_events import Conditions, Gap, SourceEvent, TroubleBegan, TroubleEnded
 from palpate.stream.batches import Batch
 from palpate.touch import Touch
@@ -53,6 +54,9 @@ class Listener:
 
     def batch(self, batch: Batch) -> None:
         """Handle samples with their estimates."""
+
+    def judgement(self, judgement: Judgement) -> None:
+        """Handle what was judged of the readings in the last batch, or of earlier ones."""
 
     def touch(self, number: int, touch: Touch) -> None:
         """Handle a touch that ended or was revised in the last batch; numbers count from 1."""
@@ -106,12 +110,15 @@ class Listeners:
                 each.message(text)
 
     def batch(self, batch: Batch) -> None:
-        """Pass on a batch, then each of its touches: as it ended, then as it was revised."""
+        """Pass on a batch, its judgements, and its touches: as they ended, then as revised."""
         revised = dict(batch.revised)
         ended = dict(enumerate(batch.touches, batch.first))
         for each in self.all:
             with self._kept_going(each):
                 each.batch(batch)
+            for judgement in batch.judgements:
+                with self._kept_going(each):
+                    each.judgement(judgement)
             for number in sorted({*ended, *revised}):
                 if number in ended:
                     with self._kept_going(each):

@@ -52,6 +52,7 @@ class Pipeline:
         # in batches so far
         self._touches = tracker.touch_count
         self._revisions = tracker.revision_count
+        self._judgements = len(tracker.judgements)
         self._retaken = self._reported = tracker.retaken
         self._ended: list[Touch] = []
         self._revised: list[tuple[int, Touch]] = []
@@ -97,10 +98,10 @@ class Pipeline:
                 return None
             self._finished = True
             self._tracker.finish()
-            if self._tracker.touch_count == self._touches:
-                return None
             nothing = np.empty(0, DTYPE)
             last = self._batch(nothing, feed(self._tracker, nothing))
+        if not last.touches and not last.judgements:
+            return None
         self._listeners.batch(last)
         return last
 
@@ -143,7 +144,10 @@ class Pipeline:
         self._ended = []
         revised = self._revised
         self._revised = []
-        return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)
+        judgements = self._tracker.judgements_since(self._judgements)
+        self._judgements += len(judgements)
+        first = self._touches - len(ended) + 1
+        return Batch(block, rows, ended, first, revised, judgements)
 
 
 class RangeWatch:

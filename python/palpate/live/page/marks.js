@@ -1,4 +1,4 @@
-// Marks and notes. A mark is stamped when its key is pressed; its text comes in the field that appears, later, or never.
+// Marks, notes and judgements. A mark is stamped when its key is pressed; its text comes in the field that appears, later, or never.
 
 import { $, fill, make, put } from "./dom.js";
 import { clock } from "./formatting.js";
@@ -26,7 +26,8 @@ export class Marks {
 
   show({ events, session, hello }) {
     const origin = hello.origin_s ?? 0;
-    const all = [...events.marks, ...session.notes].toSorted((a, b) => b.t_s - a.t_s);
+    const judged = events.judgements.map(({ t_s, text }) => ({ t_s, text: `▲ ${text}` }));
+    const all = [...events.marks, ...session.notes, ...judged].toSorted((a, b) => b.t_s - a.t_s);
     fill($("marks"), [all, origin], () => all.map(({ t_s: t, text, id }) => {
       const open = () => this.open(id, text, true), words = id === undefined || hello.kind === "file"
         ? make("span", { textContent: text || "mark" })

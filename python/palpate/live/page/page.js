@@ -93,7 +93,7 @@ function enable(type) {
   $("tare").dataset.do = anyway ? "tare anyway" : "tare";
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
   put($("progress").firstChild, state.progress ?? "");
-  const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene];
+  const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene, ...(hello.stated ?? [])];
   put("source", [...what, state.recording?.name].filter(Boolean).join(" · "));
 }
 

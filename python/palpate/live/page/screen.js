@@ -9,7 +9,7 @@ import { remember } from "./preferences.js";
 import { Table } from "./table.js";
 
 const NOTHING = {
-  touches: { rows: [] }, events: { marks: [], tares: [], gaps: [], flags: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null, looking: null,
+  touches: { rows: [] }, events: { marks: [], tares: [], gaps: [], judgements: [], flags: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null, looking: null,
 };
 
 export class Screen {

@@ -1,4 +1,4 @@
-// What happened in the measurement: touches, marks, tares, gaps, flags, as the server tells them, and the courses of touches.
+// What happened in the measurement: touches, marks, tares, gaps, judgements, flags, as the server tells them, and the courses of touches.
 
 import { MEASURED, indexOf } from "../store.js";
 
@@ -18,7 +18,7 @@ export class Tale {
     return this.known.touches.rows;
   }
 
-  // { marks, tares, gaps, flags }
+  // { marks, tares, gaps, judgements, flags }
   get events() {
     return this.known.events;
   }
@@ -34,13 +34,13 @@ export class Tale {
 
   // Sentences for what is at a moment, or `near` it.
   said(t, near) {
-    const touch = this.touchAt(t, near), close = (at) => Math.abs(at - t) <= near, { marks, tares, gaps, flags } = this.events;
+    const touch = this.touchAt(t, near), close = (at) => Math.abs(at - t) <= near, { marks, tares, gaps, judgements, flags } = this.events;
     return [
       touch ? [`touch ${touch.number}`, touch.specimen, touch.kept ? null : `left out: ${touch.why}`].filter(Boolean).join(", ") : null,
       ...gaps.filter(({ from_s, to_s }) => from_s - near <= t && t <= to_s + near).map(({ lost, text }) => text || `gap, ${lost} lost`),
       ...marks.filter(({ t_s }) => close(t_s)).map(({ text }) => text || "mark"),
       ...(tares.some(close) ? ["tare"] : []),
-      ...flags.filter(({ t_s }) => close(t_s)).map(({ text }) => text),
+      ...[...judgements, ...flags].filter(({ t_s }) => close(t_s)).map(({ text }) => text),
     ].filter(Boolean);
   }
 

@@ -350,10 +350,10 @@ export class Detail extends TimeChart {
     return whole.length === touches.length ? whole : placed(some.map((one) => label(one, false)), edges);
   }
 
-  // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.
+  // Lines of marks, tares, judgements and flags, each with its label beside it, stacked where they meet.
   signs(from, to) {
     const { sheet, top, foot } = this, { events } = this.tale, height = 14 * sheet.unit, edges = { left: this.left, right: this.right, top, bottom: foot };
-    const flags = events.flags.map(({ t_s, text, name }) => ({ t: t_s, text: `▲ ${text || name}`, colour: "bad" }));
+    const flags = [...events.judgements, ...events.flags].map(({ t_s, text, name }) => ({ t: t_s, text: `▲ ${text || name}`, colour: "bad" }));
     const marks = events.marks.map(({ t_s, text }) => ({ t: t_s, text: text || "mark", colour: "ink" }));
     const tares = events.tares.map((t) => ({ t, text: "tare", colour: "ink", low: true }));
     const gaps = events.gaps.map(({ from_s, to_s, lost }) => ({ t: Math.max(from_s, Math.min(from, to_s)), text: `gap, ${lost} lost`, colour: "ink", bare: true }));
