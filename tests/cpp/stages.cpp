@@ -370,7 +370,7 @@ static_assert(sizeof(VectorRls<float, 2>) - sizeof(VectorRls<float, 2, false, Ke
 
 // What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
-static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 2000);
+static_assert(sizeof(FixedTracker<float, Microseconds>) <= 160 && sizeof(HandheldTracker<float, Microseconds>) <= 3100);
 
 }  // namespace
 

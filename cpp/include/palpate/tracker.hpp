@@ -120,10 +120,6 @@ struct SceneChecks : SceneIs<Scene> {
                     agrees<RealOfLevel, Baseline, Real>() && agrees<RealOf, Contact, Real>() &&
                     agrees<RealOf, Estimator, Real>(),
                 "palpate::Tracker: a stage or the estimator has another Real than the scene");
-  static_assert(
-      !Screen::screens || Contact::releases,
-      "palpate::Tracker: a screen needs a contact that releases: of the readings that wait at the end, one may "
-      "end a touch and the next one begin another");
   static_assert(!Judge::judges || has<Matches, Align>,
                 "palpate::Tracker: a Judge needs an align stage whose pairs have `matched`, and its pace(), as "
                 "MatchedPair; else use NoJudge");
@@ -215,7 +211,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
     return {};
   }
 
-  /// End a touch that is still running, for example at the end of a recording. False: there is no such touch.
+  /// End a touch that is still running, for example at the end of a recording. False: there is no such touch. Where a touch
+  /// begins without a contact, flush() first: of the readings that wait, one may end a touch, and the next one begin another.
   constexpr bool finish() noexcept {
     bool ended = false;
     while (Screen::waiting() > 0) {
@@ -231,6 +228,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
     align.reset();
     Front::decimator.reset();
     Detector::tare();
+    static_cast<Levels&>(*this) = {};
     Judge::tared();
   }
 

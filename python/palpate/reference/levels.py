@@ -129,7 +129,7 @@ class _Side:
             if aligned
             else 0.0
         )
-        own = self.noise if self.noise > 2 * self.code else 0.0
+        own = self.noise if 0 < 2 * self.code < self.noise else 0.0
         missing = (due + own - OWN * abs(self.change) - ROUNDED * self.code) / (
             self.noise + self.code
         )

@@ -80,7 +80,7 @@ class Outliers:
     --------
     >>> test = Outliers(np.array([1.0, 1.1, 5.0, 1.05, 1.1]))
     >>> test.kept = [1.0, 1.1]
-    >>> round(test.deviation(2).off, 3)
+    >>> round(float(test.deviation(2).off), 3)
     3.9
     """
 

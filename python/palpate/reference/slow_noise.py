@@ -26,8 +26,8 @@ class SlowNoise:
     >>> noise = SlowNoise()
     >>> for value in np.sin(np.arange(400) / 20):
     ...     noise.add(float(value), suspected=False)
-    >>> round(noise.of_mean(16, white=0.0), 2)
-    0.14
+    >>> round(float(noise.of_mean(16, white=0.0)), 2)
+    0.15
     """
 
     pauses: list[list[float]] = field(default_factory=lambda: [[]])

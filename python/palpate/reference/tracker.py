@@ -425,10 +425,10 @@ def sliding(
 
     Examples
     --------
-    >>> press = np.repeat([0.0, 0.25, 0.0], [60, 600, 30])
-    >>> t = 26_000_000 * np.arange(690)
+    >>> press = np.repeat([0.0, 0.25, 0.0], [60, 300, 30])
+    >>> t = 26_000_000 * np.arange(390)
     >>> [touch], _ = sliding(t, t + 13_000_000, 9 + 2.5 * press, 8 + press)
-    >>> touch.start, touch.samples > 590, round(touch.ratio, 3)
+    >>> touch.start, touch.samples > 290, round(touch.ratio, 3)
     (60, True, 2.5)
     """
     state = _Tracker(

@@ -85,13 +85,14 @@ class Levels {
     }
 
     constexpr void read(Time time, Real value, Real known) noexcept {
-      moved = value - last;
+      const bool first = !(last == last);
+      moved = first ? Real(0) : value - last;
       const Real size = magnitude(moved);
       if (PALPATE_UNLIKELY(known > 0 || (size > 0 && size < finest))) {
         set(noise, known > 0 ? known : size);
         finest = code;
       }
-      equal = moved == 0 ? equal + 1 : 0;
+      equal = moved == 0 && !first ? equal + 1 : 0;
       last = value;
       now = value - rest;
       left = near ? time : left;
@@ -106,7 +107,7 @@ class Levels {
       }
       const Real due =
           aligned ? product(positive_part(magnitude(other.moved) - 3 * other.noise), now / other.now) : Real(0);
-      const Real own = noise > 2 * code ? noise : Real(0);  // its noise is seen
+      const Real own = code > 0 && noise > 2 * code ? noise : Real(0);  // its noise is seen
       const Real size = (due + own - 4 * magnitude(moved) - code / 2) / (noise + code);
       stuck = positive_part(stuck + (size > 3 ? Real(3) : size));
       const bool found = stuck > 12 && !told;

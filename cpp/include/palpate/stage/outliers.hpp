@@ -86,47 +86,47 @@ class OutlierTest {
 
   /// Takes the newest reading; NaN: none.
   PALPATE_INLINE constexpr void add(Real value) noexcept {
-    next_[0] = next_[1];
-    next_[1] = next_[newest];
-    next_[newest] = is_finite(value) ? value : none;
-    if (const Real change = value - last_, size = magnitude(change); PALPATE_LIKELY(is_finite(change))) {
-      if (PALPATE_UNLIKELY(size > 0 && !(size >= code_ && code_ > 0))) {
-        code_ = size;
-      }
-      changes_.add(size);
-      if (is_finite(change_)) {
-        bends_.add(magnitude(change - change_));
-      }
-      change_ = change;
+    const bool known = is_finite(value);
+    push(value, known);
+    if (PALPATE_UNLIKELY(!known)) {
+      return;
     }
-    last_ = is_finite(value) ? value : last_;
+    if (PALPATE_LIKELY(seen_ > 0)) {
+      change_to(value - last_);
+    }
+    last_ = value;
+    seen_ += seen_ < 2;
   }
+  /// There is no newest reading.
+  constexpr void add_nothing() noexcept { push(0, false); }
 
   /// Whether the reading to be judged may be far off: it differs from those beside it by more than what was usual a moment
   /// ago, and by more than the changes allow. Without one before and one after it nobody can tell.
   PALPATE_INLINE constexpr bool suspects() noexcept {
-    const Real apart = magnitude(next_[0] - kept_[1]) + magnitude(next_[0] - next_[1]);
     usual_ = product(usual_, fading);
-    if (PALPATE_LIKELY(!(apart > usual_))) {
+    if (PALPATE_UNLIKELY(!(there_[0] && there_[1] && kept_count_ > 0))) {
       return false;
     }
-    return is_unusual(apart);
+    const Real apart = magnitude(next_[0] - kept_[1]) + magnitude(next_[0] - next_[1]);
+    return PALPATE_UNLIKELY(apart > usual_) && is_unusual(apart);
   }
 
   constexpr Deviation deviation() const noexcept {
     Ordered<Real, 5> all;
     Ordered<Real, 3> moves;
-    Real before = not_a_number<Real>;
-    for (const Real other : {kept_[0], kept_[1], next_[1], next_[newest]}) {
-      if (is_finite(other)) {
-        all.add(other);
-        if (is_finite(before)) {
-          moves.add(magnitude(other - before));
+    Real before = 0;
+    const Real beside[] = {kept_[0], kept_[1], next_[1], next_[newest]};
+    const bool known[] = {kept_count_ > 1, kept_count_ > 0, there_[1], there_[newest]};
+    for (int i = 0; i < 4; ++i) {
+      if (known[i]) {
+        if (all.count() > 0) {
+          moves.add(magnitude(beside[i] - before));
         }
-        before = other;
+        all.add(beside[i]);
+        before = beside[i];
       }
     }
-    if (!is_finite(next_[0]) || all.count() < 2) {
+    if (!there_[0] || all.count() < 2) {
       return {};
     }
     const Real range = all.range();
@@ -141,20 +141,39 @@ class OutlierTest {
 
   /// The reading to be judged.
   constexpr Real due() const noexcept { return next_[0]; }
-  /// Returns the reading that is judged, NaN for an outlier.
+  /// Returns the reading that is judged; an outlier has no value, NaN.
   PALPATE_INLINE constexpr Real judged(bool outlier) noexcept {
-    const Real value = outlier ? not_a_number<Real> : next_[0];
-    if (PALPATE_LIKELY(is_finite(value))) {
-      kept_[0] = kept_[1];
-      kept_[1] = value;
+    if (PALPATE_UNLIKELY(outlier || !there_[0])) {
+      return not_a_number<Real>;
     }
-    return value;
+    kept_[0] = kept_[1];
+    kept_[1] = next_[0];
+    kept_count_ += kept_count_ < 2;
+    return next_[0];
   }
   /// The smallest change that was seen; 0: none was.
   constexpr Real code() const noexcept { return code_; }
 
  private:
-  static constexpr Real none = not_a_number<Real>;
+  PALPATE_INLINE constexpr void push(Real value, bool known) noexcept {
+    next_[0] = next_[1];
+    next_[1] = next_[newest];
+    next_[newest] = value;
+    there_[0] = there_[1];
+    there_[1] = there_[newest];
+    there_[newest] = known;
+  }
+  PALPATE_INLINE constexpr void change_to(Real change) noexcept {
+    const Real size = magnitude(change);
+    if (PALPATE_UNLIKELY(size > 0 && !(size >= code_ && code_ > 0))) {
+      code_ = size;
+    }
+    changes_.add(size);
+    if (PALPATE_LIKELY(seen_ > 1)) {
+      bends_.add(magnitude(change - change_));
+    }
+    change_ = change;
+  }
 
   constexpr bool is_unusual(Real apart) noexcept {
     for (const Real size : {2 * apart, apart}) {
@@ -173,9 +192,11 @@ class OutlierTest {
     return bends_.quantile_below(product(size, product(of_noise, many / (many + 6))));
   }
 
-  Real next_[newest + 1] = {none, none, none};  // the first one is to be judged
-  Real kept_[2] = {none, none};                 // the last two that were no outliers
-  Real last_ = none, change_ = none, code_ = 0, usual_ = 0;
+  Real next_[newest + 1]{};        // the first one is to be judged
+  bool there_[newest + 1]{};       // they have a value
+  Real kept_[2]{};                 // the last two that were no outliers
+  int kept_count_ = 0, seen_ = 0;  // at most 2: of those; of all with a value
+  Real last_ = 0, change_ = 0, code_ = 0, usual_ = 0;
   LastNumbers<Real, 12> changes_;  // sizes
   LastNumbers<Real, 40> bends_;    // sizes of second differences
 };

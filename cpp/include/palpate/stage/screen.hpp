@@ -49,14 +49,18 @@ class Screen {
 
   /// Takes a reading of each channel; NaN: no value. Returns whether one is due.
   PALPATE_INLINE constexpr bool add(Time hard_time, Time soft_time, Real hard, Real soft) noexcept {
-    push({hard_time, soft_time}, hard, soft);
+    push({hard_time, soft_time});
+    hard_.add(hard);
+    soft_.add(soft);
     waiting_ += 1;
     return oldest_ == 0;
   }
   /// No reading follows for now. Returns whether one is due: take it, and flush again.
   constexpr bool flush() noexcept {
     while (waiting_ > 0 && oldest_ > 0) {
-      push(times_[newest], not_a_number<Real>, not_a_number<Real>);
+      push(times_[newest]);
+      hard_.add_nothing();
+      soft_.add_nothing();
     }
     return waiting_ > 0;
   }
@@ -74,7 +78,7 @@ class Screen {
     if (PALPATE_UNLIKELY(hard_suspect || soft_suspect)) {
       find_outliers(reading, full_scale);
     }
-    const bool known = is_finite(full_scale);
+    const bool known = full_scale <= std::numeric_limits<Real>::max();
     reading.hard = hard_.judged(reading.hard_outlier);
     reading.soft = soft_.judged(reading.soft_outlier);
     const bool hard_ends = hard_stands_.follow(reading.hard_time, reading.hard, hard_.code());
@@ -115,12 +119,10 @@ class Screen {
     Time hard, soft;
   };
 
-  PALPATE_INLINE constexpr void push(const Times& times, Real hard, Real soft) noexcept {
+  PALPATE_INLINE constexpr void push(const Times& times) noexcept {
     times_[0] = times_[1];
     times_[1] = times_[newest];
     times_[newest] = times;
-    hard_.add(hard);
-    soft_.add(soft);
     oldest_ -= 1;
   }
 

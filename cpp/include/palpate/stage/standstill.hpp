@@ -96,7 +96,7 @@ class Standstill {
     lowest_ = value < lowest_ ? value : lowest_;
     top_ = end_of(highest_, code);
     bottom_ = end_of(-lowest_, code);
-    reaches_ = is_finite(top_) || is_finite(bottom_);
+    reaches_ = top_ == top_ || bottom_ == bottom_;
     at_end_ = reaches_ ? at_end_ : 0;
   }
 
