@@ -62,7 +62,7 @@ def test_the_bits_are_as_they_were() -> None:
         "bits": "9e203e94a97c",
         "hostile": "998bd523cfdd",
         "vectors": "86ff9831bc0b",
-        "scenes": "9c6143cbb91f",
+        "scenes": "dd040f12c59d",
     }
 
 

@@ -61,10 +61,21 @@ class Judgements {
 struct NoJudgements {
   /// @{
   /// As of Judgements.
+  static constexpr void clear() noexcept {}
   static constexpr const int* begin() noexcept { return nullptr; }
   static constexpr const int* end() noexcept { return nullptr; }
   static constexpr int size() noexcept { return 0; }
   /// @}
+};
+
+/// The judgements of a tracker, if it has a stage that judges.
+template <class Real, class Time, bool judges>
+struct KeptJudgements {
+  Judgements<Real, Time> judgements_;  ///< of the last reading
+};
+template <class Real, class Time>
+struct KeptJudgements<Real, Time, false> {
+  static constexpr NoJudgements judgements_{};  ///< none
 };
 
 }  // namespace PALPATE_NAMESPACE

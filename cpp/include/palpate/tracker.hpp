@@ -136,6 +136,8 @@ struct Parts : SceneChecks<Scene> {
   using Detector = ContactDetector<typename Scene::real_type, typename Scene::time_type, typename Scene::baseline,
                                    typename Scene::contact>;
   using Front = palpate::Front<typename Scene::real_type, typename Scene::align>;
+  using Judging = KeptJudgements<typename Scene::real_type, typename Scene::time_type,
+                                 Scene::screen::screens || Scene::levels::watches>;
 };
 }  // namespace detail
 
@@ -147,12 +149,14 @@ class Tracker : public detail::Parts<Scene>::Settings,
                 public detail::Parts<Scene>::Front,
                 detail::Parts<Scene>::Judge,
                 Scene::levels,
-                Scene::screen {
+                Scene::screen,
+                detail::Parts<Scene>::Judging {
   using Settings = typename detail::Parts<Scene>::Settings;
   using Judge = typename detail::Parts<Scene>::Judge;
   using Detector = typename detail::Parts<Scene>::Detector;
   using Front = typename detail::Parts<Scene>::Front;
   using Screen = typename Scene::screen;
+  using detail::Parts<Scene>::Judging::judgements_;
   using Pair = typename Front::Pair;
   using Levels = typename Scene::levels;
 
@@ -479,7 +483,6 @@ class Tracker : public detail::Parts<Scene>::Settings,
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
   Counts counts_;
-  std::conditional_t<Screen::screens || Levels::watches, Judgements<Real, Time>, NoJudgements> judgements_;
   Real standard_error_ = not_a_number<Real>;
 };
 

@@ -73,7 +73,17 @@ struct CodeSteps {
 };
 
 /// The null version: no code is coarse.
+struct NoCodeStep {
+  /// As CodeStep::coarse.
+  template <class Real>
+  static constexpr Real coarse(Real) noexcept {
+    return 0;
+  }
+};
+
+/// The same of both channels.
 struct NoCodeSteps {
+  static constexpr NoCodeStep hard{}, soft{};  ///< of each channel
   /// @{
   /// As the function of CodeSteps of this name.
   template <class Real>

@@ -68,6 +68,7 @@ struct NoJudge {
   static constexpr void tared() noexcept {}
   static constexpr void rested(Real, Real, bool) noexcept {}
   static constexpr void moved() noexcept {}
+  static constexpr bool level_changed(std::uint8_t) noexcept { return false; }
   static constexpr void complete(Touch<Real>&, const Estimator&) noexcept {}
   /// @}
 };
