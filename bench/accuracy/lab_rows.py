@@ -29,9 +29,13 @@ from bench.accuracy.lab_worlds import (
 
 _BURST = "two or three false readings in a row are most of the five that judge them"
 _COARSE = "a stage that stops, printed far more coarsely than its noise, looks as a rail does"
-_EARLY = "4 decimals have not shown yet how often they stand still; each of these touches has a flag"
+_EARLY = (
+    "4 decimals have not shown yet how often they stand still; each of these touches has a flag"
+)
 _SMALL = "less than a hand moves meanwhile: all are flagged, half of them are named"
-_BREATH = "a breath of 1 fF begins a touch by itself now and then, and a press at once after it is lost"
+_BREATH = (
+    "a breath of 1 fF begins a touch by itself now and then, and a press at once after it is lost"
+)
 _WALK = "a walk begins a touch by itself now and then: one press of 60 was lost"
 
 KNOWN: dict[str, str] = {

@@ -17,7 +17,9 @@ COARSEST = 0.02  # pF: a larger change is no code step
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
 SLOW_NOISE = 32  # times it is followed, in which the noise may double
 RARELY = 8  # frames, until the levels are followed again
-LEAST_JUMP = 256  # of the last press: this part of it; a smaller change of the level is the revision's
+LEAST_JUMP = (
+    256  # of the last press: this part of it; a smaller change of the level is the revision's
+)
 DRIFTED = 0.05  # share of a press that its baselines may drift
 ALONE = 30.0  # no probe has such a ratio
 EARLY_S = 0.3  # so long before a press a jump is none of the press

@@ -12,10 +12,10 @@ from palpate.reference.estimate import Errors, Estimate, estimator
 from palpate.reference.fit import LEAST, LEAST_BENT, NOISE_GAIN, Misfit
 from palpate.reference.handover import _Handover
 from palpate.reference.idle import RELEASE, Contact, GivenBaseline, Idle
-from palpate.reference.level import Sweep
 from palpate.reference.judgement import Judgement
-from palpate.reference.levels import Levels
+from palpate.reference.level import Sweep
 from palpate.reference.levels import Known as LevelsKnown
+from palpate.reference.levels import Levels
 from palpate.reference.moving import MovingEstimate
 from palpate.reference.readings import AHEAD, screen
 from palpate.reference.slow_noise import SlowNoise
