@@ -1,6 +1,7 @@
 """Jumps at rest, steps within a press, channels that do not follow, probes that fall: named, dated, and survived."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import palpate
@@ -17,8 +18,8 @@ def judged(tracker: Tracker) -> list[Judgement]:
     return [each for each in tracker.judgements if each.name != "frozen"]
 
 
-def track(made: Session, scene: str = "handheld", **settings: float) -> Tracker:
-    tracker = Tracker(scene, **settings)
+def track(made: Session, scene: Any = "handheld", **settings: Any) -> Tracker:
+    tracker: Tracker = Tracker(scene, **settings)
     tracker.process(*made.columns)
     tracker.finish()
     return tracker

@@ -1,5 +1,7 @@
 """Jumps, steps and channels that do not follow: the tracker against its reference, on faults of a lab in any order."""
 
+from typing import Any
+
 import numpy as np
 import palpate
 from effort import examples
@@ -57,20 +59,19 @@ def sessions(draw: st.DrawFn) -> Session:
 
 @examples(40)
 @given(sessions(), st.sampled_from(["handheld", "sliding"]))
-def test_the_levels_are_as_by_the_reference(made: Session, scene: str) -> None:
+def test_the_levels_are_as_by_the_reference(made: Session, scene: Any) -> None:
     """The same judgements at the same times, the same touches with the same flags, the same rows."""
-    times = [np.rint(1e9 * t).astype(np.int64) for t in (made.t_hard, made.t_soft)]
+    t_hard, t_soft = (np.rint(1e9 * t).astype(np.int64) for t in (made.t_hard, made.t_soft))
+    readings = t_hard, t_soft, made.hard, made.soft
     tracker = palpate.Tracker(scene)
-    rows = tracker.process(*times, made.hard, made.soft)
+    rows = tracker.process(*readings)
     tracker.finish()
     references = {"handheld": reference.handheld, "sliding": reference.sliding}
     try:
-        touches, right = references[scene](*times, made.hard, made.soft)
-    except (
-        ZeroDivisionError
-    ):  # of a jump of one channel, where the other one does not change by a digit
+        touches, right = references[scene](*readings)
+    except ZeroDivisionError:  # one channel jumps, and the other one does not change by a digit
         reject()
-    screened = reference.screen(*times, made.hard, made.soft).judgements
+    screened = reference.screen(*readings).judgements
     wanted = [each.in_seconds() for each in [*screened, *right.judgements]]
     for one, other in zip(sorted(tracker.judgements), sorted(wanted), strict=True):
         assert one[1:3] == other[1:3]

@@ -44,13 +44,14 @@ def _with_fault(
     if fault == "loose":
         return np.where(bad, level, values)
     if fault == "spikes":
-        return values + bad * rng.normal(0, 0.2, n)
+        return np.where(bad, values + rng.normal(0, 0.2, n), values)
     if fault == "missing":
         return np.where(bad, rng.choice([np.nan, np.inf]), values)
     if fault == "stands":
         return np.where(late, values[n // 2], values) if n else values
     if fault == "end":
-        return np.clip(values, -4.096, 4.096)
+        clipped: NDArray[Any] = np.clip(values, -4.096, 4.096)
+        return clipped
     return np.zeros(n) if fault == "zero" else values
 
 

@@ -29,7 +29,8 @@ class Press:
         """Return the share of the depth at these times."""
         up = np.clip((t - self.begin) / self.rise, 0, 1)
         down = np.clip((t - self.begin - self.rise - self.hold) / self.fall, 0, 1)
-        return 0.25 * (1 - np.cos(np.pi * up)) * (1 + np.cos(np.pi * down))
+        both: Array = 0.25 * (1 - np.cos(np.pi * up)) * (1 + np.cos(np.pi * down))
+        return both
 
 
 @dataclass

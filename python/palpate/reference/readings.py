@@ -204,8 +204,8 @@ def standstill(
             equal, first, was_frozen = 0, int(number), False
         time = int(times_ns[number])
         ended = Judgement("saturated", channel, time, value) if at_end == AT_END else None
-        stands_s = (times_ns[number] - times_ns[first]) / 1e9
-        is_last = number + AHEAD >= len(values)
+        stands_s = float(times_ns[number] - times_ns[first]) / 1e9
+        is_last = bool(number + AHEAD >= len(values))
         frozen = None
         if equal >= SHORTEST and not was_frozen:
             if min(seen) == max(seen):
@@ -291,4 +291,4 @@ def screen(
                 judged.append((number, channel, frozen))
     judged.sort(key=lambda each: each[:2])
     judgements = [judgement for _, _, judgement in judged]
-    return Screened(clean[:, 0], clean[:, 1], outlier, at_end.any(axis=1), judgements)
+    return Screened(clean[:, 0], clean[:, 1], outlier, at_end[:, 0] | at_end[:, 1], judgements)
