@@ -73,6 +73,7 @@ template <class Real, class Time, bool judges>
 struct KeptJudgements {
   Judgements<Real, Time> judgements_;  ///< of the last reading
 };
+/// The null version.
 template <class Real, class Time>
 struct KeptJudgements<Real, Time, false> {
   static constexpr NoJudgements judgements_{};  ///< none

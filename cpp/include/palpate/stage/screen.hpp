@@ -13,10 +13,13 @@ inline namespace PALPATE_NAMESPACE {
 /// A reading of each channel.
 template <class Real, class Time>
 struct ScreenedReading {
-  Time hard_time, soft_time;                        ///< of both channels
-  Real hard, soft;                                  ///< pF; NaN: no value
-  bool hard_outlier = false, soft_outlier = false;  ///< it has no value for this reason
-  bool at_end = false;                              ///< one of them is at a known end of the range
+  Time hard_time;             ///< of the hard channel
+  Time soft_time;             ///< of the soft channel
+  Real hard;                  ///< pF; NaN: no value
+  Real soft;                  ///< pF; NaN: no value
+  bool hard_outlier = false;  ///< it has no value for this reason
+  bool soft_outlier = false;  ///< the same
+  bool at_end = false;        ///< one of them is at a known end of the range
 };
 
 /// The null stage: each reading is as it is, at once.
