@@ -560,7 +560,9 @@ def test_kept_figures_may_be_old(tmp_path: Path, kept: bool, code: int) -> None:
     assert results_age.main(tmp_path) == code
 
 
-@pytest.mark.parametrize(("now", "verdict"), [(25.0, "holds"), (27.0, "FAILS")])
+@pytest.mark.parametrize(
+    ("now", "verdict"), [(19.9 * lab.PRICE, "holds"), (20.1 * lab.PRICE, "FAILS")]
+)
 def test_the_price_is_compared(now: float, verdict: str) -> None:
     price = lab.Price((10.0, 12.0), (now, 30.0), before=2.0)
     assert price.verdict == verdict
