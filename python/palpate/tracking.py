@@ -263,13 +263,18 @@ _UNTESTED = (
 def _is_untested(touch: Touch) -> bool:
     """Return whether a touch of a scene with a test of the model had no pairs for it."""
     effects = {name: size for name, size in touch.effects.items() if name != "shift"}
-    return bool(effects) and touch.samples >= 20 and not any(effects.values())
+    is_cut = _CUT_SHORT.intersection(touch.flags)
+    return bool(effects) and touch.samples >= 20 and not any(effects.values()) and not is_cut
 
 
 def _is_soon(after: Touch, before: Touch) -> bool:
     """Return whether a touch begins before the baseline after the touch before it was measured."""
-    at_a_gap = "gap" in before.flags or "gap" in after.flags
-    return bool(before.effects) and not before.revised and not at_a_gap
+    is_cut = "gap" in after.flags or _CUT_SHORT.intersection(before.flags)
+    return bool(before.effects) and not before.revised and not is_cut
+
+
+_CUT_SHORT = {"gap", "step", "jumped"}
+"""Flags of a touch that has another reason for what it lacks."""
 
 
 def baseline_takes(period_s: float, scene: str = "handheld") -> str:

@@ -392,7 +392,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   PALPATE_INLINE constexpr bool watch(Time time, Real hard, Real soft, Event event) noexcept {
     bool revised = follow(event, time);
     if constexpr (Levels::watches) {
-      if (PALPATE_LIKELY(is_finite(hard - soft))) {
+      if (PALPATE_LIKELY(is_finite(hard - soft) && !hard_baseline.given())) {
         const auto change = Levels::take(time, hard, soft, event == Event::begun, *this, Judge::codes, judgements_);
         revised = (PALPATE_UNLIKELY(change != LevelChange::none) && change_level(change)) || revised;
       }

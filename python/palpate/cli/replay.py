@@ -350,11 +350,15 @@ def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) 
     if len(spans) < 2:
         return "a channel has no values"
     if was_retaken:
-        return f"{baseline}; if the recording begins in a press: --baseline zero, or --baseline HARD,SOFT"
+        return baseline + _BEGINS
+    moves = all(high > low for low, high in survey.spans_pF.values())
     return (
         "no change was above the idle noise for long enough. The channels span "
-        f"{', '.join(spans)}; check --unit; {baseline}"
+        f"{', '.join(spans)}; check --unit; {baseline}{_BEGINS if moves else ''}"
     )
+
+
+_BEGINS = "; if the recording begins in a press: --baseline zero, or --baseline HARD,SOFT"
 
 
 _Results = dict[Path, Replay | Exception]

@@ -324,11 +324,6 @@ class GivenBaseline(Baseline):
             self.level * one, one, 0 * one, fast=self.level, slow=self.level, noise=noise
         )
 
-    def move(self, level: float, count: int) -> None:
-        """Take a new level."""
-        self.level = level
-        self.now = self._known(self.now.noise)
-
     def mark(self) -> None:
         """Do nothing: there is no state to go back to."""
 

@@ -532,7 +532,9 @@ class _Tracker:
         elif event == "idle":
             self._known = self._baselines()
         revises = event == "measured" and self._revise(number)
-        if there.all() and self._watch(time_ns, hard, soft, begun=event == "begun"):
+        is_given = isinstance(self._idle.hard, GivenBaseline)
+        watches = bool(there.all()) and not is_given
+        if watches and self._watch(time_ns, hard, soft, begun=event == "begun"):
             revises = True
         if event in ("released", "idle"):
             self.finish()

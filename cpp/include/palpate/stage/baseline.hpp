@@ -31,6 +31,7 @@ struct NoBaseline {
   constexpr Real noise() const noexcept { return Real(0); }
   constexpr Real variance() const noexcept { return Real(0); }
   constexpr Real age() const noexcept { return Real(0); }
+  constexpr bool given() const noexcept { return false; }
   constexpr Real recovery() const noexcept { return Real(0); }
   /// @}
 };
@@ -165,6 +166,8 @@ class Baseline : BaselineMemory<Real, Timed> {
     quiet_ = 0;
     mark();
   }
+  /// Whether the user knows it, so that it has no other level.
+  constexpr bool given() const noexcept { return false; }
   /// Whether it has none of the first values.
   constexpr bool empty() const noexcept { return filled_ == 0; }
   /// Whether it has all of them.

@@ -33,7 +33,7 @@ class GivenBaseline : public Baseline<Real, true, true> {
   /// As the function of Baseline of this name.
   constexpr void collect(Real value) noexcept { given_ ? learn(value) : Measured::collect(value); }
   constexpr void follow(Real value) noexcept { given_ ? learn(value) : Measured::follow(value); }
-  constexpr void move(Real level, Real count) noexcept { given_ ? void(level_ = level) : Measured::move(level, count); }
+  constexpr bool given() const noexcept { return given_; }
   constexpr bool ready() const noexcept { return given_ ? count_ >= enough : Measured::ready(); }
   constexpr bool disturbed() const noexcept { return !given_ && Measured::disturbed(); }
   constexpr Real level() const noexcept { return given_ ? level_ : Measured::level(); }
