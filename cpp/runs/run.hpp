@@ -113,6 +113,7 @@ struct Run {
   void gap(Touches& all) {
     unproven = true;  // of the touch that ends here, too
     finish(all);
+    core.forget();
     tare(false);
   }
 

@@ -232,7 +232,6 @@ class Tracker : public detail::Parts<Scene>::Settings,
     align.reset();
     Front::decimator.reset();
     Detector::tare();
-    static_cast<Levels&>(*this) = {};
     Judge::tared();
   }
 
@@ -252,6 +251,7 @@ class Tracker : public detail::Parts<Scene>::Settings,
   /// What is judged of the last reading that feed() or flush() took, beside the touch.
   constexpr const auto& judgements() const noexcept { return judgements_; }
   using Screen::due_time, Screen::waiting;
+  using Levels::forget;
   /// Settings of the level ratio.
   constexpr auto& level_settings() noexcept { return Judge::level_settings(); }
   /// The same, of a constant tracker.

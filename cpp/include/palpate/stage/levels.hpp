@@ -22,6 +22,8 @@ enum class LevelChange : std::uint8_t {
 /// The null stage.
 struct NoLevels {
   static constexpr bool watches = false;  ///< levels
+  /// As the function of Levels of this name.
+  static constexpr void forget() noexcept {}
 };
 
 /// Watches both channels at rest and pressed, frame by frame.
@@ -124,6 +126,9 @@ class Levels {
 
  public:
   static constexpr bool watches = true;  ///< levels
+
+  /// Begin anew: what comes next may be another probe, and in contact.
+  constexpr void forget() noexcept { *this = {}; }
 
   /// Takes a frame, after the detector, whose baselines it moves; `begun`: a touch begins with it.
   template <class Detector, class Codes>
