@@ -220,6 +220,7 @@ class Bench {
 /// No pair goes to the test of the model.
 template <class Stage>
 struct Unmatched : Stage {
+  static constexpr Pace pace() noexcept { return Pace::fast; }
   FilteredPair<double> feed(Nanoseconds hard_time, Nanoseconds soft_time, double hard, double soft, bool wanted) {
     const auto pair = Stage::feed(hard_time, soft_time, hard, soft, wanted);
     return {pair.hard, pair.soft, pair.valid};

@@ -351,10 +351,9 @@ def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) 
         return "a channel has no values"
     if was_retaken:
         return baseline + _BEGINS
-    moves = all(high > low for low, high in survey.spans_pF.values())
     return (
         "no change was above the idle noise for long enough. The channels span "
-        f"{', '.join(spans)}; check --unit; {baseline}{_BEGINS if moves else ''}"
+        f"{', '.join(spans)}; check --unit; {baseline}{_BEGINS}"
     )
 
 

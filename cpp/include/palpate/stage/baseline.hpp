@@ -19,6 +19,7 @@ struct NoBaseline {
   constexpr void follow(Real) noexcept {}
   constexpr void mark() noexcept {}
   constexpr void rewind() noexcept {}
+  constexpr void move(Real, Real) noexcept {}
   constexpr void reset() noexcept {}
   constexpr void keep() noexcept {}
   template <class Signed>
