@@ -165,7 +165,10 @@ class Reviser {
     return {release + step / 2, open / 2};
   }
 
-  static constexpr Real limited(Real share) noexcept { return share < 0 ? Real(0) : share > 1 ? Real(1) : share; }
+  static constexpr Real limited(Real share) noexcept {
+    const Real least = positive_part(share);
+    return least > 1 ? Real(1) : least;
+  }
 
   // The slope after the touch is against the rise, by more than 4 of its standard errors.
   template <class Baseline>
