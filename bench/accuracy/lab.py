@@ -48,7 +48,7 @@ SHOWN = (
     Measure.SAID,
     Measure.LOST,
 )
-PRICE = 1.9  # of before, the time of handheld against that of paper; of `Tracker.feed`, with its cost in Python, it is 1.3
+PRICE = 1.3  # limit: times handheld / paper, as a multiple of the stored one
 ROUNDS = 15
 
 Figures = list[tuple[float, float]]
@@ -201,7 +201,7 @@ class Price:
 
     @property
     def ratio(self) -> float:
-        """The minimum of handheld over that of paper."""
+        """How many times as long as paper handheld takes, by the minima."""
         return self.handheld[0] / self.paper[0]
 
     @property

@@ -38,7 +38,10 @@ _BREATH = (
 )
 _WALK = "a walk begins a touch by itself now and then: one press of 60 was lost"
 
+_PRICE = "screen, levels and slow noise double the work of a pair in a block"
+
 KNOWN: dict[str, str] = {
+    "price": _PRICE,
     "readings: 20 % of hard at its baseline, alone": _BURST,
     "readings: 20 % of soft at its baseline, alone": _BURST,
     "readings: 15 % of soft at its baseline, up to 3 in a row": _BURST,
