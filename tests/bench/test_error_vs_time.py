@@ -158,9 +158,8 @@ def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> Non
     found = json.loads(error_vs_time.summary(rows, 1).replace("NaN", "null"))
     assert found["columns"][-1] == "handheld / best"
     assert found["spikes"][-1] < 1 < found["slow-drift"][-1]
-    # Each result is revised: handheld's first cell is better than at the end. The tilt of this scenario, which drifts, too, hides
-    # part of the drift of the baseline.
-    assert found["slow-drift, revised"][0] < 0.75 * found["slow-drift"][0]
+    # Each result is revised: handheld's first cell is better than at the end, where half of the drift is not known.
+    assert found["slow-drift, revised"][0] < 0.5 * found["slow-drift"][0]
     assert found["headers"] == results_age.headers_hash()
     assert found["commit"]
     assert error_vs_time.BETTER["slow-drift"] in error_vs_time.table(rows)

@@ -207,6 +207,9 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
     half = -whole / ratio * seen.length / 2
     even, error = 1.0, 1.0
     if half and np.isfinite(seen.drift):
+        most_off = SURE * seen.drift_error / abs(half)
+        if seen.drift / half < -most_off:
+            return share, 0.5  # the object or the probe drifts, and the level ratio does, too
         even = min(max(seen.drift / half, 0.0), 1.0)
         error = min(seen.drift_error / abs(2 * half), 1.0)
     step = 1 - even

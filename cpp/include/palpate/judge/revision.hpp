@@ -149,6 +149,9 @@ class Reviser {
                                     const TouchEvidence<Real>& evidence) noexcept {
     const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));
     const bool known = evidence.drift_error > 0 && half != 0;
+    if (known && evidence.drift / half < -3 * evidence.drift_error / magnitude(half)) {
+      return {line.middle, Real(0.5)};  // the object or the probe drifts, and the level ratio does, too
+    }
     const Real even = known ? limited(evidence.drift / half) : Real(1), step = 1 - even;
     const Real error = known ? limited(evidence.drift_error / magnitude(2 * half)) : Real(1);
     const Real open = step > error ? step : error;
