@@ -1,8 +1,8 @@
 """Sessions of a probe in a lab, for the bench lab: a simulator of its own.
 
 It shares no code with `palpate.simulation`. A probe comes from above the object, so it is open
-before the contact. Its depth is a smooth way, with a tremor of many lines and a sway, or that of a
-stage, which is still. Each bump is a spring with the force depth^p. A tilt makes the hard bump
+before the contact. A hand follows a smooth path, and adds a tremor of many frequencies and
+a slow sway; a stage is still. Each bump is a spring with the force depth^p. A tilt makes the hard bump
 deeper. One converter reads hard, then soft, each as a mean over its conversion. Faults change the
 signal before the white noise is added, or the readings after that.
 """
@@ -146,7 +146,7 @@ def lines(random: np.random.Generator, low: float, high: float, count: int) -> L
 
 
 def smooth(part: Array) -> Array:
-    """Return a smooth way from 0 to 1."""
+    """Return a smooth path from 0 to 1."""
     x = np.clip(part, 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
 

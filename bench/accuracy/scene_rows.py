@@ -17,7 +17,10 @@ AHEAD: "dict[_Scene, int]" = {"handheld": 2, "sliding": 2}
 def scene_rows(
     run: Simulation, scene: "_Scene" = "handheld", tracker: Tracker | None = None
 ) -> NDArray[np.void]:
-    """Return the row of each reading of a simulation; of the last ones, which still wait, that of no touch."""
+    """Return one row for each reading of a simulation.
+
+    The last readings still wait in the screen: their rows have no touch.
+    """
     tracker = Tracker(scene) if tracker is None else tracker
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     ahead = AHEAD.get(scene, 0)

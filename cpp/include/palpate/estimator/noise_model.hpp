@@ -99,7 +99,7 @@ class NoiseModel {
   /// Variance of the mean of many innovations, times their number. It is that of an AR(2) process if the second
   /// coefficient is significant (tremor: an oscillation cancels), otherwise of an AR(1) process. Yule-Walker:
   ///   AR(2): gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2,   AR(1): gamma(0) (1 + r1) / (1 - r1).
-  /// With `aliases` an oscillation may be one that looks slow, and not cancel: then it is that of the AR(1) process.
+  /// With `aliases` a fast oscillation may look slow, and then it does not cancel: the AR(1) process is used instead.
   constexpr Real long_run_variance(bool aliases) const noexcept {
     const Real variance = lag0_ / count_;
     const Real r1 = correlation(lag1_), r2 = correlation(lag2_);

@@ -233,7 +233,7 @@ class Judge {
   /// The baselines are measured again: the last touch will not be revised.
   constexpr void tared() noexcept { evidence_.reviser.drop(); }
 
-  /// The flags of a touch in which a channel jumped, in place of others; 0: there are none. Returns whether they are new.
+  /// Sets the flags of a touch in which a channel jumped; they replace other flags. 0: none. Returns whether this is a change.
   constexpr bool level_changed(std::uint8_t flags) noexcept {
     const bool changed = flags != level_flags_;
     level_flags_ = flags;

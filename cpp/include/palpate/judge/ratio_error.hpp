@@ -75,9 +75,9 @@ struct RatioError {
   /// alignment does not change a mean. Too few innovations do not show their correlation. Then the
   /// long-run variance is the variance v of the readings' noise, plus 4 times the excess of the
   /// innovations' variance over v / 2. Where a tremor aliases, both channels may be off by a constant that no innovation
-  /// shows: there it is at least v plus 6 times the excess, and that of an AR(1) process. With these 88 to 100 % of
-  /// simulated touches are covered, from 2 to 12 pairs a second. Of slow pairs it is at least v plus half of the
-  /// excess, which jitter leaves of a tremor. An error of a baseline changes the ratio by this error divided by the mean
+  /// shows. There the long-run variance is at least v plus 6 times the excess, and at least that of an AR(1) process: then
+  /// the intervals of 88 to 100 % of simulated touches hold, from 2 to 12 pairs a second. For slow pairs it is at least v
+  /// plus half of the excess, because jitter of the times leaves a part of the tremor. An error of a baseline changes the ratio by this error divided by the mean
   /// regressor, sqrt(R / W). W is the count.
   constexpr Real with(const Estimator& estimator, Real shared_variance, Real open) const noexcept {
     if (samples == 0 || (pace == Pace::aliases && estimator.innovation_variance() == 0)) {

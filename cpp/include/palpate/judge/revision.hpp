@@ -143,8 +143,8 @@ class Reviser {
   }
 
   // `whole`: of the ratio, if the baselines had changed at the contact. Half of the expected drift shows an even change: the age of
-  // a baseline that drifts is known no better. The level ratio decides if it is off the ratio of one step by more than 3 standard
-  // errors, and nearer to that of the other one by a factor of 3: a tilt is far from both.
+  // a baseline that drifts is known no better. The level ratio decides between the two steps: it must be more than 3
+  // standard errors away from one of them, and 3 times as near to the other one. After a tilt it is far from both.
   static constexpr Share with_steps(const Line& line, Real whole, Real ratio,
                                     const TouchEvidence<Real>& evidence) noexcept {
     const Real half = product(evidence.length, whole) / (-2 * product(ratio, line.all));

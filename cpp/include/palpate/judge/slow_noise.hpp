@@ -45,8 +45,8 @@ class SlowNoise {
     }
   }
 
-  /// Finds the variance of a touch. For means of equal lengths it is twice that of one; with a walk or with stationary noise it is
-  /// the sum of both, also if the lengths differ.
+  /// Computes the variance of the difference between the mean of a touch and its baseline: the sum of the variances of both means.
+  /// For a walk, and for stationary noise, this holds for any two lengths.
   template <class Baseline>
   constexpr void find(const Baseline& baseline, std::uint32_t samples) noexcept {
     const Real white = product(baseline.noise(), baseline.noise()), of_level = baseline.variance();
