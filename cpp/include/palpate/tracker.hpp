@@ -250,8 +250,8 @@ class Tracker : public detail::Parts<Scene>::Settings,
   }
   /// What is judged of the last reading that feed() or flush() took, beside the touch.
   constexpr const auto& judgements() const noexcept { return judgements_; }
-  using Screen::due_time, Screen::waiting;
   using Levels::forget;
+  using Screen::due_time, Screen::waiting;
   /// Settings of the level ratio.
   constexpr auto& level_settings() noexcept { return Judge::level_settings(); }
   /// The same, of a constant tracker.
