@@ -14,7 +14,7 @@ const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
   "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused", "outliers",
-  "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
+  "level_ratio", "level_standard_error", "contact_exponent", "depth_pF", "rise_s", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
 
 export class Core {
   static async of(compiled) {

@@ -45,6 +45,11 @@ class Touch:
         Standard deviation of `level_ratio`.
     contact_exponent : float
         Exponent of force against depth with which `level_ratio` was computed; 0: there is none.
+    depth_pF : float
+        Change of the soft channel where the press had settled: how deep it was; nan in other
+        scenes, or if the press has not settled.
+    rise_s : float
+        Seconds from the contact to there.
     age_s : float
         Seconds from the moment when the press had settled to the end of the touch, if it ends at an
         age; 0: it ends at its length.
@@ -106,6 +111,8 @@ class Touch:
     level_ratio: float
     level_standard_error: float
     contact_exponent: float
+    depth_pF: float
+    rise_s: float
     age_s: float
     ratio_before: float
     before_standard_error: float
