@@ -79,19 +79,23 @@ def session(seed: int, way: Way = WAY) -> Session:
 
 def fitted(specimens: dict[float, Recorded], **given: Any) -> tuple[Calibration, RatioChoice]:
     """Return the calibration, as `palpate calibrate` makes it, and its choice; `given`: kind, contact_exponent, age."""
-    kind = given.pop("kind", None)
+    kind, bumps = given.pop("kind", None), given.pop("bumps", None)
     tracks = [
         Track(run, given, {t.start: f"{E}" for t in palpate.touches(run)})
         for E, run in specimens.items()
     ]
-    chosen = choose_ratio(tracks, ratio=kind)
+    chosen = choose_ratio(tracks, {f"{E}": E for E in specimens}, ratio=kind, bumps=bumps)
     settings: Any = chosen.settings
     accept = ACCEPT if kind == "hold" or given.get("age") == 0 else ()
     touched = [
         SpecimenTouches(f"{E}", E, palpate.touches(run, **settings), accept, chosen.ratio_of)
         for E, run in specimens.items()
     ]
-    return fit_specimens(touched, about=replace(chosen.about, accepted_flags=tuple(accept))), chosen
+    return fit_specimens(
+        touched,
+        exponents=chosen.exponents,
+        about=replace(chosen.about, accepted_flags=tuple(accept)),
+    ), chosen
 
 
 @dataclass
@@ -111,10 +115,7 @@ class Found:
             else:
                 self.touches.append((math.log(value / modulus), low <= modulus <= high))
         if any(not calibration.objections(each) for each in touches):
-            mean = calibration.agreement(touches)
-            value, low, high = calibration.modulus(
-                mean.ratio, mean.own_error, touches=mean.effective
-            )
+            value, low, high = calibration.mean_modulus(touches)
             self.means.append((math.log(value / modulus), low <= modulus <= high))
 
     @property

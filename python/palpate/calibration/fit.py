@@ -142,6 +142,13 @@ def gradient(parameters: Array, x: Array) -> Array:
     return np.stack([share, by_log_half, 1 - share])
 
 
+def slope_by_log_modulus(parameters: Array, x: Array) -> Array:
+    """Return the derivative of `curve` with respect to x."""
+    rigid, log_half, soft = parameters
+    share = _share(x - log_half)
+    return np.asarray((rigid - soft) * share * (1 - share))
+
+
 def _share(x: Array) -> Array:
     """Return 1 / (1 + exp(-x)), without overflow."""
     small = np.exp(-np.abs(x))
@@ -322,6 +329,14 @@ def _least_squares(
             "channels are exchanged"
         )
     return found
+
+
+def leverages(fit: CurveFit, x: Array, rows: MeanRatios) -> Array:
+    """Return the leverage of each row, one a specimen: the share of itself in its fitted ratio."""
+    slopes = gradient(fit.parameters, x)
+    level = curve(fit.parameters, x)
+    variance = rows.variance(max(fit.touch_variance, SMALLEST_VARIANCE), level)
+    return np.asarray(np.einsum("ij,ik,kj->j", slopes, fit.covariance, slopes) / variance)
 
 
 def _covariance(slopes: Array, total: Array) -> Array:

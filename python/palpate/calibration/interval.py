@@ -113,8 +113,16 @@ def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
 
 def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
-    noise, touch, specimen, fitted = variances(fit, measured, x)
-    total = noise + touch + specimen + fitted
+    parts = variances(fit, measured, x)
+    t = need("scipy.special", "science").stdtrit(
+        degrees_of_freedom(fit, parts), 0.5 + measured.level / 2
+    )
+    return np.asarray(t * np.sqrt(sum(parts)))
+
+
+def degrees_of_freedom(fit: CurveFit, variances: Variances) -> Array:
+    """Return the degrees of freedom of the sum of variances: Welch and Satterthwaite."""
+    _, touch, specimen, fitted = variances
     # Terms of one estimate are fully correlated; the error of the curve is of both estimates.
     if fit.touch_freedom:
         by_specimen = specimen + fit.specimen_share * fitted
@@ -123,9 +131,7 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     by_touch = touch + specimen + fitted - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        freedom = np.minimum(total**2 / parts, 1e9)
-    t = need("scipy.special", "science").stdtrit(freedom, 0.5 + measured.level / 2)
-    return np.asarray(t * np.sqrt(total))
+        return np.asarray(np.minimum(sum(variances) ** 2 / parts, 1e9))
 
 
 def _crossing(

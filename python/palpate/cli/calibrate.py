@@ -10,8 +10,9 @@ from pathlib import Path
 import click
 
 from palpate import Calibration, Touch
+from palpate.calibration.evidence import BUMPS
 from palpate.calibration.plot import save_plot
-from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
+from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
 from palpate.cli.exit_codes import ExitCode, usage_errors
@@ -82,17 +83,19 @@ _LONGEST_DOUBTS = 1000  # characters
     "--ratio",
     type=click.Choice([*RATIOS]),
     help="Ratio of a touch: hold, or level, over the swept depth.  "
-    "[default: the one that scatters less]",
+    "[default: by the error on specimens left out]",
 )
 @click.option(
-    "--contact-exponent",
-    type=click.Choice([f"{exponent:g}" for exponent in EXPONENTS]),
-    help="Of force against depth: 1, flat bumps; 1.5, domes.  [default: by the scatter]",
+    "--bumps",
+    type=click.Choice([*BUMPS]),
+    help="Shape of the bumps: flat (force ~ depth) or domes (force ~ depth^1.5).  [default: what "
+    "repeated touches leave open]",
 )
 @click.option(
     "--age",
     type=click.FloatRange(min=0),
-    help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]",
+    help="End of a touch, s from where it has settled; 0: its length.  [default: by the error on "
+    "specimens left out]",
 )
 @click.option(
     "--free-soft-ratio",
@@ -117,7 +120,7 @@ def calibrate_command(
     report: Path | None,
     by: str,
     ratio: str | None,
-    contact_exponent: str | None,
+    bumps: str | None,
     age: float | None,
     free_soft_ratio: bool,
     accept: tuple[str, ...],
@@ -150,14 +153,13 @@ def calibrate_command(
         need("matplotlib", "science")
     if report:
         need("jinja2", "report")
-    exponent = float(contact_exponent) if contact_exponent else None
-    tracking = tracker.with_settings(contact_exponent=exponent, age=age).keywords()
+    tracking = tracker.with_settings(age=age).keywords()
     runs = []
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
     modulus_of = _known_moduli(runs, moduli)
-    chosen = _choose_ratio(runs, modulus_of, ratio, accept)
+    chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
@@ -171,7 +173,9 @@ def calibrate_command(
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
     with usage_errors():
         soft_ratio = None if free_soft_ratio else 1.0
-        calibration = fit_specimens(specimens, by=by, soft_ratio=soft_ratio, about=about)
+        calibration = fit_specimens(
+            specimens, by=by, exponents=chosen.exponents, soft_ratio=soft_ratio, about=about
+        )
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
@@ -222,6 +226,7 @@ def _choose_ratio(
     runs: Sequence[AnalysedRecording],
     moduli: Mapping[str, float],
     ratio: str | None,
+    bumps: str | None,
     accept: Collection[str],
 ) -> RatioChoice:
     """Return which ratio of the touches to use."""
@@ -233,7 +238,7 @@ def _choose_ratio(
                 specimens[touch.start] = name
         tracks.append(Track(run.recording, run.tracking, specimens))
     with usage_errors():
-        return choose_ratio(tracks, ratio=ratio, accept=accept)
+        return choose_ratio(tracks, moduli, ratio=ratio, bumps=bumps, accept=accept)
 
 
 def _usable_specimens(

@@ -111,7 +111,7 @@ class GuidedCalibration:
         recorder, how = self._measurement.newest_recorder, self._measurement.how
         chosen = RatioChoice("hold", {})
         if recorder and (track := _track(RecordingFile(recorder.path), how, known)):
-            chosen = choose_ratio([track])
+            chosen = choose_ratio([track], {each.name: each.modulus for each in known})
             known = _measured_again(known, track, chosen)
         specimens = [
             SpecimenTouches(e.name, e.modulus, e.kept, ratio_of=e.ratio_of)
@@ -122,7 +122,9 @@ class GuidedCalibration:
             list(known),
             specimens,
             fit_specimens(
-                specimens, about=replace(chosen.about, scene=how.get("scene", "handheld"))
+                specimens,
+                exponents=chosen.exponents,
+                about=replace(chosen.about, scene=how.get("scene", "handheld")),
             ),
         )
 
