@@ -35,10 +35,10 @@ from pathlib import Path
 from palpate import Calibration, Touch, number_format
 from palpate.errors import CalibrationError
 
-from bench.accuracy.another_hand_rows import ROWS, Row
+from bench.accuracy.another_hand_rows import NO_BOUNDS, ROWS, Row
 from bench.accuracy.another_hand_scores import Estimate, Figures, Score, Share, percent
 from bench.accuracy.lab import pattern_of
-from bench.accuracy.other_sessions import Calibrating, Touched, objects, specimens
+from bench.accuracy.other_sessions import OBJECTS, TOUCHES, Calibrating, Touched, objects, specimens
 from bench.accuracy.session_calibration import (
     Calibrated,
     Stated,
@@ -68,7 +68,9 @@ class Result:
 
     @property
     def verdict(self) -> str:
-        """Whether it "holds" or "FAILS"."""
+        """Whether it "holds" or "FAILS"; "": it has no bounds."""
+        if self.row.bounds == NO_BOUNDS:
+            return ""
         return "FAILS" if self.broken else "holds"
 
     def __str__(self) -> str:
@@ -84,7 +86,7 @@ class Result:
             *figures.shares.values(),
         ]
         cells = "".join(f"{percent(number):>9}" for number in numbers)
-        text = f"{self.verdict} {self.row.title:42}{cells}"
+        text = f"{self.verdict:5} {self.row.title:42}{cells}"
         if self.broken:
             text += f"\n      {'; '.join(self.broken)}"
         return text
@@ -100,8 +102,10 @@ def score(row: Row, found: Calibrated | None, seed: int) -> Score:
     """Measure the objects of a session; `found`: None if there is no calibration."""
     result = Score()
     reliable = found is not None and found.calibration.sound
-    result.counters[Share.RELIABLE].add(reliable)
+    result.tallies[Share.RELIABLE].add(reliable)
     if found is None:
+        for _ in range(OBJECTS * TOUCHES):
+            result.tallies[Share.WITHOUT].add(True)
         return result
     made = objects(row.measuring, seed)
     groups = [found.touches(one) for one in made]
@@ -118,17 +122,17 @@ def _add(result: Score, calibration: Calibration, one: Touched, touches: list[To
     for touch in touches:
         found = measured(calibration, touch)
         has_value = found is not None and not isnan(found.modulus.value)
-        result.counters[Share.WITHOUT].add(not has_value)
+        result.tallies[Share.WITHOUT].add(not has_value)
         if found is not None:
             result.touches.append(Estimate.of(found.modulus, one.modulus_MPa))
-            result.counters[Share.STIFFENS].add(found.stiffens)
-            result.counters[Share.DIFFERS].add(found.differs)
+            result.tallies[Share.STIFFENS].add(found.stiffens)
+            result.tallies[Share.DIFFERS].add(found.differs)
     mean = mean_modulus(calibration, touches)
     if mean is not None:
         result.means.append(Estimate.of(mean, one.modulus_MPa))
     agreeing = agrees(calibration, touches, one.modulus_MPa)
     if agreeing is not None:
-        result.counters[Share.DISAGREES].add(not agreeing)
+        result.tallies[Share.DISAGREES].add(not agreeing)
 
 
 def scores(rows: Sequence[Row], seed: int) -> list[Score]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from bench.accuracy.another_hand_scores import Bounds, Share
+from bench.accuracy.other_probe import Way
 from bench.accuracy.other_sessions import (
     DOMES,
     FLAT,
@@ -18,6 +19,7 @@ from bench.accuracy.session_calibration import Stated
 MODULUS_ERROR = 0.05
 GAIN = 1.02
 NOTHING_STATED = Stated()
+NO_BOUNDS = Bounds(has_rule=False)
 
 
 @dataclass(frozen=True)
@@ -36,13 +38,18 @@ class Row:
     title: str
     calibrating: Calibrating
     measuring: Measuring
-    bounds: Bounds
+    bounds: Bounds = NO_BOUNDS
     stated: Stated = NOTHING_STATED
 
 
 def _holds(rms: float, coverage: float, mean_coverage: float = 0.0) -> Bounds:
     """Return bounds with a largest rms error and smallest coverages, %."""
-    return Bounds(rms, coverage=(coverage, 100.0), mean_coverage=(mean_coverage, 100.0))
+    return Bounds(
+        rms,
+        coverage=(coverage, 100.0),
+        mean_coverage=(mean_coverage, 100.0),
+        shares=NONE_STIFFENS,
+    )
 
 
 def _shares(share: Share, low: float = 0.0, high: float = 100.0) -> Bounds:
@@ -56,8 +63,13 @@ def _tilted(tilt_deg: float) -> Measuring:
 
 
 def _deep(low_pF: float, high_pF: float) -> Presser:
-    """Return a hand that presses so deep."""
+    """Return a hand that presses to a depth in this range."""
     return replace(HAND, total_pF=(low_pF, high_pF))
+
+
+def _alike(title: str, probe: Way, presser: Presser = HAND) -> Row:
+    """Return the row of one probe and one presser, without bounds."""
+    return Row(title, Calibrating(probe, presser), Measuring(probe, presser))
 
 
 BY_HAND = Calibrating()
@@ -67,6 +79,8 @@ LEVEL = Calibrating(presser=HAND.at(0.0))
 FLAT_ON_STAGE = Calibrating(FLAT, STAGE)
 USUAL_DEPTH = Calibrating(presser=_deep(0.4, 1.6))
 INEXACT = Calibrating(label_error=MODULUS_ERROR)
+HARD_FLAT = replace(DOMES, exponent=1.0, soft_exponent=1.5)
+SOFT_FLAT = replace(DOMES, exponent=1.5, soft_exponent=1.0)
 
 FIRST = Measuring()
 STEADY = Measuring(presser=STAGE)
@@ -77,38 +91,27 @@ CHANGED = Measuring(replace(DOMES, gain=GAIN), known=True)
 
 LEARNS = Stated(learns=True)
 
-REFERENCE = Bounds(
-    2.0,
-    coverage=(92.0, 98.0),
-    shares={Share.STIFFENS: (0.0, 1.0)},
-)
-ON_STAGE_ONLY = Bounds(half_width=1.5, shares={Share.STIFFENS: (0.0, 1.0)})
-FLAT_STATED = Bounds(1.5, half_width=1.7, coverage=(92.0, 98.0))
-FLAT_NOT_STATED = Bounds(half_width=5.0, coverage=(92.0, 100.0))
-UNCERTAINTY_STATED = Bounds(
-    3.5,
-    coverage=(90.0, 99.0),
-    shares={Share.RELIABLE: (90.0, 100.0)},
-)
+NONE_STIFFENS = {Share.STIFFENS: (0.0, 1.0)}
+REFERENCE = Bounds(2.0, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
+ON_STAGE_ONLY = Bounds(half_width=1.5, shares=NONE_STIFFENS)
+FLAT_STATED = Bounds(1.5, half_width=1.7, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
+FLAT_NOT_STATED = Bounds(half_width=5.0, coverage=(92.0, 100.0), shares=NONE_STIFFENS)
+UNCERTAINTY_STATED = Bounds(3.5, coverage=(90.0, 99.0), shares={Share.RELIABLE: (90.0, 100.0)})
 NOTICED = _shares(Share.RELIABLE, high=5.0)
 FLAGGED = _shares(Share.STIFFENS, low=80.0)
 FOUND = _shares(Share.DISAGREES, low=95.0)
 NOT_FOUND = _shares(Share.DISAGREES, high=3.0)
 
-ROWS = (
-    Row("reference: a hand calibrates and measures", BY_HAND, FIRST, REFERENCE),
-    Row("layered objects, by hand", BY_HAND, LAYERED, FLAGGED),
-    Row("gain +2 %, by hand", BY_HAND, CHANGED, FOUND),
-    Row("gain unchanged, by hand", BY_HAND, KNOWN, NOT_FOUND),
+ANOTHER_HAND = (
     Row("stage calibrates and measures", ON_STAGE, STEADY, ON_STAGE_ONLY),
     Row("stage, then hand at .25 degrees", ON_STAGE, _tilted(0.25), _holds(3.0, 88.0)),
     Row("stage, then hand at .5 degrees", ON_STAGE, _tilted(0.5), _holds(4.5, 88.0)),
     Row("stage, then hand at 1.5 degrees", ON_STAGE, _tilted(1.5), _holds(16.0, 88.0)),
     Row("stage, then .5 degrees, learned", ON_STAGE, _tilted(0.5), _holds(3.0, 88.0), LEARNS),
     Row("stage, then 1.5 degrees, learned", ON_STAGE, _tilted(1.5), _holds(5.0, 88.0), LEARNS),
-    Row("layered objects, on a stage", ON_STAGE, LAYERED_STEADY, FLAGGED),
+    Row("layered objects, stage", ON_STAGE, LAYERED_STEADY, FLAGGED),
     Row("gain +2 %, stage, then hand, learned", ON_STAGE, CHANGED, FOUND, LEARNS),
-    Row("gain unchanged, stage, then hand, learned", ON_STAGE, KNOWN, NOT_FOUND, LEARNS),
+    Row("gain the same, stage, then hand, learned", ON_STAGE, KNOWN, NOT_FOUND, LEARNS),
     Row("hand at .05 degrees, then .5", CAREFUL, _tilted(0.5), _holds(4.5, 88.0)),
     Row("A level, B at 1.5 degrees", LEVEL, _tilted(1.5), _holds(16.0, 88.0)),
     Row(
@@ -131,6 +134,13 @@ ROWS = (
         Measuring(presser=_deep(0.1, 0.3)),
         _holds(5.0, 88.0, 85.0),
     ),
+)
+"""Rows in which something differs between calibration and measurement."""
+ONE_HAND = (
+    Row("reference: a hand calibrates and measures", BY_HAND, FIRST, REFERENCE),
+    Row("layered objects, hand", BY_HAND, LAYERED, FLAGGED),
+    Row("gain +2 %, hand", BY_HAND, CHANGED, FOUND),
+    Row("gain the same, hand", BY_HAND, KNOWN, NOT_FOUND),
     Row(
         "u(E) 5 %, stated",
         INEXACT,
@@ -141,11 +151,26 @@ ROWS = (
     Row("u(E) 5 %, not stated", INEXACT, FIRST, NOTICED),
     Row("a wrong label", Calibrating(labels=Labels.ONE_WRONG), FIRST, NOTICED),
     Row("two labels swapped", Calibrating(labels=Labels.TWO_SWAPPED), FIRST, NOTICED),
-    Row(
-        "unequal exponents",
-        Calibrating(replace(DOMES, soft_exponent=1.0)),
-        Measuring(replace(DOMES, soft_exponent=1.0)),
-        NOTICED,
-    ),
+    Row("hard bump flat, soft a dome", Calibrating(HARD_FLAT), Measuring(HARD_FLAT), NOTICED),
+    Row("hard bump a dome, soft flat", Calibrating(SOFT_FLAT), Measuring(SOFT_FLAT), NOTICED),
     Row("35 of 40 touches have a level ratio", Calibrating(quick=5), FIRST, _holds(2.5, 90.0)),
 )
+"""Rows in which the hand that calibrated measures."""
+PARTS = (
+    _alike("part: level and still", DOMES, replace(HAND, tilt_deg=0.0, trembling_deg=0.0)),
+    _alike("part: flat bumps", FLAT),
+    _alike("part: no creep", replace(DOMES, creep=(0.0, 0.0))),
+    _alike("part: gauges not bent", replace(DOMES, bend=0.0)),
+    _alike("part: 1 degree", DOMES, HAND.at(1.0)),
+)
+"""The reference case with another probe or hand."""
+RATIOS = (
+    Row("ratio: hold", BY_HAND, FIRST, stated=Stated("flat", "hold", 0.0)),
+    Row("ratio: hold at 0.5 s", BY_HAND, FIRST, stated=Stated("flat", "hold", 0.5)),
+    Row("ratio: level, flat", BY_HAND, FIRST, stated=Stated("flat", "level", 0.0)),
+    Row("ratio: level, domes", BY_HAND, FIRST, stated=Stated("domes", "level", 0.0)),
+    Row("ratio: level, domes, at 0.5 s", BY_HAND, FIRST, stated=Stated("domes", "level", 0.5)),
+    Row("ratio: level, domes, at 1.3 s", BY_HAND, FIRST, stated=Stated("domes", "level", 1.3)),
+)
+"""The reference case with another ratio than the one that is chosen."""
+ROWS = (*ONE_HAND, *ANOTHER_HAND, *PARTS, *RATIOS)

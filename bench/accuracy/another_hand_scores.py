@@ -53,7 +53,7 @@ class Estimate:
 
 
 @dataclass
-class Counter:
+class Tally:
     """How many of how many."""
 
     count: int = 0
@@ -78,15 +78,15 @@ class Score:
 
     touches: list[Estimate] = field(default_factory=list)
     means: list[Estimate] = field(default_factory=list)
-    counters: dict[Share, Counter] = field(default_factory=lambda: {s: Counter() for s in Share})
+    tallies: dict[Share, Tally] = field(default_factory=lambda: {s: Tally() for s in Share})
 
     def add(self, other: "Score") -> None:
         """Add the results of another session."""
         self.touches += other.touches
         self.means += other.means
-        for share, counter in other.counters.items():
-            self.counters[share].count += counter.count
-            self.counters[share].of += counter.of
+        for share, tally in other.tallies.items():
+            self.tallies[share].count += tally.count
+            self.tallies[share].of += tally.of
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Figures:
             mean_rms=rms(score.means),
             mean_half_width=half_width(score.means),
             mean_coverage=coverage(score.means),
-            shares={share: counter.percent for share, counter in score.counters.items()},
+            shares={share: tally.percent for share, tally in score.tallies.items()},
         )
 
 
@@ -141,10 +141,10 @@ def half_width(estimates: Sequence[Estimate]) -> float:
 
 def coverage(estimates: Sequence[Estimate]) -> float:
     """Return the share of the intervals that contain the true modulus, %."""
-    counter = Counter()
+    tally = Tally()
     for one in estimates:
-        counter.add(one.holds)
-    return counter.percent
+        tally.add(one.holds)
+    return tally.percent
 
 
 @dataclass(frozen=True)

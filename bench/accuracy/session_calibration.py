@@ -12,12 +12,13 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import palpate
 from palpate import Calibration, Touch
 from palpate.calibration.modulus import Modulus
-from palpate.calibration.selection import Track, choose_ratio
+from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 
 from bench.accuracy.other_sessions import Touched
 
 STIFFENS = "stiffens"
+ACCEPTED = ("drift", "creep", "offset")
 EXPONENTS = {"flat": 1.0, "domes": 1.5}
 
 
@@ -29,6 +30,10 @@ class Stated:
     ----------
     bumps : str or None
         "flat" or "domes".
+    ratio : str or None
+        "hold" or "level"; None: chosen.
+    age_s : float or None
+        None: chosen; 0: the whole touch, and flags that depend on its age are accepted.
     modulus_uncertainty : float
         Relative standard uncertainty of the moduli of the specimens.
     learns : bool
@@ -36,6 +41,8 @@ class Stated:
     """
 
     bumps: Literal["flat", "domes"] | None = None
+    ratio: Literal["hold", "level"] | None = None
+    age_s: float | None = None
     modulus_uncertainty: float = 0.0
     learns: bool = False
 
@@ -123,35 +130,40 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
     palpate.errors.CalibrationError
         The touches give no calibration.
     """
-    takes_bumps = "bumps" in signature(choose_ratio).parameters
+    choice = _choice(specimens, stated)
+    settings = dict(choice.settings)
+    accept = ACCEPTED if stated.age_s == 0 else ()
+    known = []
+    for one in specimens:
+        name = str(one.label_MPa)
+        touches = palpate.touches(one.recording, **settings)
+        specimen = SpecimenTouches(name, one.label_MPa, touches, accept, choice.ratio_of)
+        if specimen.counted:
+            known.append(specimen)
+    about = replace(choice.about, accepted_flags=accept)
+    more: dict[str, Any] = {}
+    if "modulus_uncertainties" in signature(fit_specimens).parameters:
+        more["modulus_uncertainties"] = [stated.modulus_uncertainty] * len(known)
+    return Calibrated(fit_specimens(known, about=about, **more), settings)
+
+
+def _choice(specimens: Sequence[Touched], stated: Stated) -> RatioChoice:
+    """Return the ratio that is chosen, with what is stated."""
     tracking: dict[str, Any] = {}
-    if stated.bumps and not takes_bumps:
+    more: dict[str, Any] = {}
+    if stated.age_s is not None:
+        tracking["age"] = stated.age_s
+    if "bumps" in signature(choose_ratio).parameters:
+        more["bumps"] = stated.bumps
+    elif stated.bumps:
         tracking["contact_exponent"] = EXPONENTS[stated.bumps]
     tracks = []
     for one in specimens:
-        names = {touch.start: f"{one.label_MPa}" for touch in palpate.touches(one.recording)}
+        names = {}
+        for touch in palpate.touches(one.recording):
+            names[touch.start] = str(one.label_MPa)
         tracks.append(Track(one.recording, tracking, names))
-    choose: Any = choose_ratio
-    if takes_bumps:
-        choice = choose(tracks, bumps=stated.bumps)
-    else:
-        choice = choose(tracks)
-    settings = dict(choice.settings)
-    touched = []
-    for one in specimens:
-        touches = palpate.touches(one.recording, **settings)
-        name = f"{one.label_MPa}"
-        touched.append(
-            SpecimenTouches(name, one.label_MPa, touches, ratio_of=choice.ratio_of),
-        )
-    fit: Any = fit_specimens
-    about = replace(choice.about)
-    if "modulus_uncertainties" in signature(fit_specimens).parameters:
-        uncertainties = [stated.modulus_uncertainty] * len(touched)
-        found = fit(touched, about=about, modulus_uncertainties=uncertainties)
-    else:
-        found = fit(touched, about=about)
-    return Calibrated(found, settings)
+    return choose_ratio(tracks, ratio=stated.ratio, **more)
 
 
 def learned(calibration: Calibration, groups: Sequence[Sequence[Touch]]) -> Calibration:
@@ -192,6 +204,7 @@ def agrees(
     modulus_uncertainty: float = 0.0,
 ) -> bool | None:
     """Return whether a known specimen agrees with the calibration; None: nothing compares them."""
-    if isinstance(calibration, Verifies):
-        return calibration.verify(touches, modulus_MPa, modulus_uncertainty).agrees
-    return None
+    usable = [touch for touch in touches if not calibration.objections(touch)]
+    if not usable or not isinstance(calibration, Verifies):
+        return None
+    return calibration.verify(usable, modulus_MPa, modulus_uncertainty).agrees
