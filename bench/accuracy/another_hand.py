@@ -146,6 +146,15 @@ def scores(rows: Sequence[Row], seed: int) -> list[Score]:
     return [score(row, found, seed) for row in rows]
 
 
+def figures_of(row: Row, sessions: int) -> Figures:
+    """Measure one row in this process."""
+    total = Score()
+    for seed in range(sessions):
+        [one] = scores([row], seed)
+        total.add(one)
+    return Figures.of(total)
+
+
 def _calibration_of(row: Row) -> tuple[Calibrating, Stated]:
     """Return everything on which the calibration of a row depends."""
     return row.calibrating, replace(row.stated, learns=False)

@@ -92,7 +92,7 @@ CHANGED = Measuring(replace(DOMES, gain=GAIN), known=True)
 LEARNS = Stated(learns=True)
 
 NONE_STIFFENS = {Share.STIFFENS: (0.0, 1.0)}
-REFERENCE = Bounds(2.0, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
+REFERENCE_BOUNDS = Bounds(2.0, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
 ON_STAGE_ONLY = Bounds(half_width=1.5, shares=NONE_STIFFENS)
 FLAT_STATED = Bounds(1.5, half_width=1.7, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
 FLAT_NOT_STATED = Bounds(half_width=5.0, coverage=(92.0, 100.0), shares=NONE_STIFFENS)
@@ -101,6 +101,9 @@ NOTICED = _shares(Share.RELIABLE, high=5.0)
 FLAGGED = _shares(Share.STIFFENS, low=80.0)
 FOUND = _shares(Share.DISAGREES, low=95.0)
 NOT_FOUND = _shares(Share.DISAGREES, high=3.0)
+
+REFERENCE = Row("reference: a hand calibrates and measures", BY_HAND, FIRST, REFERENCE_BOUNDS)
+WHOLE_HOLD = Row("ratio: hold", BY_HAND, FIRST, stated=Stated("flat", "hold", 0.0))
 
 ANOTHER_HAND = (
     Row("stage calibrates and measures", ON_STAGE, STEADY, ON_STAGE_ONLY),
@@ -137,7 +140,7 @@ ANOTHER_HAND = (
 )
 """Rows in which something differs between calibration and measurement."""
 ONE_HAND = (
-    Row("reference: a hand calibrates and measures", BY_HAND, FIRST, REFERENCE),
+    REFERENCE,
     Row("layered objects, hand", BY_HAND, LAYERED, FLAGGED),
     Row("gain +2 %, hand", BY_HAND, CHANGED, FOUND),
     Row("gain the same, hand", BY_HAND, KNOWN, NOT_FOUND),
@@ -165,7 +168,7 @@ PARTS = (
 )
 """The reference case with another probe or hand."""
 RATIOS = (
-    Row("ratio: hold", BY_HAND, FIRST, stated=Stated("flat", "hold", 0.0)),
+    WHOLE_HOLD,
     Row("ratio: hold at 0.5 s", BY_HAND, FIRST, stated=Stated("flat", "hold", 0.5)),
     Row("ratio: level, flat", BY_HAND, FIRST, stated=Stated("flat", "level", 0.0)),
     Row("ratio: level, domes", BY_HAND, FIRST, stated=Stated("domes", "level", 0.0)),

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from palpate.calibration.modulus import Modulus
 
-RULE = 2.5  # a median half-width is at most this times the rms error
+RULE = 2.5  # largest median half-width, in rms errors
 
 
 class Share(StrEnum):
@@ -179,7 +179,7 @@ class Bounds:
         for share, allowed in self.shares.items():
             limits.append(Limit(share, figures.shares[share], allowed))
         if self.has_rule:
-            limits.append(Limit("rule", figures.half_width, (0.0, RULE * figures.rms)))
+            limits.append(Limit("half-width / rms", figures.half_width / figures.rms, (0.0, RULE)))
         return [str(limit) for limit in limits if not limit.holds]
 
 
