@@ -18,7 +18,8 @@ bent by 0.5 %/pF. Each row has, in %,
     reliable   calibrations without an objection
     disagrees  objects that `verify` finds to disagree with their modulus
 
-"-": palpate has no such result. A row `holds` or FAILS. Exit code 1: one FAILS.
+"-": palpate has no such result. A row `holds` or FAILS; the bounds that do not hold are below it.
+Exit code 1: one FAILS. Objects that stiffen have the modulus of small depths.
 """
 
 import argparse
@@ -46,7 +47,8 @@ from bench.accuracy.session_calibration import (
     calibrated,
     learned,
     mean_modulus,
-    measured,
+    modulus_of,
+    remarks_on,
 )
 from bench.results_age import about
 
@@ -85,7 +87,7 @@ class Result:
             figures.mean_coverage,
             *figures.shares.values(),
         ]
-        cells = "".join(f"{percent(number):>9}" for number in numbers)
+        cells = "".join(f"{percent(number):>10}" for number in numbers)
         text = f"{self.verdict:5} {self.row.title:42}{cells}"
         if self.broken:
             text += f"\n      {'; '.join(self.broken)}"
@@ -95,7 +97,7 @@ class Result:
 def header() -> str:
     """Return the names of the columns."""
     names = ["rms", "+-", "holds", "of four", "+-", "holds", *Share]
-    return f"{'':48}" + "".join(f"{name:>9}" for name in names)
+    return f"{'':48}" + "".join(f"{name:>10}" for name in names)
 
 
 def score(row: Row, found: Calibrated | None, seed: int) -> Score:
@@ -120,13 +122,14 @@ def score(row: Row, found: Calibrated | None, seed: int) -> Score:
 def _add(result: Score, calibration: Calibration, one: Touched, touches: list[Touch]) -> None:
     """Add the touches on one object."""
     for touch in touches:
-        found = measured(calibration, touch)
-        has_value = found is not None and not isnan(found.modulus.value)
+        modulus = modulus_of(calibration, touch)
+        has_value = modulus is not None and not isnan(modulus.value)
+        remarks = remarks_on(calibration, touch)
         result.tallies[Share.WITHOUT].add(not has_value)
-        if found is not None:
-            result.touches.append(Estimate.of(found.modulus, one.modulus_MPa))
-            result.tallies[Share.STIFFENS].add(found.stiffens)
-            result.tallies[Share.DIFFERS].add(found.differs)
+        result.tallies[Share.STIFFENS].add(remarks.stiffens)
+        result.tallies[Share.DIFFERS].add(remarks.differs)
+        if modulus is not None:
+            result.touches.append(Estimate.of(modulus, one.modulus_MPa))
     mean = mean_modulus(calibration, touches)
     if mean is not None:
         result.means.append(Estimate.of(mean, one.modulus_MPa))

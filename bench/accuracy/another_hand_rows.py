@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from bench.accuracy.another_hand_scores import Bounds, Share
+from bench.accuracy.another_hand_scores import Allowed, Bounds, Share
 from bench.accuracy.other_probe import Way
 from bench.accuracy.other_sessions import (
     DOMES,
@@ -48,7 +48,7 @@ def _holds(rms: float, coverage: float, mean_coverage: float = 0.0) -> Bounds:
         rms,
         coverage=(coverage, 100.0),
         mean_coverage=(mean_coverage, 100.0),
-        shares=NONE_STIFFENS,
+        shares=THICK,
     )
 
 
@@ -91,11 +91,12 @@ CHANGED = Measuring(replace(DOMES, gain=GAIN), known=True)
 
 LEARNS = Stated(learns=True)
 
-NONE_STIFFENS = {Share.STIFFENS: (0.0, 1.0)}
-REFERENCE_BOUNDS = Bounds(2.0, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
-ON_STAGE_ONLY = Bounds(half_width=1.5, shares=NONE_STIFFENS)
-FLAT_STATED = Bounds(1.5, half_width=1.7, coverage=(92.0, 98.0), shares=NONE_STIFFENS)
-FLAT_NOT_STATED = Bounds(half_width=5.0, coverage=(92.0, 100.0), shares=NONE_STIFFENS)
+THICK: dict[Share, Allowed] = {Share.STIFFENS: (0.0, 1.0), Share.WITHOUT: (0.0, 5.0)}
+"""Bounds on thick objects: no false flag, and a modulus of nearly every touch."""
+REFERENCE_BOUNDS = Bounds(2.0, coverage=(92.0, 98.0), shares=THICK)
+ON_STAGE_ONLY = Bounds(half_width=1.5, shares=THICK)
+FLAT_STATED = Bounds(1.5, half_width=1.7, coverage=(92.0, 98.0), shares=THICK)
+FLAT_NOT_STATED = Bounds(half_width=5.0, coverage=(92.0, 100.0), shares=THICK)
 UNCERTAINTY_STATED = Bounds(3.5, coverage=(90.0, 99.0), shares={Share.RELIABLE: (90.0, 100.0)})
 NOTICED = _shares(Share.RELIABLE, high=5.0)
 FLAGGED = _shares(Share.STIFFENS, low=80.0)

@@ -21,7 +21,7 @@ class Share(StrEnum):
     DISAGREES = "disagrees"
 
 
-Range = tuple[float, float]
+Allowed = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -163,9 +163,9 @@ class Bounds:
 
     rms: float = math.inf
     half_width: float = math.inf
-    coverage: Range = (0.0, 100.0)
-    mean_coverage: Range = (0.0, 100.0)
-    shares: dict[Share, Range] = field(default_factory=dict)
+    coverage: Allowed = (0.0, 100.0)
+    mean_coverage: Allowed = (0.0, 100.0)
+    shares: dict[Share, Allowed] = field(default_factory=dict)
     has_rule: bool = True
 
     def broken(self, figures: Figures) -> list[str]:
@@ -189,7 +189,7 @@ class Limit:
 
     name: str
     value: float
-    allowed: Range
+    allowed: Allowed
 
     @property
     def holds(self) -> bool:

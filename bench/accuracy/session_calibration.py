@@ -60,21 +60,19 @@ class Calibrated:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A modulus, and the remarks on it.
+class Remarks:
+    """Remarks on a touch; None: palpate has no such remark.
 
     Attributes
     ----------
-    modulus : Modulus
     stiffens : bool or None
-        Whether the touch has the flag; None: there is no such flag.
+        Whether the touch has the flag.
     differs : bool or None
         Whether a sentence says how the touch differs from those that calibrated.
     """
 
-    modulus: Modulus
-    stiffens: bool | None = None
-    differs: bool | None = None
+    stiffens: bool | None
+    differs: bool | None
 
 
 @runtime_checkable
@@ -173,17 +171,22 @@ def learned(calibration: Calibration, groups: Sequence[Sequence[Touch]]) -> Cali
     return calibration
 
 
-def measured(calibration: Calibration, touch: Touch) -> Measured | None:
+def modulus_of(calibration: Calibration, touch: Touch) -> Modulus | None:
     """Return the modulus of a touch; None: the touch does not count."""
     if calibration.objections(touch):
         return None
+    return calibration.modulus_of(touch)
+
+
+def remarks_on(calibration: Calibration, touch: Touch) -> Remarks:
+    """Return the remarks on a touch, whether or not it counts."""
     stiffens = None
     if STIFFENS in list(palpate.flags.Flag):
         stiffens = STIFFENS in touch.flags
     differs = None
     if isinstance(calibration, Compares):
         differs = bool(calibration.differences(touch))
-    return Measured(calibration.modulus_of(touch), stiffens, differs)
+    return Remarks(stiffens, differs)
 
 
 def mean_modulus(calibration: Calibration, touches: Sequence[Touch]) -> Modulus | None:
