@@ -1,13 +1,9 @@
-"""From the touches of a session to moduli, by palpate: the only module of the bench that calls it.
-
-Some methods may be absent in a version of palpate; the bench then runs without them, and prints "-"
-for results that only they have.
-"""
+"""From the touches of a session to moduli, by palpate: the only module of the bench that calls it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal
 
 import palpate
 from palpate import Calibration, Touch
@@ -19,7 +15,6 @@ from bench.accuracy.other_sessions import Touched
 
 STIFFENS = "stiffens"
 ACCEPTED = ("drift", "creep", "offset")
-EXPONENTS = {"flat": 1.0, "domes": 1.5}
 
 
 @dataclass(frozen=True)
@@ -75,51 +70,6 @@ class Remarks:
     differs: bool | None
 
 
-@runtime_checkable
-class Learns(Protocol):
-    """A calibration that learns the contact exponent from repeated touches."""
-
-    def learned(self, groups: Sequence[Sequence[Touch]]) -> Calibration:
-        """Return the calibration with the evidence of touches, a group an object."""
-
-
-@runtime_checkable
-class Averages(Protocol):
-    """A calibration that gives the modulus of several touches on one object."""
-
-    def mean_modulus(self, touches: Sequence[Touch]) -> Modulus:
-        """Return their modulus."""
-
-
-@runtime_checkable
-class Compares(Protocol):
-    """A calibration that compares a touch with those that calibrated."""
-
-    def differences(self, touch: Touch) -> Sequence[str]:
-        """Return sentences."""
-
-
-class Verification(Protocol):
-    """The comparison of a known specimen with a calibration."""
-
-    @property
-    def agrees(self) -> bool:
-        """Whether they agree."""
-
-
-@runtime_checkable
-class Verifies(Protocol):
-    """A calibration that compares itself with a known specimen."""
-
-    def verify(
-        self,
-        touches: Sequence[Touch],
-        modulus_MPa: float,
-        modulus_uncertainty: float,
-    ) -> Verification:
-        """Return the comparison."""
-
-
 def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
     """Return the calibration of a session, as `palpate calibrate` makes it.
 
@@ -142,33 +92,28 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
     more: dict[str, Any] = {}
     if "modulus_uncertainties" in signature(fit_specimens).parameters:
         more["modulus_uncertainties"] = [stated.modulus_uncertainty] * len(known)
-    return Calibrated(fit_specimens(known, about=about, **more), settings)
+    found = fit_specimens(known, exponents=choice.exponents, about=about, **more)
+    return Calibrated(found, settings)
 
 
 def _choice(specimens: Sequence[Touched], stated: Stated) -> RatioChoice:
     """Return the ratio that is chosen, with what is stated."""
     tracking: dict[str, Any] = {}
-    more: dict[str, Any] = {}
     if stated.age_s is not None:
         tracking["age"] = stated.age_s
-    if "bumps" in signature(choose_ratio).parameters:
-        more["bumps"] = stated.bumps
-    elif stated.bumps:
-        tracking["contact_exponent"] = EXPONENTS[stated.bumps]
     tracks = []
     for one in specimens:
         names = {}
         for touch in palpate.touches(one.recording):
             names[touch.start] = str(one.label_MPa)
         tracks.append(Track(one.recording, tracking, names))
-    return choose_ratio(tracks, ratio=stated.ratio, **more)
+    moduli = {str(one.label_MPa): one.label_MPa for one in specimens}
+    return choose_ratio(tracks, moduli, ratio=stated.ratio, bumps=stated.bumps)
 
 
 def learned(calibration: Calibration, groups: Sequence[Sequence[Touch]]) -> Calibration:
-    """Return the calibration with the evidence of the touches, if it can learn."""
-    if isinstance(calibration, Learns):
-        return calibration.learned(groups)
-    return calibration
+    """Return the calibration with the evidence of the touches."""
+    return calibration.learned(groups)
 
 
 def modulus_of(calibration: Calibration, touch: Touch) -> Modulus | None:
@@ -183,10 +128,7 @@ def remarks_on(calibration: Calibration, touch: Touch) -> Remarks:
     stiffens = None
     if STIFFENS in list(palpate.flags.Flag):
         stiffens = STIFFENS in touch.flags
-    differs = None
-    if isinstance(calibration, Compares):
-        differs = bool(calibration.differences(touch))
-    return Remarks(stiffens, differs)
+    return Remarks(stiffens, bool(calibration.differences(touch)))
 
 
 def mean_modulus(calibration: Calibration, touches: Sequence[Touch]) -> Modulus | None:
@@ -194,10 +136,7 @@ def mean_modulus(calibration: Calibration, touches: Sequence[Touch]) -> Modulus 
     usable = [touch for touch in touches if not calibration.objections(touch)]
     if not usable:
         return None
-    if isinstance(calibration, Averages):
-        return calibration.mean_modulus(usable)
-    mean = calibration.agreement(usable)
-    return calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
+    return calibration.mean_modulus(usable)
 
 
 def agrees(
@@ -208,6 +147,6 @@ def agrees(
 ) -> bool | None:
     """Return whether a known specimen agrees with the calibration; None: nothing compares them."""
     usable = [touch for touch in touches if not calibration.objections(touch)]
-    if not usable or not isinstance(calibration, Verifies):
+    if not usable:
         return None
     return calibration.verify(usable, modulus_MPa, modulus_uncertainty).agrees

@@ -7,7 +7,6 @@ range.) Repeated touches on one object, held at different angles, scatter least 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log
 
 import numpy as np
 
@@ -20,7 +19,9 @@ FEWEST = 3  # degrees of freedom
 _FAR = 0.99  # quantile of F: less difference between the scatters is no evidence
 _LEAST_SCATTER = 0.006  # of log(ratio): creep and alignment imitate so much, also on a stage
 _MAD = 1.4826  # standard deviation / median of the absolute values
-POSSIBLE = log(0.05)  # least likelihood of a possible exponent, relative to the likeliest
+# Least log-likelihood of a possible exponent, relative to the likeliest: half of the 95 % quantile
+# of chi-squared with one degree of freedom (S. S. Wilks, Annals of Mathematical Statistics 9, 1938).
+POSSIBLE = -1.92
 
 
 @dataclass(frozen=True)

@@ -210,13 +210,13 @@ def choose_ratio(
         contact_exponent=_about_exponent(chosen, possible, bumps),
         age=_about_age(chosen, compared),
     )
-    exponent = measured_exponent if chosen.ratio == "level" else 1.0
-    if "contact_exponent" in given:
-        exponent = given["contact_exponent"]
-    elif chosen.ratio == "level" and chosen.likelihood.any():
-        likeliest = float(possible[np.argmax(chosen.likelihood)])
-        exponent = min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
-    settings = {"contact_exponent": exponent, "age": chosen.age_s}
+    # Level touches have the least noise with the exponent 1, which is the first of the possible ones.
+    likeliest = float(possible[np.argmax(chosen.likelihood)])
+    exponent = min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
+    settings = {
+        "contact_exponent": given.get("contact_exponent", exponent),
+        "age": chosen.age_s,
+    }
     return RatioChoice(chosen.ratio, settings, tuple(possible.tolist()), about)
 
 

@@ -1,6 +1,6 @@
 """Touches on the specimens of a calibration: combined ratios, their table, and the fit."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
@@ -20,7 +20,13 @@ from palpate.calibration.evidence import (
     mean_evidence,
     tilt_growth,
 )
-from palpate.calibration.exponent_fits import ExponentFit, depth_slope, scatter_evidence, weighted
+from palpate.calibration.exponent_fits import (
+    FEWEST,
+    ExponentFit,
+    depth_slope,
+    scatter_evidence,
+    weighted,
+)
 from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.calibration.ranges import Ranges
@@ -31,6 +37,8 @@ from palpate.touch import Touch
 from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
 # Data of a fit: all touches; their mean, plain or weighted; or the most reliable touch.
+_SHARES = np.linspace(0.1, 1, 19)
+_SCATTERS = np.geomspace(1e-5, 0.1, 41)  # relative
 _IMPOSSIBLE = -1e3  # logarithm of a likelihood
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 
@@ -306,13 +314,19 @@ def fit_specimens(
     if kind == "level":
         given = EXPONENTS if exponents is None else np.asarray(exponents, float)
         possible = np.union1d(given, possible)
+    if not specimens:
+        raise CalibrationError(
+            "specimens: got none with a usable touch, allowed: 3 or more of different moduli"
+        )
     data = _SpecimenData.of(specimens, by, kind, possible)
     likelihood = scatter_evidence(data.groups, 1.0)
     if exponents is not None and kind == "level":
         likelihood = np.where(np.isin(possible, exponents), likelihood, _IMPOSSIBLE)
+    own = int(np.flatnonzero(possible == measured_exponent)[0])
     share = 1.0
     if kind == "level":
-        share = error_share(data.groups, int(np.argmax(likelihood)))
+        shown = likelihood[own] < likelihood.max()
+        share = error_share(data.groups, int(np.argmax(likelihood)) if shown else own)
     fits = []
     calibrations = []
     for number, exponent in enumerate(possible):
@@ -327,9 +341,8 @@ def fit_specimens(
         )
         calibrations.append(found)
         fits.append(ExponentFit(float(exponent), found.fitted, slope, slope_error))
-    main = calibrations[int(np.flatnonzero(possible == measured_exponent)[0])]
     return replace(
-        main,
+        calibrations[own],
         ratio=kind,
         contact_exponent=measured_exponent,
         age_s=age_s,
@@ -423,25 +436,27 @@ class _SpecimenData:
         return [touch.depth_pF for touch in chain.from_iterable(self.groups)]
 
 
-def error_share(groups: Iterable[Sequence[TouchEvidence]], number: int) -> float:
-    """Return the scatter within specimens as a share of the standard errors; at most 1.
+def error_share(groups: Sequence[Sequence[TouchEvidence]], number: int) -> float:
+    """Return the share of the standard errors that shows in the scatter within specimens.
 
     `number`: place of the exponent. The standard error of a level ratio is a bound of what a wrong
-    model costs; how much of it is the same in each touch, so that the calibrated curve has it,
-    shows in the scatter: R. T. Birge, Physical Review 40 (1932) 207. With few degrees of freedom v
-    it is larger by v / (v - 2), as in `Scatter.of`.
+    model costs; much of it is the same in each touch, so that the calibrated curve has it. The
+    variance of a touch within its specimen is (share * standard error)^2 and a scatter that is the
+    same for all: both by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika
+    58, 1971), on a grid. 1: the touches are too few.
     """
-    squares = 0.0
-    freedom = 0
-    for group in groups:
-        if len(group) < 2:
-            continue
-        log_ratios = np.array([touch.log_ratio[number] for touch in group])
-        errors = np.array([touch.standard_error for touch in group])
-        weights = 1 / np.maximum(errors, 1e-9) ** 2
-        mean = np.average(log_ratios, weights=weights)
-        squares += float(weights @ (log_ratios - mean) ** 2)
-        freedom += len(group) - 1
-    if freedom <= 2:
+    repeated = [group for group in groups if len(group) > 1]
+    if sum(len(group) - 1 for group in repeated) < FEWEST:
         return 1.0
-    return min(float(np.sqrt(squares / (freedom - 2))), 1.0)
+    shares, scatters = np.meshgrid(_SHARES, _SCATTERS)
+    log_likelihood: Array = np.zeros(shares.shape)
+    for group in repeated:
+        log_ratios = np.array([touch.log_ratio[number] for touch in group])[:, None, None]
+        errors = np.array([touch.standard_error for touch in group])[:, None, None]
+        variances = (shares * errors) ** 2 + scatters**2
+        weights = 1 / variances
+        total = weights.sum(axis=0)
+        mean = (weights * log_ratios).sum(axis=0) / total
+        squares = (weights * (log_ratios - mean) ** 2).sum(axis=0)
+        log_likelihood -= (np.log(variances).sum(axis=0) + np.log(total) + squares) / 2
+    return float(shares.flat[np.argmax(log_likelihood)])
