@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate import number_format
-from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, specimen_means
+from palpate.calibration.fit import (
+    Array,
+    CurveFit,
+    MeanRatios,
+    curve,
+    specimen_means,
+    variance_by_moduli,
+)
 from palpate.errors import need
 from palpate.uncertainty import TOUCH_SCATTER
 
@@ -32,7 +39,8 @@ class Residual:
     ratio, fitted : float
         Weighted mean of the measured ratios, and the ratio of the curve.
     standard_error : float
-        Standard error of the mean, including the scatter of touches and specimens.
+        Standard error of the mean, including the scatter of touches and specimens, and the
+        uncertainty of the modulus.
 
     Examples
     --------
@@ -70,13 +78,16 @@ def residuals(
     moduli: Array,
     standard_errors: Array,
     touches: Array,
+    modulus_uncertainties: Array,
 ) -> list[Residual]:
     """Return the distance of each specimen from the curve, in order of modulus."""
-    known, specimen = np.unique(moduli, return_inverse=True)
+    known, first, specimen = np.unique(moduli, return_index=True, return_inverse=True)
     data = MeanRatios(ratios, standard_errors, touches, specimen)
     mean, variance = specimen_means(data, fit.touch_variance)
-    level = curve(fit.parameters, np.log(known))
-    error = np.sqrt(variance + fit.specimen_variance * level**2)
+    x = np.log(known)
+    level = curve(fit.parameters, x)
+    by_moduli = variance_by_moduli(fit.parameters, x, modulus_uncertainties[first])
+    error = np.sqrt(variance + fit.specimen_variance * level**2 + by_moduli)
     count = np.bincount(specimen, touches)
     return [
         Residual(

@@ -25,6 +25,7 @@ from palpate.messages import quoted, shortened
 _SCHEMA = 1
 _UNITS = {
     "modulus": "MPa",
+    "modulus_uncertainty": "relative to the modulus, k = 1",
     "ratio": "1",
     "standard_error": "1",
     "variance": "relative to the ratio squared",
@@ -120,6 +121,7 @@ class StoredCalibration:
     moduli: Array
     standard_errors: Array
     touches: Array
+    modulus_uncertainties: Array
     about: About = field(default_factory=About)
     version: str = ""
     ratio: str = "hold"
@@ -149,6 +151,7 @@ class StoredCalibration:
             self.moduli,
             self.standard_errors,
             self.touches,
+            self.modulus_uncertainties,
         )
 
     @property
@@ -218,6 +221,7 @@ class StoredCalibration:
             "scatter": scatter,
             "data": {
                 "moduli_MPa": self.moduli.tolist(),
+                "modulus_uncertainties": self.modulus_uncertainties.tolist(),
                 "ratios": self.ratios.tolist(),
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
@@ -258,6 +262,7 @@ class StoredCalibration:
         fitted = _fit(document["fit"], document["scatter"])
         data = document["data"]
         size = (len(data["ratios"]),)
+        exact = {"modulus_uncertainties": [0.0] * size[0]}  # a file of an earlier version
         touch = _OF_HOLD | document.get("touch", {})
         ratio = touch["ratio"]
         if ratio not in ("hold", "level"):
@@ -268,6 +273,7 @@ class StoredCalibration:
             moduli=_array(data, "moduli_MPa", size, positive=True),
             standard_errors=_array(data, "standard_errors", size),
             touches=_array(data, "touches", size, positive=True),
+            modulus_uncertainties=_uncertainties(exact | data, size),
             about=About.of_entries(document["about"]),
             version=str(document["palpate"]),
             ratio=ratio,
@@ -299,6 +305,7 @@ def _fit(fit: Table, scatter: Table) -> CurveFit:
         specimen_freedom=_count(scatter, "specimen_freedom", 1),
         specimen_share=_number(scatter, "specimen_share", 0.0, 1.0),
         misfit=_number(scatter, "misfit", 0.0, _RANGE),
+        modulus_share=_number({"modulus_share": 0.0} | scatter, "modulus_share", 0.0, 1.0),
     )
 
 
@@ -312,6 +319,16 @@ def _array(table: Table, name: str, shape: tuple[int, ...], *, positive: bool = 
     if positive and not (values.size and (values > 0).all()):
         raise ValueError(
             f"{name}: got no value, or a value that is not positive, allowed: positive numbers"
+        )
+    return values
+
+
+def _uncertainties(data: Table, size: tuple[int, ...]) -> Array:
+    """Return the relative uncertainties of the moduli."""
+    values = _array(data, "modulus_uncertainties", size)
+    if not ((values >= 0) & (values < 1)).all():
+        raise ValueError(
+            "modulus_uncertainties: got a value out of range, allowed: 0 or more and below 1"
         )
     return values
 

@@ -63,8 +63,9 @@ class Calibration(StoredCalibration, Plotted):
     ----------
     fitted : palpate.calibration.fit.CurveFit
         Parameters of the curve, their covariance, and the scatter.
-    ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
-        The fitted data; moduli in MPa; standard errors are 0 if none were given.
+    ratios, moduli, standard_errors, touches, modulus_uncertainties : numpy.ndarray, shape (n,)
+        The fitted data; moduli in MPa; their relative uncertainties and the standard errors are 0
+        if none were given.
     about : palpate.calibration.calibration_file.About
         Origin of the data; saved with the calibration.
     version : str
@@ -86,6 +87,7 @@ class Calibration(StoredCalibration, Plotted):
         *,
         standard_errors: ArrayLike | None = None,
         touches: ArrayLike | None = None,
+        modulus_uncertainties: ArrayLike | None = None,
         soft_ratio: float | None = 1.0,
         about: About | None = None,
     ) -> "Calibration":
@@ -99,12 +101,15 @@ class Calibration(StoredCalibration, Plotted):
         ratios : array_like, shape (n,)
             One ratio for each touch, or for each specimen.
         moduli : array_like, shape (n,), MPa
-            Modulus of the specimen, taken as exact. Ratios with the same modulus belong to the same
-            specimen.
+            Modulus of the specimen. Ratios with the same modulus belong to the same specimen.
         standard_errors : array_like, shape (n,), optional
             Standard errors of the ratios, 0 or more, as `Touch.standard_error`.
         touches : array_like, shape (n,) or (), optional
             Number of touches of which each ratio is the mean, 1 or more; default 1.
+        modulus_uncertainties : array_like, shape (n,) or (), optional
+            Relative standard uncertainty (k = 1) of the modulus of the specimen, 0 to below 1; the
+            same for all ratios of a specimen. Default 0: the modulus is exact. The errors of
+            different specimens are taken as independent.
         soft_ratio : float or None
             Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with
             different gains.
@@ -135,18 +140,21 @@ class Calibration(StoredCalibration, Plotted):
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data = fit_data(ratios, moduli, standard_errors, touches)
+        data = fit_data(ratios, moduli, standard_errors, touches, modulus_uncertainties)
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(
                 f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
             )
-        known, specimen = np.unique(data.moduli, return_inverse=True)
+        known, first, specimen = np.unique(
+            data.moduli, return_index=True, return_inverse=True
+        )
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
         rows = MeanRatios(data.ratios, data.standard_errors, data.touches, specimen)
-        fitted = fit_curve(np.log(known), rows, soft_ratio)
+        uncertainty = data.modulus_uncertainties[first]
+        fitted = fit_curve(np.log(known), rows, soft_ratio, uncertainty)
         return cls(fitted, *data, about=about or About(), version=__version__)
 
     def __repr__(self) -> str:
