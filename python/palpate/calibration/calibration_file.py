@@ -122,6 +122,7 @@ class StoredCalibration:
     standard_errors: Array
     touches: Array
     modulus_uncertainties: Array
+    common_uncertainties: Array
     about: About = field(default_factory=About)
     version: str = ""
     ratio: str = "hold"
@@ -222,6 +223,7 @@ class StoredCalibration:
             "data": {
                 "moduli_MPa": self.moduli.tolist(),
                 "modulus_uncertainties": self.modulus_uncertainties.tolist(),
+                "common_uncertainties": self.common_uncertainties.tolist(),
                 "ratios": self.ratios.tolist(),
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
@@ -262,7 +264,6 @@ class StoredCalibration:
         fitted = _fit(document["fit"], document["scatter"])
         data = document["data"]
         size = (len(data["ratios"]),)
-        exact = {"modulus_uncertainties": [0.0] * size[0]}  # a file of an earlier version
         touch = _OF_HOLD | document.get("touch", {})
         ratio = touch["ratio"]
         if ratio not in ("hold", "level"):
@@ -273,7 +274,8 @@ class StoredCalibration:
             moduli=_array(data, "moduli_MPa", size, positive=True),
             standard_errors=_array(data, "standard_errors", size),
             touches=_array(data, "touches", size, positive=True),
-            modulus_uncertainties=_uncertainties(exact | data, size),
+            modulus_uncertainties=_uncertainties(data, "modulus_uncertainties", size),
+            common_uncertainties=_uncertainties(data, "common_uncertainties", size),
             about=About.of_entries(document["about"]),
             version=str(document["palpate"]),
             ratio=ratio,
@@ -323,13 +325,13 @@ def _array(table: Table, name: str, shape: tuple[int, ...], *, positive: bool = 
     return values
 
 
-def _uncertainties(data: Table, size: tuple[int, ...]) -> Array:
-    """Return the relative uncertainties of the moduli."""
-    values = _array(data, "modulus_uncertainties", size)
+def _uncertainties(data: Table, name: str, size: tuple[int, ...]) -> Array:
+    """Return relative uncertainties of the moduli; zeros for a file of an earlier version."""
+    if name not in data:
+        return np.zeros(size)
+    values = _array(data, name, size)
     if not ((values >= 0) & (values < 1)).all():
-        raise ValueError(
-            "modulus_uncertainties: got a value out of range, allowed: 0 or more and below 1"
-        )
+        raise ValueError(f"{name}: got a value out of range, allowed: 0 or more and below 1")
     return values
 
 

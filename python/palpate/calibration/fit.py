@@ -14,7 +14,9 @@ degrees of freedom.
 
 A modulus with the relative standard uncertainty u is an error u of x. The mean of its specimen has
 the further variance (u dr/dx)^2, known beforehand: the effective variance (J. Orear, Am. J. Phys.
-50, 1982, 912). specimen_i is then the scatter beyond it.
+50, 1982, 912). specimen_i is then the scatter beyond it. An error that all specimens share, as that
+of a relation that gave the moduli, is no scatter: it shifts the fitted curve, and its covariance
+contains this shift.
 """
 
 from collections.abc import Callable
@@ -30,6 +32,7 @@ Array = NDArray[np.float64]
 SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data
 _ROUNDS = 50
 _RELATIVE = "0 or more and below 1, relative to the modulus: 0.05 is 5 %"
+_BELOW_LIMIT = 0.7  # probability that a variance is below its upper limit: intervals then hold
 _HALF_MODULI = 41  # start values, up to three decades beyond the specimens on either side
 
 
@@ -96,6 +99,15 @@ class FitData(NamedTuple):
     standard_errors: Array
     touches: Array
     modulus_uncertainties: Array  # relative
+    common_uncertainties: Array  # relative
+
+
+@dataclass(frozen=True)
+class ModulusErrors:
+    """Relative standard uncertainties of the modulus of each specimen: its own, and a common one."""
+
+    own: Array
+    common: Array
 
 
 def fit_data(
@@ -104,21 +116,25 @@ def fit_data(
     standard_errors: ArrayLike | None,
     touches: ArrayLike | None,
     modulus_uncertainties: ArrayLike | None = None,
+    common_uncertainties: ArrayLike | None = None,
 ) -> FitData:
     """Return the data of a fit; raise ValueError for data that cannot be fitted."""
     shape = np.shape(ratios)
     errors = np.zeros(shape) if standard_errors is None else standard_errors
     count = _for_each(touches, 1.0, shape)
-    uncertainties = _for_each(modulus_uncertainties, 0.0, shape)
+    own = _for_each(modulus_uncertainties, 0.0, shape)
+    common = _for_each(common_uncertainties, 0.0, shape)
     smallest = float(np.nextafter(0.0, 1.0))
     data = FitData(
         _column("ratios", ratios, shape, smallest, "positive numbers"),
         _column("moduli", moduli, shape, smallest, "positive numbers"),
         _column("standard_errors", errors, shape, 0.0, "0 or more"),
         _column("touches", count, shape, 1.0, "1 or more"),
-        _column("modulus_uncertainties", uncertainties, shape, 0.0, _RELATIVE),
+        _column("modulus_uncertainties", own, shape, 0.0, _RELATIVE),
+        _column("common_uncertainties", common, shape, 0.0, _RELATIVE),
     )
-    _require_relative(data)
+    _require_relative("modulus_uncertainties", data.modulus_uncertainties, data.moduli)
+    _require_relative("common_uncertainties", data.common_uncertainties, data.moduli)
     return data
 
 
@@ -130,17 +146,17 @@ def _for_each(given: ArrayLike | None, default: float, shape: tuple[int, ...]) -
     return values
 
 
-def _require_relative(data: FitData) -> None:
+def _require_relative(name: str, values: Array, moduli: Array) -> None:
     """Refuse uncertainties of moduli of 100 % or more, or unequal ones of one modulus."""
-    largest = data.modulus_uncertainties.max(initial=0.0)
+    largest = values.max(initial=0.0)
     if largest >= 1:
-        raise ValueError(f"modulus_uncertainties: got {largest}, allowed: {_RELATIVE}")
-    for modulus in np.unique(data.moduli):
-        same = np.unique(data.modulus_uncertainties[data.moduli == modulus])
+        raise ValueError(f"{name}: got {largest}, allowed: {_RELATIVE}")
+    for modulus in np.unique(moduli):
+        same = np.unique(values[moduli == modulus])
         if len(same) > 1:
             raise ValueError(
-                f"modulus_uncertainties: got {same[0]:g} and {same[1]:g} at {modulus:g} MPa, "
-                "allowed: the same for all rows of one modulus, which are of one specimen"
+                f"{name}: got {same[0]:g} and {same[1]:g} at {modulus:g} MPa, allowed: the same "
+                "for all ratios of one modulus, which are of one specimen"
             )
 
 
@@ -206,17 +222,14 @@ def fit_curve(
     x: Array,
     rows: MeanRatios,
     soft_ratio: float | None,
-    modulus_uncertainty: Array | None = None,
+    errors: ModulusErrors | None = None,
 ) -> CurveFit:
-    """Return the curve fitted to rows at x = log(E / MPa); soft_ratio None: fit it, too.
-
-    `modulus_uncertainty` is the relative standard uncertainty of the modulus of each specimen.
-    """
+    """Return the curve fitted to rows at x = log(E / MPa); soft_ratio None: fit it, too."""
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
-    if modulus_uncertainty is None:
-        modulus_uncertainty = np.zeros(len(x))
+    if errors is None:
+        errors = ModulusErrors(np.zeros(len(x)), np.zeros(len(x)))
     touch_variance = SMALLEST_VARIANCE
     if touch_freedom:
         touch_variance = _touch_variance(rows, touch_freedom)
@@ -224,20 +237,23 @@ def fit_curve(
     parameters = _start_parameters(x, mean, variance, soft_ratio)
     around = _AroundCurve(rows, mean, variance, touch_freedom)
     level = curve(parameters, x)
-    known = variance_by_moduli(parameters, x, modulus_uncertainty)
+    known = variance_by_moduli(parameters, x, errors.own)
     excess = 0.0
     for _ in range(_ROUNDS):
         excess_before = excess
         known_before = known
         parameters = _least_squares(x, mean, around.total(excess, level, known), parameters, free)
         level = curve(parameters, x)
-        known = variance_by_moduli(parameters, x, modulus_uncertainty)
+        known = variance_by_moduli(parameters, x, errors.own)
         excess = around.excess(level, known, freedom)
         is_same = np.allclose(known, known_before, rtol=1e-6, atol=0)
         if is_same and abs(excess - excess_before) <= 1e-6 * excess:
             break
     total = around.total(excess, level, known)
-    covariance = _covariance(gradient(parameters, x)[free], total)
+    slopes = gradient(parameters, x)[free]
+    covariance = _covariance(slopes, total)
+    shift = covariance @ (slopes / total) @ (slope(parameters, x) * errors.common)
+    covariance = covariance + np.outer(shift, shift)
     whole = np.zeros((3, 3))
     whole[np.ix_(free, free)] = covariance
     modulus_share = float(np.mean(known / total))
@@ -296,10 +312,17 @@ class _AroundCurve:
             total = self.total(excess, level, known)
             return float(((self.mean - level) ** 2 / total).sum())
 
-        return _paule_mandel(squares, freedom)
+        excess = _paule_mandel(squares, freedom)
+        if self.touch_freedom or not known.any():
+            return excess
+        # The scatter of the touches is then what the known part leaves of the whole: a difference,
+        # which is often estimated as 0. As far as the part is of the whole, its upper limit counts.
+        share = float(np.mean(known / self.total(excess, level, known)))
+        fewest = float(need("scipy.special", "science").chdtri(freedom, _BELOW_LIMIT))
+        return _paule_mandel(squares, freedom - share * (freedom - fewest))
 
 
-def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
+def _paule_mandel(squares: Callable[[float], float], freedom: float) -> float:
     """Return the variance at which the sum of squares falls to `freedom`; 0 if it is less at 0."""
     if squares(0.0) <= freedom:
         return 0.0

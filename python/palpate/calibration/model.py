@@ -12,7 +12,7 @@ from palpate import number_format
 from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
 from palpate.calibration.calibration_file import About, StoredCalibration
-from palpate.calibration.fit import MeanRatios, curve, fit_curve, fit_data
+from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
 from palpate.calibration.interval import (
     MeasuredRatio,
     allowance,
@@ -63,9 +63,10 @@ class Calibration(StoredCalibration, Plotted):
     ----------
     fitted : palpate.calibration.fit.CurveFit
         Parameters of the curve, their covariance, and the scatter.
-    ratios, moduli, standard_errors, touches, modulus_uncertainties : numpy.ndarray, shape (n,)
-        The fitted data; moduli in MPa; their relative uncertainties and the standard errors are 0
-        if none were given.
+    ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
+        The fitted data; moduli in MPa; standard errors are 0 if none were given.
+    modulus_uncertainties, common_uncertainties : numpy.ndarray, shape (n,)
+        Relative standard uncertainties of the moduli, as in `fit`.
     about : palpate.calibration.calibration_file.About
         Origin of the data; saved with the calibration.
     version : str
@@ -88,6 +89,7 @@ class Calibration(StoredCalibration, Plotted):
         standard_errors: ArrayLike | None = None,
         touches: ArrayLike | None = None,
         modulus_uncertainties: ArrayLike | None = None,
+        common_uncertainties: ArrayLike | None = None,
         soft_ratio: float | None = 1.0,
         about: About | None = None,
     ) -> "Calibration":
@@ -109,7 +111,10 @@ class Calibration(StoredCalibration, Plotted):
         modulus_uncertainties : array_like, shape (n,) or (), optional
             Relative standard uncertainty (k = 1) of the modulus of the specimen, 0 to below 1; the
             same for all ratios of a specimen. Default 0: the modulus is exact. The errors of
-            different specimens are taken as independent.
+            different specimens are independent.
+        common_uncertainties : array_like, shape (n,) or (), optional
+            The same for an error that all specimens share, as that of the relation from which the
+            moduli were computed; default 0. No number of specimens reduces it.
         soft_ratio : float or None
             Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with
             different gains.
@@ -140,21 +145,26 @@ class Calibration(StoredCalibration, Plotted):
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data = fit_data(ratios, moduli, standard_errors, touches, modulus_uncertainties)
+        data = fit_data(
+            ratios,
+            moduli,
+            standard_errors,
+            touches,
+            modulus_uncertainties,
+            common_uncertainties,
+        )
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(
                 f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
             )
-        known, first, specimen = np.unique(
-            data.moduli, return_index=True, return_inverse=True
-        )
+        known, first, specimen = np.unique(data.moduli, return_index=True, return_inverse=True)
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
         rows = MeanRatios(data.ratios, data.standard_errors, data.touches, specimen)
-        uncertainty = data.modulus_uncertainties[first]
-        fitted = fit_curve(np.log(known), rows, soft_ratio, uncertainty)
+        errors = ModulusErrors(data.modulus_uncertainties[first], data.common_uncertainties[first])
+        fitted = fit_curve(np.log(known), rows, soft_ratio, errors)
         return cls(fitted, *data, about=about or About(), version=__version__)
 
     def __repr__(self) -> str:
