@@ -28,7 +28,9 @@ DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.2  # relative half width of the 95 % interval above which a parameter is not determined
 USUAL_MODULUS_UNCERTAINTY = 0.15  # a durometer and a relation; above it, a modulus is rather wrong
 _FAR = 2.5  # standard errors
-_OUTLYING = 0.65  # share of the squares of all distances: a specimen with more differs from the others
+_OUTLYING = (
+    0.65  # share of the squares of all distances: a specimen with more differs from the others
+)
 _FEW = 4  # degrees of freedom below which more specimens help as well as a stiffer one
 
 

@@ -13,6 +13,7 @@ from palpate.calibration.calibration_file import About
 from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.errors import CalibrationError
+from palpate.materials import KnownModulus
 from palpate.messages import unlike
 from palpate.repeatability import most_reliable, objections, usable
 from palpate.touch import Touch
@@ -58,6 +59,8 @@ class SpecimenTouches:
         Flags that do not exclude a touch.
     ratio_of : callable
         As in `palpate.repeatability.agreement`: `hold`, the default, or `level`.
+    modulus_uncertainty, common_uncertainty : float
+        As in `Calibration.fit`.
 
     Examples
     --------
@@ -73,6 +76,13 @@ class SpecimenTouches:
     touches: Sequence[Touch]
     accept: Collection[str] = ()
     ratio_of: RatioOf = hold_ratio
+    modulus_uncertainty: float = 0.0
+    common_uncertainty: float = 0.0
+
+    @property
+    def known(self) -> KnownModulus:
+        """Its modulus with the uncertainties."""
+        return KnownModulus(self.modulus, self.modulus_uncertainty, self.common_uncertainty)
 
     @property
     def mean(self) -> float:
@@ -119,6 +129,8 @@ class SpecimenTouches:
         return {
             "specimen": self.name,
             "modulus_MPa": self.modulus,
+            "modulus_uncertainty": self.modulus_uncertainty,
+            "common_uncertainty": self.common_uncertainty,
             "touches": len(self.touches),
             "usable": self.counted,
             **number_format.plain({**self.ratios, "spread": self.spread}),
@@ -126,7 +138,10 @@ class SpecimenTouches:
 
     def cells(self) -> list[str]:
         """Return the row of a table; ratios have two digits of their scatter (less for a mean)."""
-        cells = [self.name, f"{self.modulus:g}", str(len(self.touches))]
+        modulus = f"{self.modulus:g}"
+        if self.known.whole:
+            modulus = number_format.number(self.modulus, self.known.whole * self.modulus)
+        cells = [self.name, modulus, str(len(self.touches))]
         for column, ratio in self.ratios.items():
             scatter = self.spread * abs(ratio)
             if column == "mean":
@@ -158,7 +173,16 @@ def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
             rising.append("yes")
         else:
             rising.append("no")
-    return [*rows, ["rises", "", "", *rising, ""]]
+    rows.append(["rises", "", "", *rising, ""])
+    if not any(specimen.known.whole for specimen in specimens):
+        return rows
+    uncertainties = [_percent(specimen.known.whole) for specimen in specimens]
+    column = ["u(E), k = 1", *uncertainties, ""]
+    return [[*row[:2], cell, *row[2:]] for row, cell in zip(rows, column, strict=True)]
+
+
+def _percent(share: float) -> str:
+    return f"{number_format.error(100 * share)} %" if share else "-"
 
 
 def combined_ratio(
@@ -291,17 +315,23 @@ def fit_specimens(
     moduli = []
     errors = []
     touches = []
+    own = []
+    common = []
     for specimen in specimens:
         for row in _ratios(specimen, by):
             ratios.append(row.ratio)
             moduli.append(specimen.modulus)
             errors.append(share * row.standard_error)
             touches.append(row.touches)
+            own.append(specimen.modulus_uncertainty)
+            common.append(specimen.common_uncertainty)
     found = Calibration.fit(
         ratios,
         moduli,
         standard_errors=errors,
         touches=touches,
+        modulus_uncertainties=own,
+        common_uncertainties=common,
         soft_ratio=soft_ratio,
         about=replace(about or About(), fitted_on=by),
     )

@@ -16,6 +16,7 @@ from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
+from palpate.materials import KnownModulus
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import PERIOD_S, Plan
@@ -231,7 +232,9 @@ class Findings:
 
 
 def findings(
-    runs: list[AnalysedRecording], calibration: Calibration | None, moduli: Mapping[str, float]
+    runs: list[AnalysedRecording],
+    calibration: Calibration | None,
+    moduli: Mapping[str, KnownModulus],
 ) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
@@ -251,7 +254,8 @@ def findings(
         scatter = session_scatter(kept, ratio_of)
     results = []
     for name, group in groups.items():
-        results.append(_result(name, known.get(name), group, calibration, scatter))
+        modulus = known[name].modulus if name in known else None
+        results.append(_result(name, modulus, group, calibration, scatter))
     return Findings(runs, touches, results, calibration, scatter)
 
 
@@ -264,9 +268,9 @@ def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None
 
 
 def known_moduli(
-    runs: Iterable[AnalysedRecording], table: Mapping[str, float]
-) -> tuple[dict[str, float], list[str]]:
-    """Return the moduli by name, MPa, of a table, else of the sessions; and the differences."""
+    runs: Iterable[AnalysedRecording], table: Mapping[str, KnownModulus]
+) -> tuple[dict[str, KnownModulus], list[str]]:
+    """Return the moduli by name, of a table, else of the sessions; and the differences."""
     moduli = dict(table)
     names = {name_key(name): name for name in table}
     differences: list[str] = []
@@ -276,13 +280,12 @@ def known_moduli(
             known = moduli.setdefault(name, modulus)
             if known == modulus:
                 continue
-            difference = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
+            difference = f"{run.recording.path}: {name}: got {modulus}, "
             if name not in table:
                 raise CalibrationError(
-                    f"{difference}allowed: {known:g} MPa, as in the file before; or --moduli with "
-                    "a table"
+                    f"{difference}allowed: {known}, as in the file before; or --moduli with a table"
                 )
-            differences.append(f"{difference}used: {known:g} MPa")
+            differences.append(f"{difference}used: {known}")
     return moduli, differences
 
 
@@ -294,7 +297,7 @@ class AssignedTouch(NamedTuple):
     left_out: str
 
 
-def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[AssignedTouch]:
+def assigned(run: AnalysedRecording, moduli: Mapping[str, KnownModulus]) -> Iterator[AssignedTouch]:
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}
@@ -313,7 +316,7 @@ def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[As
 def _touches(
     runs: Iterable[AnalysedRecording],
     calibration: Calibration | None,
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, KnownModulus],
     ratio_of: RatioOf,
 ) -> Iterator[ReportedTouch]:
     number = 0
