@@ -141,10 +141,11 @@ class KnownModulus:
 
     def __str__(self) -> str:
         """Return the modulus, and its uncertainty if it has one."""
-        text = f"{self.modulus:g} MPa"
+        if self.hardness is not None:
+            return f"{self.modulus:.3g} MPa +-{100 * self.whole:.2g} %"
         if self.whole:
-            text += f" +-{100 * self.whole:.2g} %"
-        return text
+            return f"{self.modulus:g} MPa +-{100 * self.whole:.2g} %"
+        return f"{self.modulus:g} MPa"
 
     @classmethod
     def of_shore_a(cls, hardness: float, points: float = DUROMETER_POINTS) -> "KnownModulus":
@@ -165,7 +166,7 @@ class KnownModulus:
         --------
         >>> found = KnownModulus.of_shore_a(50.0)
         >>> print(found)
-        2.45581 MPa +-21 %
+        2.46 MPa +-21 %
         """
         low, high = SPECIMENS_SHORE_A
         if not low <= hardness <= high:

@@ -264,7 +264,7 @@ def _with_stated(
             changed[name] = replace(known, uncertainty=stated)
     if changed == moduli:
         print_message(
-            f"--moduli-uncertainty {_percent(stated)}: each modulus has its own, not used"
+            f"--moduli-uncertainty {_percent(stated)}: not used: each modulus has its own"
         )
     return changed
 
@@ -289,7 +289,7 @@ def _about_moduli(
     for specimen in specimens:
         known = moduli[specimen.name]
         if known.hardness is not None:
-            hardnesses.append(f"{specimen.name} {known.hardness:g}")
+            hardnesses.append(f"{specimen.name} has {known.hardness:g}")
     if hardnesses:
         notes["moduli"] = f"{_RELATION}: {', '.join(hardnesses)}"
     if stated is not None:
