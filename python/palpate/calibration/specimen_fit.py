@@ -85,6 +85,13 @@ class SpecimenTouches:
         return KnownModulus(self.modulus, self.modulus_uncertainty, self.common_uncertainty)
 
     @property
+    def uncertainty_text(self) -> str:
+        """The standard uncertainty of its modulus; "-": none is stated."""
+        if not self.known.whole:
+            return "-"
+        return f"{number_format.error(100 * self.known.whole)} %"
+
+    @property
     def mean(self) -> float:
         """Mean ratio of the usable touches."""
         return self.choose("mean").ratio
@@ -176,13 +183,11 @@ def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
     rows.append(["rises", "", "", *rising, ""])
     if not any(specimen.known.whole for specimen in specimens):
         return rows
-    uncertainties = [_percent(specimen.known.whole) for specimen in specimens]
-    column = ["u(E), k = 1", *uncertainties, ""]
-    return [[*row[:2], cell, *row[2:]] for row, cell in zip(rows, column, strict=True)]
-
-
-def _percent(share: float) -> str:
-    return f"{number_format.error(100 * share)} %" if share else "-"
+    rows[0].insert(2, "u(E), k = 1")
+    for row, specimen in zip(rows[1:], specimens, strict=False):
+        row.insert(2, specimen.uncertainty_text)
+    rows[-1].insert(2, "")
+    return rows
 
 
 def combined_ratio(

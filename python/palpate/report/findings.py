@@ -179,7 +179,7 @@ class SpecimenResult:
 
 def _result(
     name: str,
-    known: float | None,
+    known: KnownModulus | None,
     touches: list[ReportedTouch],
     calibration: Calibration | None,
     scatter: Scatter,
@@ -202,7 +202,8 @@ def _result(
             budget = calibration.budget(  # no mean reduces the linearity
                 mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
             )
-    return SpecimenResult(name, known, touches, kept, agreed, mean, modulus, variation, budget)
+    value = known and known.modulus
+    return SpecimenResult(name, value, touches, kept, agreed, mean, modulus, variation, budget)
 
 
 def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Agreement:
@@ -254,8 +255,7 @@ def findings(
         scatter = session_scatter(kept, ratio_of)
     results = []
     for name, group in groups.items():
-        modulus = known[name].modulus if name in known else None
-        results.append(_result(name, modulus, group, calibration, scatter))
+        results.append(_result(name, known.get(name), group, calibration, scatter))
     return Findings(runs, touches, results, calibration, scatter)
 
 

@@ -261,11 +261,14 @@ def _distance_row(calibration: Calibration, one: Residual) -> ReportRow:
     own = calibration.modulus_uncertainties[rows][0]
     common = calibration.common_uncertainties[rows][0]
     uncertainty = hypot(own, common)
+    stated = ""
+    if uncertainty:
+        stated = number_format.error(100 * uncertainty)
     spread = calibration.touch_spread
     return ReportRow(
         (
             f"{one.modulus:g}",
-            number_format.error(100 * uncertainty) if uncertainty else "",
+            stated,
             one.touches,
             number_format.number(one.ratio, one.standard_error),
             number_format.number(one.fitted, one.standard_error),
