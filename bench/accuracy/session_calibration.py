@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from inspect import signature
 from typing import Any, Literal
 
 import palpate
@@ -85,14 +84,18 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
     for one in specimens:
         name = str(one.label_MPa)
         touches = palpate.touches(one.recording, **settings)
-        specimen = SpecimenTouches(name, one.label_MPa, touches, accept, choice.ratio_of)
+        specimen = SpecimenTouches(
+            name,
+            one.label_MPa,
+            touches,
+            accept,
+            choice.ratio_of,
+            modulus_uncertainty=stated.modulus_uncertainty,
+        )
         if specimen.counted:
             known.append(specimen)
     about = replace(choice.about, accepted_flags=accept)
-    more: dict[str, Any] = {}
-    if "modulus_uncertainties" in signature(fit_specimens).parameters:
-        more["modulus_uncertainties"] = [stated.modulus_uncertainty] * len(known)
-    found = fit_specimens(known, exponents=choice.exponents, about=about, **more)
+    found = fit_specimens(known, exponents=choice.exponents, about=about)
     return Calibrated(found, settings)
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import palpate
 import pytest
 from command_lines import document, run
+from palpate.calibration.specimen_files import read_moduli
+from palpate.materials import KnownModulus
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan
 from project import FOUR, made_once
@@ -140,6 +142,99 @@ def test_a_calibration_that_is_not_to_be_relied_on(folder: Path, tmp_path: Path)
         f"{moduli}: no unit of the moduli is named in its first line, MPa is assumed\n"
         in assumed.stderr
     )
+
+
+@pytest.fixture(scope="module")
+def wrong_moduli(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a table of moduli that are 12 % wrong, by turns too large and too small."""
+    table = tmp_path_factory.mktemp("moduli") / "moduli.csv"
+    rows = ["specimen,modulus_MPa"]
+    for number, (name, known) in enumerate(read_moduli(folder / "ten" / "moduli.csv").items()):
+        factor = 1.12 if number % 2 else 1 / 1.12
+        rows.append(f"{name},{known.modulus * factor}")
+    table.write_text("\n".join(rows))
+    return table
+
+
+def test_a_stated_uncertainty_of_the_moduli(
+    folder: Path, wrong_moduli: Path, tmp_path: Path
+) -> None:
+    line = ["calibrate", *specimens(folder), "--moduli", wrong_moduli, "-o", tmp_path / "p.toml"]
+    unstated = run(*line)
+    assert unstated.exit_code == 5
+    [needed] = re.findall(r"uncertainty of the moduli of (\S+ %) would explain", unstated.stdout)
+    assert "state it (--moduli-uncertainty)" in unstated.stdout
+    report = ("--report", tmp_path / "p.html")
+    stated = run(*line, "--force", "--moduli-uncertainty", needed, *report)
+    assert stated.exit_code == 0
+    assert "the stated uncertainty of the moduli" in stated.stdout
+    header, first, *_ = stated.stdout.splitlines()
+    assert "u(E), k = 1" in header
+    assert needed in first
+    file = palpate.Calibration.load(tmp_path / "p.toml")
+    share = float(needed.removesuffix(" %")) / 100
+    assert set(file.modulus_uncertainties.tolist()) == {share}
+    assert file.about.notes == {"uncertainty of moduli": f"{needed} where none was stated (k = 1)"}
+    page = (tmp_path / "p.html").read_text()
+    assert "u(E), %" in page
+    assert "where none was stated" in page
+
+
+def test_the_uncertainties_of_a_table_come_before_the_option(folder: Path, tmp_path: Path) -> None:
+    table = tmp_path / "moduli.csv"
+    rows = (folder / "ten" / "moduli.csv").read_text().splitlines()
+    rows[0] += ',"u, %"'
+    rows[1] += ",2"
+    table.write_text("\n".join(rows))
+    out = tmp_path / "p.toml"
+    line = ["calibrate", *specimens(folder), "--moduli", table, "-o", out]
+    assert run(*line, "--moduli-uncertainty", "4%").exit_code == 0
+    found = palpate.Calibration.load(out)
+    softest = found.moduli == found.moduli.min()
+    assert set(found.modulus_uncertainties[softest].tolist()) == {0.02}
+    assert set(found.modulus_uncertainties[~softest].tolist()) == {0.04}
+    table.write_text("\n".join([rows[0], *[f"{row},2" for row in rows[2:]]]))
+    unused = run(*line[:-2], "-o", tmp_path / "q.toml", "--moduli-uncertainty", "4%")
+    assert "--moduli-uncertainty 4 %: not used: each modulus has its own" in unused.stderr
+
+
+@pytest.mark.parametrize("text", ["0.05", "5", "5 MPa", "100%", "-1%"])
+def test_an_uncertainty_without_a_percent_sign_is_refused(
+    folder: Path, tmp_path: Path, text: str
+) -> None:
+    table = folder / "ten" / "moduli.csv"
+    options = ["--moduli", table, "-o", tmp_path / "p.toml", f"--moduli-uncertainty={text}"]
+    refused = run("calibrate", *specimens(folder), *options)
+    assert refused.exit_code == 2
+    assert f"got '{text}', allowed: a standard uncertainty in per cent" in refused.stderr
+    assert not (tmp_path / "p.toml").exists()
+
+
+def test_shore_hardnesses_in_place_of_moduli(folder: Path, tmp_path: Path) -> None:
+    table = tmp_path / "moduli.csv"
+    text = (folder / "ten" / "moduli.csv").read_text()
+    table.write_text(text.replace("50 A,2.18", "50 A,50 A"))
+    out = tmp_path / "p.toml"
+    line = ["calibrate", *specimens(folder), "--moduli", table]
+    found = run(*line, "-o", out, "--report", tmp_path / "p.html")
+    assert found.exit_code == 0
+    assert "50 A: 50 Shore A is taken as 2.46 MPa +-21 % (k = 1)\n" in found.stderr
+    sentence = "Shore A is converted to a modulus by Gent's relation, with a standard uncertainty"
+    assert sentence in found.stderr
+    file = palpate.Calibration.load(out)
+    assert file.about.notes["moduli"].startswith(sentence)
+    assert file.about.notes["moduli"].endswith(": 50 A has 50")
+    page = (tmp_path / "p.html").read_text()
+    assert "with a standard uncertainty of 20 %" in page
+    known = KnownModulus.of_shore_a(50.0)
+    rows = file.moduli == known.modulus
+    assert set(file.modulus_uncertainties[rows].tolist()) == {known.own}
+    assert set(file.common_uncertainties[rows].tolist()) == {known.common}
+    assert set(file.common_uncertainties[~rows].tolist()) == {0.0}
+    table.write_text(text.replace("50 OO,0.289", "50 OO,50 OO"))
+    refused = run(*line, "-o", tmp_path / "q.toml")
+    assert refused.exit_code == 4
+    assert "no relation between Shore OO and the modulus is known here" in refused.stderr
 
 
 def test_specimens_without_a_recording_and_touches_with_a_flag(

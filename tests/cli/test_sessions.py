@@ -60,7 +60,7 @@ def test_it_is_the_calibration_of_the_same_touches_in_files_with_names(tmp_path:
     for number, file in enumerate(named):
         name = next(name for name in moduli if name.replace(" ", "") == file.stem)
         entries = tuple(Entry(touch.start_s, name) for touch in palpate.touches(palpate.read(file)))
-        plan = Plan(specimens=(Specimen(name, moduli[name]),), touches=entries)
+        plan = Plan(specimens=(Specimen(name, moduli[name].modulus),), touches=entries)
         others.append(planned(tmp_path / f"{number}.csv", plan, file))
     by_name = run("calibrate", *named, "--moduli", table, "-o", tmp_path / "named.toml")
     by_plan = run("calibrate", *others, "-o", tmp_path / "planned.toml")

@@ -41,6 +41,7 @@ class Bench:
         self.newest_recorder, self.how, self.commands = None, dict[str, Any](), Lock()
         own: Any = self
         self.part = GuidedCalibration(own, own)
+        self.uncertainty = 0.0
 
     def note(self, text: str) -> None:
         """Take a note in the recording."""
@@ -55,7 +56,12 @@ class Bench:
             for n, (name, t) in enumerate(self.order[: self.done], 1)
         ]
         return [
-            KnownSpecimen(name, modulus, tuple(row for of, row in numbered if of == name))
+            KnownSpecimen(
+                name,
+                modulus,
+                tuple(row for of, row in numbered if of == name),
+                modulus_uncertainty=self.uncertainty,
+            )
             for name, modulus in MODULI.items()
         ]
 
@@ -112,6 +118,19 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
     assert bench.part.document()["saved"] == "probe.toml"
     assert bench.part.calibrating(on=False).startswith("Calibrating has ended")
+
+
+def test_the_uncertainty_of_the_moduli_is_in_the_calibration(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.uncertainty = 0.05
+    bench.part.calibrating(on=True)
+    bench.touch(len(bench.order))
+    bench.part.save_calibration()
+    found = Calibration.load(tmp_path / "probe.toml")
+    assert set(found.modulus_uncertainties.tolist()) == {0.05}
+    assert "u(E), %" in (tmp_path / "probe-calibration.html").read_text()
 
 
 def test_a_report_that_fails_does_not_say_that_nothing_is_saved(

@@ -144,26 +144,52 @@ def test_the_end_of_a_plan() -> None:
     assert found.told["done"]["inside"] <= 1  # of two moduli, the same ratio
 
 
+def of(modulus: float | None, uncertainty: float | None = None) -> dict[str, float | None]:
+    """Return a line of a list as the page gets it."""
+    return {"modulus": modulus, "uncertainty": uncertainty}
+
+
+@pytest.mark.parametrize(
+    ("text", "uncertainty"),
+    [
+        ("gel; 2; 5 %", 0.05),
+        ("gel\t2\t2,5%", 0.025),
+        ("gel; 2000 kPa; 0.1 MPa", 0.05),
+        ("gel, 2, 5 %", 0.05),
+        ("gel, 2,0, 5 %", 0.05),
+        ("gel; 2; ±5 %", 0.05),
+        ("gel; 2; 0 %", 0.0),
+        ("gel; 2;", None),
+        ("name; modulus; uncertainty, %\ngel; 2; 5", 0.05),
+        ("name; MPa; u(E), kPa\ngel; 2; 100", 0.05),
+    ],
+)
+def test_the_uncertainty_of_a_modulus_in_a_list(text: str, uncertainty: float | None) -> None:
+    [one] = specimens_of(text, 4)
+    assert one.modulus_MPa == 2.0
+    assert one.modulus_uncertainty == pytest.approx(uncertainty)
+
+
 def test_how_a_list_is_read() -> None:
     text = "name; MPa\n\na; 0,25\nb; 0,2.5\nc\nd; 250 kPa\na; 1"
     wrong = {"wrong": "got 'b; 0,2.5', allowed: moduli above 0, as 30 OO; 0.143"}
     twice = {"wrong": "got 'a' again, allowed: each name once"}
-    quarter = {"modulus": 0.25}
+    quarter = of(0.25)
     assert TouchPlan.read_list(text)["lines"] == [
         None,
         None,
         quarter,
         wrong,
-        {"modulus": None},
+        of(None),
         quarter,
         twice,
     ]
-    assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, {"modulus": 2.0}]
-    assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [{"modulus": 0.0041}]
+    assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, of(2.0)]
+    assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [of(0.0041)]
     assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa")["lines"] == [
         None,
         quarter,
-        {"modulus": 1.0},
+        of(1.0),
     ]
     assert TouchPlan.read_list("specimen,modulus_MPa\na,0.25", "kPa")["lines"] == [None, quarter]
     of_psi = {"wrong": "got the unit 'psi', allowed: Pa, kPa, MPa or GPa"}
@@ -187,7 +213,9 @@ def test_a_line_of_the_list(line: str, value: float | None) -> None:
 
 @pytest.mark.parametrize(("text", "words"), [
     ("a\nb; much", "line 2: got 'b; much', allowed: moduli above 0, as"), ("a; -1", "line 1: got 'a; -1'"),
-    ("a; 0", "line 1"), ("a; nan", "line 1"), ("a; 1; 2", "line 1"), ("gel, soft", "line 1"),
+    ("a; 0", "line 1"), ("a; nan", "line 1"),
+    ("a; 1; 2", "line 1: got '2' as a standard uncertainty, allowed: a number, 0 or more, with %"), ("a; 1; 100 %", "line 1"),
+    ("a; 1; about 5 %", "line 1"), ("name; MPa; uncertainty", "line 1: got 'uncertainty' without a unit"), ("gel, soft", "line 1"),
     ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 200 characters"), ("a; x\nb\n; 1", "0.143\nline 3: "),
     ("x" * 201, "line 1"),
 ])  # fmt: skip
@@ -375,7 +403,7 @@ def test_a_name_with_another_modulus_says_the_one_before() -> None:
     bench.take("touch")
     bench.take("touch")
     named = bench.do("name", touches=[1, 2], text="30 OO; 0.2")
-    assert named == "2 touches: 30 OO. Its modulus is 0.2 MPa now, before 0.143."
+    assert named == "2 touches: 30 OO. Its modulus is 0.2 MPa now, before 0.143 MPa."
     assert (
         bench.do("name", touches=[1], text="gel; 0.2")
         == "1 touch: gel. Its modulus is 0.2 MPa now, before unknown."

@@ -134,7 +134,9 @@ def moduli(data: bytes) -> None:
     """Parse a table of moduli."""
     with suppress(CalibrationError):
         found = read_moduli(_file("moduli.csv", data))
-        assert all(0 < value < math.inf for value in found.values())
+        for known in found.values():
+            assert 0 < known.modulus < math.inf
+            assert 0 <= known.whole < math.inf
         specimen_in(Path("70A-1.csv"), {name: name for name in found})
 
 

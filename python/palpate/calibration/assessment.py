@@ -3,12 +3,21 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import hypot, isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate import number_format
-from palpate.calibration.fit import Array, CurveFit, MeanRatios, curve, specimen_means
+from palpate.calibration.fit import (
+    Array,
+    CurveFit,
+    MeanRatios,
+    curve,
+    slope_by_log_modulus,
+    specimen_means,
+    variance_by_moduli,
+)
 from palpate.errors import need
 from palpate.uncertainty import TOUCH_SCATTER
 
@@ -16,7 +25,14 @@ if TYPE_CHECKING:
     from palpate.calibration.calibration_file import StoredCalibration
 
 DOUBT = 0.01  # probability below which a misfit is significant
+LEAST_MISFIT = 0.003  # scatter of the specimens that is no objection: creep and gauges cause it
+MOST_SCATTER = 1.5 * TOUCH_SCATTER  # of level ratios from touch to touch
 LOOSE = 0.2  # relative half width of the 95 % interval above which a parameter is not determined
+USUAL_MODULUS_UNCERTAINTY = 0.15  # a durometer and a relation; above it, a modulus is rather wrong
+_FAR = 2.5  # standard errors
+_OUTLYING = (
+    0.65  # share of the squares of all distances: a specimen with more differs from the others
+)
 _FEW = 4  # degrees of freedom below which more specimens help as well as a stiffer one
 
 
@@ -32,7 +48,10 @@ class Residual:
     ratio, fitted : float
         Weighted mean of the measured ratios, and the ratio of the curve.
     standard_error : float
-        Standard error of the mean, including the scatter of touches and specimens.
+        Standard error of the mean, including the scatter of touches and specimens, and the
+        uncertainty of the modulus.
+    touch_error : float
+        The part of it by the touches.
 
     Examples
     --------
@@ -46,6 +65,7 @@ class Residual:
     ratio: float
     fitted: float
     standard_error: float
+    touch_error: float = 0.0
 
     @property
     def relative(self) -> float:
@@ -70,13 +90,16 @@ def residuals(
     moduli: Array,
     standard_errors: Array,
     touches: Array,
+    modulus_uncertainties: Array,
 ) -> list[Residual]:
     """Return the distance of each specimen from the curve, in order of modulus."""
-    known, specimen = np.unique(moduli, return_inverse=True)
+    known, first, specimen = np.unique(moduli, return_index=True, return_inverse=True)
     data = MeanRatios(ratios, standard_errors, touches, specimen)
     mean, variance = specimen_means(data, fit.touch_variance)
-    level = curve(fit.parameters, np.log(known))
-    error = np.sqrt(variance + fit.specimen_variance * level**2)
+    x = np.log(known)
+    level = curve(fit.parameters, x)
+    by_moduli = variance_by_moduli(fit.parameters, x, modulus_uncertainties[first])
+    error = np.sqrt(variance + fit.specimen_variance * level**2 + by_moduli)
     count = np.bincount(specimen, touches)
     return [
         Residual(
@@ -85,6 +108,7 @@ def residuals(
             ratio=float(mean[row]),
             fitted=float(level[row]),
             standard_error=float(error[row]),
+            touch_error=float(variance[row]) ** 0.5,
         )
         for row in range(len(known))
     ]
@@ -98,11 +122,53 @@ def _curve_misfit(fit: CurveFit, probability: float, rows: Sequence[Residual]) -
     soft = f"{soft_ratio:g}"
     if soft_error:
         soft = number_format.number(soft_ratio, soft_error)
-    return (
+    objection = (
         f"The curve does not fit: the specimens scatter by a further "
         f"{_percent(fit.specimen_variance)} % around it (probability by chance "
         f"{probability:.1g}); the largest distance is {largest.percent} %, at "
         f"{largest.modulus:g} MPa. Check the moduli, and whether the soft ratio is {soft}."
+    )
+    needed = explaining_uncertainty(fit, rows)
+    if isnan(needed):
+        return objection
+    stated = " in place of the stated one" if fit.modulus_share else ""
+    return (
+        f"{objection} A standard uncertainty of the moduli of "
+        f"{number_format.error(100 * needed)} %{stated} would explain it: if they are not better "
+        "known, state it (--moduli-uncertainty)."
+    )
+
+
+def explaining_uncertainty(fit: CurveFit, rows: Sequence[Residual]) -> float:
+    """Return the relative uncertainty of all moduli that explains the distances from the curve.
+
+    nan: a usual one does not explain them, or not that of one specimen.
+    """
+    distance = np.array([row.ratio - row.fitted for row in rows])
+    by_touches = np.array([row.touch_error for row in rows]) ** 2
+    x = np.log([row.modulus for row in rows])
+    by_moduli = slope_by_log_modulus(fit.parameters, x) ** 2
+
+    def squares(uncertainty: float) -> Array:
+        return np.asarray(distance**2 / (by_touches + by_moduli * uncertainty**2))
+
+    def excess(uncertainty: float) -> float:
+        return float(squares(uncertainty).sum()) - fit.specimen_freedom
+
+    if excess(0.0) <= 0 or excess(USUAL_MODULUS_UNCERTAINTY) > 0:
+        return nan
+    brentq = need("scipy.optimize", "science").brentq
+    found = float(brentq(excess, 0.0, USUAL_MODULUS_UNCERTAINTY))
+    largest = float(squares(found).max())
+    return found if largest < _OUTLYING * fit.specimen_freedom else nan
+
+
+def _too_scattered(fit: CurveFit) -> str:
+    """Return the objection that the level ratios differ by more than a tilt explains."""
+    return (
+        f"The level ratio scatters from touch to touch by {_percent(fit.touch_variance)} %, which "
+        "no tilt of the probe explains. Is a touch under the wrong specimen, or do the bumps have "
+        "different shapes?"
     )
 
 
@@ -162,6 +228,12 @@ class Assessment:
 
 def _one_touch_each(fit: CurveFit) -> str:
     """Return the sentence about the scatter of a fit with one value for each specimen."""
+    if fit.modulus_share:
+        return (
+            "Beyond the stated uncertainty of the moduli the ratios scatter around the curve by "
+            f"{_percent(fit.touch_variance)} % at most (as for one touch); with one value for each "
+            "specimen this cannot be determined better."
+        )
     return (
         f"The ratios scatter around the curve by {_percent(fit.touch_variance)} % (as for one "
         "touch); with one value for each specimen the scatter of the touches and the misfit of the "
@@ -177,10 +249,15 @@ def _several_touches(fit: CurveFit) -> str:
     if fit.touch_variance > (3 * TOUCH_SCATTER) ** 2:
         usual = f"{100 * TOUCH_SCATTER:g} %"
         touches += f", much for a hand (some {usual}): is a touch under the wrong specimen?"
-    specimens = "the scatter of the specimens around the curve is not larger than this explains"
+    explained = "this explains"
+    beyond = ""
+    if fit.modulus_share:
+        explained = "this and the stated uncertainty of the moduli explain"
+        beyond = ", beyond the stated uncertainty of the moduli"
+    specimens = f"the scatter of the specimens around the curve is not larger than {explained}"
     if fit.specimen_variance:
         further = f"{_percent(fit.specimen_variance)} %"
-        specimens = f"the specimens scatter by a further {further} around the curve"
+        specimens = f"the specimens scatter by a further {further} around the curve{beyond}"
     freedom = f"({fit.touch_freedom} degrees of freedom)"
     return f"From touch to touch the ratio scatters {touches} {freedom}; {specimens}."
 
@@ -190,12 +267,14 @@ def _percent(variance: float) -> str:
     return number_format.error(100 * variance**0.5)
 
 
-def assess(fit: CurveFit, rows: Sequence[Residual], values: int) -> Assessment:
-    """Return the assessment of a fit to this number of values."""
+def assess(fit: CurveFit, rows: Sequence[Residual], values: int, kind: str) -> Assessment:
+    """Return the assessment of a fit to this number of values of a kind, "hold" or "level"."""
     objections = []
     probability = _misfit_probability(fit)
-    if probability < DOUBT:
+    if probability < DOUBT and fit.specimen_variance > LEAST_MISFIT**2:
         objections.append(_curve_misfit(fit, probability, rows))
+    if kind == "level" and fit.touch_variance > MOST_SCATTER**2:
+        objections.append(_too_scattered(fit))
     rigid = float(fit.parameters[0])
     t = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5
@@ -203,12 +282,20 @@ def assess(fit: CurveFit, rows: Sequence[Residual], values: int) -> Assessment:
         objections.append(_undetermined(fit, rigid, reach, rows))
     falling = []
     for softer, stiffer in pairwise(rows):
-        if not stiffer.ratio > softer.ratio:
+        if not stiffer.ratio > softer.ratio and not _may_fall(fit, softer, stiffer):
             falling.append(f"{softer.modulus:g} and {stiffer.modulus:g} MPa")
     if falling:
         pairs = ", ".join(falling)
         objections.append(f"The measured ratio does not rise with the modulus between {pairs}.")
     return Assessment(fit, len(rows), values, tuple(objections))
+
+
+def _may_fall(fit: CurveFit, softer: Residual, stiffer: Residual) -> bool:
+    """Return whether the stated uncertainty of two moduli explains that the ratio falls."""
+    rise = stiffer.fitted - softer.fitted
+    fall = softer.ratio - stiffer.ratio
+    error = hypot(softer.standard_error, stiffer.standard_error)
+    return fit.modulus_share > 0 and rise + fall < _FAR * error
 
 
 def _misfit_probability(fit: CurveFit) -> float:

@@ -30,6 +30,7 @@ _SCHEMA = 2
 _SCHEMAS = (1, _SCHEMA)  # 1: one curve for one exponent, without ranges
 _UNITS = {
     "modulus": "MPa",
+    "modulus_uncertainty": "relative to the modulus, k = 1",
     "ratio": "1",
     "standard_error": "1",
     "variance": "relative to the ratio squared",
@@ -125,6 +126,8 @@ class StoredCalibration:
     moduli: Array
     standard_errors: Array
     touches: Array
+    modulus_uncertainties: Array
+    common_uncertainties: Array
     about: About = field(default_factory=About)
     version: str = ""
     ratio: str = "hold"
@@ -157,12 +160,13 @@ class StoredCalibration:
             self.moduli,
             self.standard_errors,
             self.touches,
+            self.modulus_uncertainties,
         )
 
     @property
     def assessment(self) -> Assessment:
         """What speaks against the fit; prints as the verdict."""
-        return assess(self.fitted, self.residuals, len(self.ratios))
+        return assess(self.fitted, self.residuals, len(self.ratios), self.ratio)
 
     @property
     def verdict(self) -> str:
@@ -228,6 +232,8 @@ class StoredCalibration:
             **_verification_table(self.verifications),
             "data": {
                 "moduli_MPa": self.moduli.tolist(),
+                "modulus_uncertainties": self.modulus_uncertainties.tolist(),
+                "common_uncertainties": self.common_uncertainties.tolist(),
                 "ratios": self.ratios.tolist(),
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
@@ -281,6 +287,8 @@ class StoredCalibration:
             moduli=_array(data, "moduli_MPa", size, positive=True),
             standard_errors=_array(data, "standard_errors", size),
             touches=_array(data, "touches", size, positive=True),
+            modulus_uncertainties=_uncertainties(data, "modulus_uncertainties", size),
+            common_uncertainties=_uncertainties(data, "common_uncertainties", size),
             about=About.of_entries(document["about"]),
             version=str(document["palpate"]),
             ratio=ratio,
@@ -375,6 +383,7 @@ def _fit(fit: Table, scatter: Table) -> CurveFit:
         specimen_freedom=_count(scatter, "specimen_freedom", 1),
         specimen_share=_number(scatter, "specimen_share", 0.0, 1.0),
         misfit=_number(scatter, "misfit", 0.0, _RANGE),
+        modulus_share=_number({"modulus_share": 0.0} | scatter, "modulus_share", 0.0, 1.0),
     )
 
 
@@ -389,6 +398,16 @@ def _array(table: Table, name: str, shape: tuple[int, ...], *, positive: bool = 
         raise ValueError(
             f"{name}: got no value, or a value that is not positive, allowed: positive numbers"
         )
+    return values
+
+
+def _uncertainties(data: Table, name: str, size: tuple[int, ...]) -> Array:
+    """Return relative uncertainties of the moduli; zeros for a file of an earlier version."""
+    if name not in data:
+        return np.zeros(size)
+    values = _array(data, name, size)
+    if not ((values >= 0) & (values < 1)).all():
+        raise ValueError(f"{name}: got a value out of range, allowed: 0 or more and below 1")
     return values
 
 

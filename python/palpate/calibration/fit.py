@@ -3,15 +3,20 @@
 In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the
 calibration curve of immunoassays, whose weighting and inversion are well studied (O'Connell,
 Belanger and Haaland, Calibration and assay development using the four-parameter logistic model,
-Chemometrics 20, 1993). The moduli are taken as exact and the ratios as scattered, so residuals are
-differences of the ratio: residuals in log E would be the same to first order, but log E does not
-exist for a measured ratio of r_rigid or more.
+Chemometrics 20, 1993). Residuals are differences of the ratio: residuals in log E would be the same
+to first order, but log E does not exist for a measured ratio of r_rigid or more.
 
 The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij. error_ij has
 the standard error of the estimator. touch_ij (oblique contact) and specimen_i (wrong modulus,
 deviating specimen or wrong curve) have unknown variances. Both are found by the method of Paule and
 Mandel (J. Res. NBS 87, 1982): the variance with which the weighted sum of squares equals its
 degrees of freedom.
+
+A modulus with the relative standard uncertainty u is an error u of x. The mean of its specimen has
+the further variance (u dr/dx)^2, known beforehand: the effective variance (J. Orear, Am. J. Phys.
+50, 1982, 912). specimen_i is then the scatter beyond it. An error that all specimens share, as that
+of a relation that gave the moduli, is no scatter: it shifts the fitted curve, and its covariance
+contains this shift.
 """
 
 from collections.abc import Callable
@@ -26,6 +31,8 @@ from palpate.errors import CalibrationError, need
 Array = NDArray[np.float64]
 SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data
 _ROUNDS = 50
+_RELATIVE = "0 or more and below 1, relative to the modulus: 0.05 is 5 %"
+_BELOW_LIMIT = 0.7  # probability that a variance is below its upper limit: intervals then hold
 _HALF_MODULI = 41  # start values, up to three decades beyond the specimens on either side
 
 
@@ -48,6 +55,8 @@ class CurveFit:
         Share of specimen_variance in the variance of the mean of a specimen.
     misfit : float
         Weighted sum of squares around the curve with specimen_variance 0, per degree of freedom.
+    modulus_share : float
+        Share of the uncertainty of the moduli in the variance of the mean of a specimen.
 
     Examples
     --------
@@ -65,6 +74,7 @@ class CurveFit:
     specimen_freedom: int
     specimen_share: float
     misfit: float
+    modulus_share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -88,6 +98,16 @@ class FitData(NamedTuple):
     moduli: Array
     standard_errors: Array
     touches: Array
+    modulus_uncertainties: Array  # relative
+    common_uncertainties: Array  # relative
+
+
+@dataclass(frozen=True)
+class ModulusErrors:
+    """Relative standard uncertainties of the modulus of each specimen: its own, and a common one."""
+
+    own: Array
+    common: Array
 
 
 def fit_data(
@@ -95,20 +115,49 @@ def fit_data(
     moduli: ArrayLike,
     standard_errors: ArrayLike | None,
     touches: ArrayLike | None,
+    modulus_uncertainties: ArrayLike | None = None,
+    common_uncertainties: ArrayLike | None = None,
 ) -> FitData:
     """Return the data of a fit; raise ValueError for data that cannot be fitted."""
     shape = np.shape(ratios)
     errors = np.zeros(shape) if standard_errors is None else standard_errors
-    count = np.asarray(1.0 if touches is None else touches, dtype=float)
-    if count.ndim == 0:
-        count = np.broadcast_to(count, shape)
+    count = _for_each(touches, 1.0, shape)
+    own = _for_each(modulus_uncertainties, 0.0, shape)
+    common = _for_each(common_uncertainties, 0.0, shape)
     smallest = float(np.nextafter(0.0, 1.0))
-    return FitData(
+    data = FitData(
         _column("ratios", ratios, shape, smallest, "positive numbers"),
         _column("moduli", moduli, shape, smallest, "positive numbers"),
         _column("standard_errors", errors, shape, 0.0, "0 or more"),
         _column("touches", count, shape, 1.0, "1 or more"),
+        _column("modulus_uncertainties", own, shape, 0.0, _RELATIVE),
+        _column("common_uncertainties", common, shape, 0.0, _RELATIVE),
     )
+    _require_relative("modulus_uncertainties", data.modulus_uncertainties, data.moduli)
+    _require_relative("common_uncertainties", data.common_uncertainties, data.moduli)
+    return data
+
+
+def _for_each(given: ArrayLike | None, default: float, shape: tuple[int, ...]) -> Array:
+    """Return a value for each row: those given, one value repeated, or the default."""
+    values = np.asarray(default if given is None else given, dtype=float)
+    if values.ndim == 0:
+        values = np.broadcast_to(values, shape)
+    return values
+
+
+def _require_relative(name: str, values: Array, moduli: Array) -> None:
+    """Refuse uncertainties of moduli of 100 % or more, or unequal ones of one modulus."""
+    largest = values.max(initial=0.0)
+    if largest >= 1:
+        raise ValueError(f"{name}: got {largest}, allowed: {_RELATIVE}")
+    for modulus in np.unique(moduli):
+        same = np.unique(values[moduli == modulus])
+        if len(same) > 1:
+            raise ValueError(
+                f"{name}: got {same[0]:g} and {same[1]:g} at {modulus:g} MPa, allowed: the same "
+                "for all ratios of one modulus, which are of one specimen"
+            )
 
 
 def _column(
@@ -149,6 +198,11 @@ def slope_by_log_modulus(parameters: Array, x: Array) -> Array:
     return np.asarray((rigid - soft) * share * (1 - share))
 
 
+def variance_by_moduli(parameters: Array, x: Array, modulus_uncertainty: Array) -> Array:
+    """Return the variance of the ratios at x by the relative uncertainty of their moduli."""
+    return np.asarray((slope_by_log_modulus(parameters, x) * modulus_uncertainty) ** 2)
+
+
 def _share(x: Array) -> Array:
     """Return 1 / (1 + exp(-x)), without overflow."""
     small = np.exp(-np.abs(x))
@@ -164,35 +218,61 @@ def specimen_means(rows: MeanRatios, touch_variance: float) -> tuple[Array, Arra
     return _sums(rows, weight * rows.ratio) / total, 1 / total
 
 
-def fit_curve(x: Array, rows: MeanRatios, soft_ratio: float | None) -> CurveFit:
+def fit_curve(
+    x: Array,
+    rows: MeanRatios,
+    soft_ratio: float | None,
+    errors: ModulusErrors | None = None,
+) -> CurveFit:
     """Return the curve fitted to rows at x = log(E / MPa); soft_ratio None: fit it, too."""
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
+    if errors is None:
+        errors = ModulusErrors(np.zeros(len(x)), np.zeros(len(x)))
     touch_variance = SMALLEST_VARIANCE
     if touch_freedom:
         touch_variance = _touch_variance(rows, touch_freedom)
     mean, variance = specimen_means(rows, touch_variance)
     parameters = _start_parameters(x, mean, variance, soft_ratio)
+    around = _AroundCurve(rows, mean, variance, touch_freedom)
+    level = curve(parameters, x)
+    known = variance_by_moduli(parameters, x, errors.own)
     excess = 0.0
     for _ in range(_ROUNDS):
-        before = excess
-        total = _total(rows, variance, excess, curve(parameters, x), touch_freedom)
-        parameters = _least_squares(x, mean, total, parameters, free)
-        excess = _excess(rows, mean, variance, curve(parameters, x), touch_freedom, freedom)
-        if abs(excess - before) <= 1e-6 * excess:
+        excess_before = excess
+        known_before = known
+        parameters = _least_squares(x, mean, around.total(excess, level, known), parameters, free)
+        level = curve(parameters, x)
+        known = variance_by_moduli(parameters, x, errors.own)
+        excess = around.excess(level, known, freedom)
+        is_same = np.allclose(known, known_before, rtol=1e-6, atol=0)
+        if is_same and abs(excess - excess_before) <= 1e-6 * excess:
             break
-    level = curve(parameters, x)
-    total = _total(rows, variance, excess, level, touch_freedom)
-    covariance = _covariance(gradient(parameters, x)[free], total)
+    total = around.total(excess, level, known)
+    slopes = gradient(parameters, x)[free]
+    covariance = _covariance(slopes, total)
+    shift = covariance @ (slopes / total) @ (slope_by_log_modulus(parameters, x) * errors.common)
+    covariance = covariance + np.outer(shift, shift)
     whole = np.zeros((3, 3))
     whole[np.ix_(free, free)] = covariance
+    modulus_share = float(np.mean(known / total))
     if not touch_freedom:
-        return CurveFit(parameters, whole, excess, 0, 0.0, freedom, 1.0, 1.0)
-    misfit = float(((mean - level) ** 2 / variance).sum() / freedom)
+        return CurveFit(
+            parameters, whole, excess, 0, 0.0, freedom, 1.0, 1.0, modulus_share=modulus_share
+        )
+    misfit = float(((mean - level) ** 2 / (variance + known)).sum() / freedom)
     share = float(np.mean(excess * level**2 / total))
     return CurveFit(
-        parameters, whole, touch_variance, touch_freedom, excess, freedom, share, misfit
+        parameters,
+        whole,
+        touch_variance,
+        touch_freedom,
+        excess,
+        freedom,
+        share,
+        misfit,
+        modulus_share,
     )
 
 
@@ -209,37 +289,40 @@ def _touch_variance(rows: MeanRatios, freedom: int) -> float:
     return _paule_mandel(squares, freedom)
 
 
-def _total(
-    rows: MeanRatios,
-    variance: Array,
-    excess: float,
-    level: Array,
-    touch_freedom: int,
-) -> Array:
-    """Return the variance of the mean of each specimen around the curve."""
-    if touch_freedom:
-        return np.asarray(variance + excess * level**2)
-    return rows.variance(max(excess, SMALLEST_VARIANCE), level)  # a row is a specimen
+@dataclass(frozen=True)
+class _AroundCurve:
+    """The means of the specimens, and their variances around a curve."""
+
+    rows: MeanRatios
+    mean: Array
+    variance: Array
+    touch_freedom: int
+
+    def total(self, excess: float, level: Array, known: Array) -> Array:
+        """Return the variance of each mean; `known`: the part by the moduli."""
+        if self.touch_freedom:
+            return np.asarray(self.variance + excess * level**2 + known)
+        # A row is a specimen.
+        return self.rows.variance(max(excess, SMALLEST_VARIANCE), level) + known
+
+    def excess(self, level: Array, known: Array, freedom: int) -> float:
+        """Return the variance between specimens; with one touch each, it includes the touches' own."""
+
+        def squares(excess: float) -> float:
+            total = self.total(excess, level, known)
+            return float(((self.mean - level) ** 2 / total).sum())
+
+        excess = _paule_mandel(squares, freedom)
+        if self.touch_freedom or not known.any():
+            return excess
+        # The scatter of the touches is then what the known part leaves of the whole: a difference,
+        # which is often estimated as 0. As far as the part is of the whole, its upper limit counts.
+        share = float(np.mean(known / self.total(excess, level, known)))
+        fewest = float(need("scipy.special", "science").chdtri(freedom, _BELOW_LIMIT))
+        return _paule_mandel(squares, freedom - share * (freedom - fewest))
 
 
-def _excess(
-    rows: MeanRatios,
-    mean: Array,
-    variance: Array,
-    level: Array,
-    touch_freedom: int,
-    freedom: int,
-) -> float:
-    """Return the variance between specimens; with one touch each, it includes the touches' own."""
-
-    def squares(excess: float) -> float:
-        total = _total(rows, variance, excess, level, touch_freedom)
-        return float(((mean - level) ** 2 / total).sum())
-
-    return _paule_mandel(squares, freedom)
-
-
-def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
+def _paule_mandel(squares: Callable[[float], float], freedom: float) -> float:
     """Return the variance at which the sum of squares falls to `freedom`; 0 if it is less at 0."""
     if squares(0.0) <= freedom:
         return 0.0

@@ -8,8 +8,8 @@ probability; so the set contains the true E with this probability, also near the
 the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
 
 t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite:
-each variance has the degrees of freedom of its estimate; the standard error is taken as exact. With
-few of them t falls so fast that adding a standard error to a hardly known scatter narrows the
+each variance has the degrees of freedom of its estimate; the standard error and the stated
+uncertainty of the moduli are taken as exact. With few of them t falls so fast that adding a standard error to a hardly known scatter narrows the
 interval.
 """
 
@@ -123,12 +123,14 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
 def degrees_of_freedom(fit: CurveFit, variances: Variances) -> Array:
     """Return the degrees of freedom of the sum of variances: Welch and Satterthwaite."""
     _, touch, specimen, fitted = variances
-    # Terms of one estimate are fully correlated; the error of the curve is of both estimates.
+    # Terms of one estimate are fully correlated; the error of the curve is of both estimates. Its
+    # part by the uncertainty of the moduli was not estimated.
+    estimated = (1 - fit.modulus_share) * fitted
     if fit.touch_freedom:
         by_specimen = specimen + fit.specimen_share * fitted
     else:
-        by_specimen = touch + fitted
-    by_touch = touch + specimen + fitted - by_specimen
+        by_specimen = touch + estimated
+    by_touch = touch + specimen + estimated - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.asarray(np.minimum(sum(variances) ** 2 / parts, 1e9))

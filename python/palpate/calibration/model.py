@@ -14,7 +14,7 @@ from palpate.calibration.assessment import other_settings
 from palpate.calibration.calibration_file import About, StoredCalibration
 from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of, is_too_oblique
 from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
-from palpate.calibration.fit import MeanRatios, curve, fit_curve, fit_data
+from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
 from palpate.calibration.interval import (
     MeasuredRatio,
     Variances,
@@ -99,6 +99,8 @@ class Calibration(StoredCalibration, Plotted):
         Parameters of the curve, their covariance, and the scatter.
     ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
         The fitted data; moduli in MPa; standard errors are 0 if none were given.
+    modulus_uncertainties, common_uncertainties : numpy.ndarray, shape (n,)
+        Relative standard uncertainties of the moduli, as in `fit`.
     about : palpate.calibration.calibration_file.About
         Origin of the data; saved with the calibration.
     version : str
@@ -120,6 +122,8 @@ class Calibration(StoredCalibration, Plotted):
         *,
         standard_errors: ArrayLike | None = None,
         touches: ArrayLike | None = None,
+        modulus_uncertainties: ArrayLike | None = None,
+        common_uncertainties: ArrayLike | None = None,
         soft_ratio: float | None = 1.0,
         about: About | None = None,
     ) -> "Calibration":
@@ -133,12 +137,18 @@ class Calibration(StoredCalibration, Plotted):
         ratios : array_like, shape (n,)
             One ratio for each touch, or for each specimen.
         moduli : array_like, shape (n,), MPa
-            Modulus of the specimen, taken as exact. Ratios with the same modulus belong to the same
-            specimen.
+            Modulus of the specimen. Ratios with the same modulus belong to the same specimen.
         standard_errors : array_like, shape (n,), optional
             Standard errors of the ratios, 0 or more, as `Touch.standard_error`.
         touches : array_like, shape (n,) or (), optional
             Number of touches of which each ratio is the mean, 1 or more; default 1.
+        modulus_uncertainties : array_like, shape (n,) or (), optional
+            Relative standard uncertainty (k = 1) of the modulus of the specimen, 0 to below 1; the
+            same for all ratios of a specimen. Default 0: the modulus is exact. The errors of
+            different specimens are independent.
+        common_uncertainties : array_like, shape (n,) or (), optional
+            The same for an error that all specimens share, as that of the relation from which the
+            moduli were computed; default 0. No number of specimens reduces it.
         soft_ratio : float or None
             Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with
             different gains.
@@ -169,18 +179,26 @@ class Calibration(StoredCalibration, Plotted):
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data = fit_data(ratios, moduli, standard_errors, touches)
+        data = fit_data(
+            ratios,
+            moduli,
+            standard_errors,
+            touches,
+            modulus_uncertainties,
+            common_uncertainties,
+        )
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(
                 f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it"
             )
-        known, specimen = np.unique(data.moduli, return_inverse=True)
+        known, first, specimen = np.unique(data.moduli, return_index=True, return_inverse=True)
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             allowed = f"{least} or more, one more than the parameters"
             raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
         rows = MeanRatios(data.ratios, data.standard_errors, data.touches, specimen)
-        fitted = fit_curve(np.log(known), rows, soft_ratio)
+        errors = ModulusErrors(data.modulus_uncertainties[first], data.common_uncertainties[first])
+        fitted = fit_curve(np.log(known), rows, soft_ratio, errors)
         return cls(
             fitted,
             *data,

@@ -210,8 +210,8 @@ def choose_ratio(
         contact_exponent=_about_exponent(chosen, possible, bumps),
         age=_about_age(chosen, compared),
     )
-    # Level touches have the least noise with the exponent 1, which is the first of the possible ones.
-    likeliest = float(possible[np.argmax(chosen.likelihood)])
+    # If all are equally likely, the last one: the ratios at the others then have less noise.
+    likeliest = float(possible[::-1][np.argmax(chosen.likelihood[::-1])])
     exponent = min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
     settings = {
         "contact_exponent": given.get("contact_exponent", exponent),

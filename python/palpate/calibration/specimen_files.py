@@ -3,13 +3,24 @@
 import csv
 import re
 from collections.abc import Callable, Iterable, Mapping
-from math import inf, nan
+from contextlib import suppress
+from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 
 from palpate.ad7746.registers import SATURATED_PF
+from palpate.calibration.modulus_text import (
+    ModulusScale,
+    has_uncertainty,
+    modulus_in,
+    number_in,
+    scale_of,
+    uncertainty_column,
+    with_uncertainty,
+)
 from palpate.errors import CalibrationError
 from palpate.files import read_bytes, write_file
-from palpate.importers.units import to_number
+from palpate.materials import KnownModulus
 from palpate.messages import quoted
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
@@ -18,33 +29,62 @@ from palpate.samples import Block
 LARGEST = 100_000  # bytes of a table of moduli
 
 
-def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, float]:
-    """Return the moduli, MPa, by name; `note` gets what was assumed."""
-    # A header row, which may name a unit; rows of name and modulus; comma, semicolon or tab.
+@dataclass(frozen=True)
+class _Columns:
+    """The units that a header row names; None: it names none."""
+
+    modulus: ModulusScale | None = None
+    uncertainty: ModulusScale | None = None
+    third: str = ""
+
+    @classmethod
+    def of_header(cls, cells: list[str], place: str) -> "_Columns":
+        """Return the columns of a header row."""
+        _, modulus = scale_of(" ".join(cells[1:2]), place)
+        third = " ".join(cells[2:3])
+        return cls(modulus, uncertainty_column(third, place), third)
+
+
+def read_moduli(path: Path, note: Callable[[str], object] = str) -> dict[str, KnownModulus]:
+    """Return the moduli by name; `note` gets what was assumed."""
+    # A header row, which may name the units; rows of name, modulus and, at will, its standard
+    # uncertainty; comma, semicolon or tab.
     lines = _lines(path)
     delimiter = ","
     for mark in ";\t":
         if lines and mark in lines[0]:
             delimiter = mark
-    moduli: dict[str, float] = {}
-    power: int | None = None
+    moduli: dict[str, KnownModulus] = {}
+    columns = _Columns()
     for number, line in enumerate(lines, 1):
         row = next(csv.reader([line], delimiter=delimiter), [])
         cells = list(map(str.strip, row))
-        is_header = len(cells) < 2 or not _number(cells[1]) > 0
-        if number == 1 and is_header:
-            power = without_unit(" ".join(cells[1:2]), f"{path}, line 1: ")[1]
+        place = f"{path}, line {number}: "
+        if number == 1 and _is_header(cells):
+            columns = _Columns.of_header(cells, place)
         elif any(cells):
-            name, modulus = _row(f"{path}, line {number}", cells)
+            name, known = _row(place, cells, columns)
             if name_key(name) in map(name_key, moduli):
-                raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
-            moduli[name] = modulus * 10.0 ** (power or 0)
+                raise CalibrationError(f"{place}{quoted(name)} appears twice")
+            moduli[name] = known
     if not moduli:
         expected = "a header row, then rows of name and modulus in MPa"
         raise CalibrationError(f"{path}: no specimens found; expected {expected}")
-    if power is None:
+    if columns.modulus is None and any(known.hardness is None for known in moduli.values()):
         note(f"{path}: no unit of the moduli is named in its first line, MPa is assumed")
+    if columns.third and columns.uncertainty is None:
+        note(f"{path}: the column {quoted(columns.third)} is not used")
     return moduli
+
+
+def _is_header(cells: list[str]) -> bool:
+    """Return whether a row has no modulus in its second cell."""
+    if len(cells) < 2:
+        return True
+    bare = cells[1]
+    with suppress(CalibrationError):
+        bare, _ = scale_of(bare)
+    return not number_in(bare) > 0
 
 
 def _lines(path: Path) -> list[str]:
@@ -58,51 +98,30 @@ def _lines(path: Path) -> list[str]:
         ) from error
 
 
-def _number(text: str) -> float:
-    """Return the number in a cell; nan: there is none."""
-    try:
-        return to_number(text)
-    except ValueError:
-        return nan
-
-
-_UNIT = re.compile(r"(?<![a-z])([a-z]?pa|n ?/ ?mm.?2?|psi|ksi|bar)(?![a-z])", re.IGNORECASE)
-_POWERS = {"pa": -6, "kpa": -3, "mpa": 0, "gpa": 3}
-
-
-def without_unit(text: str, place: str = "") -> tuple[str, int | None]:
-    """Return a text without its unit, and the power of ten of the unit in MPa; None: no unit.
-
-    Raises
-    ------
-    CalibrationError
-        Another unit, with the place where it stands before the sentence.
-
-    Examples
-    --------
-    >>> without_unit("143 kPa"), without_unit("modulus")
-    (('143', -3), ('modulus', None))
-    """
-    unit = _UNIT.search(text)
-    if not unit:
-        return text, None
-    name = unit[1].lower()
-    if name not in _POWERS:
-        raise CalibrationError(f"{place}got the unit {quoted(name)}, allowed: Pa, kPa, MPa or GPa")
-    return _UNIT.sub("", text, 1).strip(), _POWERS[name]
-
-
-def _row(place: str, cells: list[str]) -> tuple[str, float]:
+def _row(place: str, cells: list[str], columns: _Columns) -> tuple[str, KnownModulus]:
+    """Return the name and the modulus of a row."""
     if len(cells) < 2 or not cells[0]:
         raise CalibrationError(
-            f"{place}: got {len(cells)} cells, allowed: name of the specimen and modulus in MPa"
+            f"{place}got {len(cells)} cells, allowed: name of the specimen and modulus in MPa"
         )
-    modulus = _number(cells[1])
-    if not 0 < modulus < inf:
+    bare, own = scale_of(cells[1], place)
+    known = modulus_in(bare, own or columns.modulus or ModulusScale(), place)
+    if known is None:
         raise CalibrationError(
-            f"{place}: got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa"
+            f"{place}got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa"
         )
-    return cells[0], modulus
+    third = " ".join(cells[2:3])
+    if not third:
+        return cells[0], known
+    if columns.uncertainty or has_uncertainty(third):
+        return cells[0], with_uncertainty(known, third, columns.uncertainty, place)
+    if not isnan(number_in(third)):
+        raise CalibrationError(
+            f"{place}got {quoted(third)} in a third column of unknown meaning, allowed: the "
+            "standard uncertainty of the modulus (k = 1), with a header that names it and its "
+            "unit, as 'uncertainty, %' or 'u, MPa'; or texts, which are not used"
+        )
+    return cells[0], known
 
 
 def specimen_in(file: Path, names: Mapping[str, str]) -> str:

@@ -31,15 +31,16 @@ from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.calibration.ranges import Ranges
 from palpate.errors import CalibrationError
+from palpate.materials import KnownModulus
 from palpate.messages import unlike
 from palpate.repeatability import most_reliable, objections, usable
 from palpate.touch import Touch
 from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
-# Data of a fit: all touches; their mean, plain or weighted; or the most reliable touch.
 _SHARES = np.linspace(0.1, 1, 19)
 _SCATTERS = np.geomspace(1e-5, 0.1, 41)  # relative
 _IMPOSSIBLE = -1e3  # logarithm of a likelihood
+# Data of a fit: all touches; their mean, plain or weighted; or the most reliable touch.
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 
 
@@ -79,6 +80,8 @@ class SpecimenTouches:
         Flags that do not exclude a touch.
     ratio_of : callable
         As in `palpate.repeatability.agreement`: `hold`, the default, or `level`.
+    modulus_uncertainty, common_uncertainty : float
+        As in `Calibration.fit`.
 
     Examples
     --------
@@ -94,6 +97,20 @@ class SpecimenTouches:
     touches: Sequence[Touch]
     accept: Collection[str] = ()
     ratio_of: RatioOf = hold_ratio
+    modulus_uncertainty: float = 0.0
+    common_uncertainty: float = 0.0
+
+    @property
+    def known(self) -> KnownModulus:
+        """Its modulus with the uncertainties."""
+        return KnownModulus(self.modulus, self.modulus_uncertainty, self.common_uncertainty)
+
+    @property
+    def uncertainty_text(self) -> str:
+        """The standard uncertainty of its modulus; "-": none is stated."""
+        if not self.known.whole:
+            return "-"
+        return f"{number_format.error(100 * self.known.whole)} %"
 
     @property
     def mean(self) -> float:
@@ -140,6 +157,8 @@ class SpecimenTouches:
         return {
             "specimen": self.name,
             "modulus_MPa": self.modulus,
+            "modulus_uncertainty": self.modulus_uncertainty,
+            "common_uncertainty": self.common_uncertainty,
             "touches": len(self.touches),
             "usable": self.counted,
             **number_format.plain({**self.ratios, "spread": self.spread}),
@@ -147,7 +166,10 @@ class SpecimenTouches:
 
     def cells(self) -> list[str]:
         """Return the row of a table; ratios have two digits of their scatter (less for a mean)."""
-        cells = [self.name, f"{self.modulus:g}", str(len(self.touches))]
+        modulus = f"{self.modulus:g}"
+        if self.known.whole:
+            modulus = number_format.number(self.modulus, self.known.whole * self.modulus)
+        cells = [self.name, modulus, str(len(self.touches))]
         for column, ratio in self.ratios.items():
             scatter = self.spread * abs(ratio)
             if column == "mean":
@@ -179,7 +201,14 @@ def specimen_table(specimens: Sequence[SpecimenTouches]) -> list[list[str]]:
             rising.append("yes")
         else:
             rising.append("no")
-    return [*rows, ["rises", "", "", *rising, ""]]
+    rows.append(["rises", "", "", *rising, ""])
+    if not any(specimen.known.whole for specimen in specimens):
+        return rows
+    rows[0].insert(2, "u(E), k = 1")
+    for row, specimen in zip(rows[1:], specimens, strict=False):
+        row.insert(2, specimen.uncertainty_text)
+    rows[-1].insert(2, "")
+    return rows
 
 
 def combined_ratio(
@@ -336,6 +365,8 @@ def fit_specimens(
             data.moduli,
             standard_errors=errors,
             touches=[row.touches for row in data.rows],
+            modulus_uncertainties=data.modulus_uncertainties,
+            common_uncertainties=data.common_uncertainties,
             soft_ratio=soft_ratio,
             about=replace(about or About(), fitted_on=by),
         )
@@ -383,12 +414,16 @@ class _SpecimenData:
         Number of the specimen of each row.
     moduli : numpy.ndarray, MPa
         Of each row.
+    modulus_uncertainties, common_uncertainties : numpy.ndarray
+        As in `Calibration.fit`.
     """
 
     groups: list[list[TouchEvidence]]
     rows: list[TouchEvidence]
     specimen: NDArray[np.intp]
     moduli: Array
+    modulus_uncertainties: Array
+    common_uncertainties: Array
 
     @classmethod
     def of(
@@ -398,7 +433,6 @@ class _SpecimenData:
         groups = []
         rows = []
         numbers = []
-        moduli = []
         for number, specimen in enumerate(specimens):
             groups.append([evidence_of(touch, kind, exponents) for touch in specimen.usable])
             own = groups[-1]
@@ -410,8 +444,15 @@ class _SpecimenData:
                 own = [mean_evidence(each, weights)]
             rows += own
             numbers += [number] * len(own)
-            moduli += [specimen.modulus] * len(own)
-        return cls(groups, rows, np.array(numbers), np.array(moduli))
+        of_row = [specimens[number] for number in numbers]
+        return cls(
+            groups,
+            rows,
+            np.array(numbers),
+            moduli=np.array([specimen.modulus for specimen in of_row]),
+            modulus_uncertainties=np.array([one.modulus_uncertainty for one in of_row]),
+            common_uncertainties=np.array([one.common_uncertainty for one in of_row]),
+        )
 
     def ratios(
         self, number: int, exponent: float, kind: str, share: float

@@ -2,8 +2,8 @@
 
 For each exponent that the calibration leaves open, the touches give a ratio at the median depth of
 the calibration, with its errors: those of the readings, and those by what differs from the touches
-that calibrated. In the mean of several touches the latter add up with their signs, and the former
-as the root of their squares.
+that calibrated. In the mean of several touches the former add up as the root of their squares, and
+the latter with their signs; but half of each of them stays, as an effect may be even in the angle.
 """
 
 from collections.abc import Sequence
@@ -93,7 +93,8 @@ def ratio_at(
         errors.append(error_share * touch.standard_error)
         rows.append(differences)
     noise = np.array(errors)
-    squares = noise**2 + (np.array(rows) ** 2).sum(axis=1) + fit.fitted.touch_variance
+    table = np.array(rows)
+    squares = noise**2 + (table**2).sum(axis=1) + fit.fitted.touch_variance
     weights = 1 / np.maximum(squares, 1e-18)
     shares = weights / weights.sum()
     return RatioAtExponent(
@@ -101,7 +102,7 @@ def ratio_at(
         ratio=exp(float(shares @ log_ratios)),
         touches=float(1 / (shares @ shares)),
         noise=float(np.sqrt(shares**2 @ noise**2)),
-        differences=Differences(*(shares @ np.array(rows)).tolist()),
+        differences=Differences(*np.maximum(abs(shares @ table), shares @ abs(table) / 2).tolist()),
     )
 
 

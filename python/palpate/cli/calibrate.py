@@ -11,6 +11,7 @@ import click
 
 from palpate import Calibration, Touch
 from palpate.calibration.evidence import BUMPS
+from palpate.calibration.modulus_text import percent_in
 from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
@@ -43,6 +44,7 @@ from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, need
 from palpate.files import write_file
 from palpate.flags import FEWEST, Flag
+from palpate.materials import DUROMETER_POINTS, RELATION_UNCERTAINTY, KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
 from palpate.report import calibration_page
@@ -57,6 +59,23 @@ from palpate.simulation.hand import Hand, session
 from palpate.uncertainty import RATIOS, TOUCH_SCATTER
 
 _LONGEST_DOUBTS = 1000  # characters
+_RELATION = (
+    "Shore A is converted to a modulus by Gent's relation, with a standard uncertainty of "
+    f"{100 * RELATION_UNCERTAINTY:g} % and, if none is stated, {DUROMETER_POINTS:g} points of the "
+    "durometer"
+)
+
+
+def _parse_percent(
+    _context: click.Context, _parameter: click.Parameter, text: str | None
+) -> float | None:
+    """Return the relative uncertainty in a text such as 5%."""
+    if text is None:
+        return None
+    try:
+        return percent_in(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
 
 
 @click.command("calibrate")
@@ -64,8 +83,16 @@ _LONGEST_DOUBTS = 1000  # characters
 @click.option(
     "--moduli",
     type=InputFile(),
-    help="Table with two columns: name of the specimen, modulus in MPa. Default: those of the "
-    "sidecars.",
+    help="Table with two columns: name of the specimen, modulus in MPa (or Shore A, if it says so); "
+    "a third one may have the standard uncertainty of the modulus. Default: those of the sidecars.",
+)
+@click.option(
+    "--moduli-uncertainty",
+    "stated",
+    callback=_parse_percent,
+    metavar="PERCENT",
+    help="Standard uncertainty (k = 1) of each modulus that has none of its own, as 5%.  "
+    "[default: exact]",
 )
 @click.option(
     "-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML."
@@ -115,6 +142,7 @@ _LONGEST_DOUBTS = 1000  # characters
 def calibrate_command(
     files: tuple[Path, ...],
     moduli: Path | None,
+    stated: float | None,
     output: Path,
     plot: Path | None,
     report: Path | None,
@@ -158,7 +186,8 @@ def calibrate_command(
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
-    modulus_of = _known_moduli(runs, moduli)
+    modulus_of = _with_stated(_known_moduli(runs, moduli), stated)
+    _print_hardnesses(modulus_of)
     chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
@@ -168,7 +197,12 @@ def calibrate_command(
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
     doubts += _duplicates(runs)
-    about = replace(chosen.about, scene=tracking["scene"], accepted_flags=accept)
+    about = replace(
+        chosen.about,
+        scene=tracking["scene"],
+        accepted_flags=accept,
+        notes=_about_moduli(modulus_of, specimens, stated),
+    )
     if doubts:
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
     with usage_errors():
@@ -206,7 +240,7 @@ def _has_session(run: AnalysedRecording) -> bool:
     return any(entry.specimen for entry in run.plan.touches)
 
 
-def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict[str, float]:
+def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict[str, KnownModulus]:
     """Return the moduli of a table, else of the sidecars; print where they differ."""
     without_session = [run.recording.path for run in runs if not _has_session(run)]
     if table is None and without_session:
@@ -222,9 +256,58 @@ def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict
     return moduli
 
 
+def _with_stated(
+    moduli: Mapping[str, KnownModulus], stated: float | None
+) -> dict[str, KnownModulus]:
+    """Return the moduli with this uncertainty where they have none of their own."""
+    if stated is None:
+        return dict(moduli)
+    changed = dict(moduli)
+    for name, known in moduli.items():
+        if known.uncertainty is None:
+            changed[name] = replace(known, uncertainty=stated)
+    if changed == moduli:
+        print_message(
+            f"--moduli-uncertainty {_percent(stated)}: not used: each modulus has its own"
+        )
+    return changed
+
+
+def _print_hardnesses(moduli: Mapping[str, KnownModulus]) -> None:
+    """Print the moduli that were computed from a hardness."""
+    for name, known in moduli.items():
+        if known.hardness is not None:
+            print_message(f"{name}: {known.hardness:g} Shore A is taken as {known} (k = 1)")
+    if any(known.hardness is not None for known in moduli.values()):
+        print_message(f"{_RELATION}; a measured modulus is better")
+
+
+def _about_moduli(
+    moduli: Mapping[str, KnownModulus],
+    specimens: Sequence[SpecimenTouches],
+    stated: float | None,
+) -> dict[str, str]:
+    """Return the notes on the moduli for the file."""
+    notes = {}
+    hardnesses = []
+    for specimen in specimens:
+        known = moduli[specimen.name]
+        if known.hardness is not None:
+            hardnesses.append(f"{specimen.name} has {known.hardness:g}")
+    if hardnesses:
+        notes["moduli"] = f"{_RELATION}: {', '.join(hardnesses)}"
+    if stated is not None:
+        notes["uncertainty of moduli"] = f"{_percent(stated)} where none was stated (k = 1)"
+    return notes
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:g} %"
+
+
 def _choose_ratio(
     runs: Sequence[AnalysedRecording],
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, KnownModulus],
     ratio: str | None,
     bumps: str | None,
     accept: Collection[str],
@@ -238,12 +321,13 @@ def _choose_ratio(
                 specimens[touch.start] = name
         tracks.append(Track(run.recording, run.tracking, specimens))
     with usage_errors():
-        return choose_ratio(tracks, moduli, ratio=ratio, bumps=bumps, accept=accept)
+        known = {name: one.modulus for name, one in moduli.items()}
+        return choose_ratio(tracks, known, ratio=ratio, bumps=bumps, accept=accept)
 
 
 def _usable_specimens(
     runs: Sequence[AnalysedRecording],
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, KnownModulus],
     accept: tuple[str, ...],
     chosen: RatioChoice,
 ) -> list[SpecimenTouches]:
@@ -256,9 +340,17 @@ def _usable_specimens(
         existing = " ".join(sorted(flags)) or "none"
         print_message(f"--accept {flag}: no touch has this flag; those found: {existing}")
     specimens = []
-    for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
+    for name, known in sorted(moduli.items(), key=lambda item: item[1].modulus):
         touches = touches_of[name]
-        specimen = SpecimenTouches(name, modulus, touches, accept, chosen.ratio_of)
+        specimen = SpecimenTouches(
+            name,
+            known.modulus,
+            touches,
+            accept,
+            chosen.ratio_of,
+            modulus_uncertainty=known.own,
+            common_uncertainty=known.common,
+        )
         if specimen.counted:
             specimens.append(specimen)
         elif touches:
@@ -271,7 +363,7 @@ def _usable_specimens(
 
 def _touches_of_specimens(
     runs: Sequence[AnalysedRecording],
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, KnownModulus],
     accept: tuple[str, ...],
     chosen: RatioChoice,
 ) -> dict[str, list[Touch]]:
@@ -304,7 +396,7 @@ def _touches_of_specimens(
 
 
 def _unknown_specimen(
-    run: AnalysedRecording, name: str, moduli: Mapping[str, float]
+    run: AnalysedRecording, name: str, moduli: Mapping[str, KnownModulus]
 ) -> CalibrationError:
     allowed = f"a name that begins with one of {listed(moduli)}{nearest(name, moduli)}"
     return CalibrationError(f"{run.recording.path}: no specimen has this name, allowed: {allowed}")

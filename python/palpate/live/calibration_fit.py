@@ -114,7 +114,13 @@ class GuidedCalibration:
             chosen = choose_ratio([track], {each.name: each.modulus for each in known})
             known = _measured_again(known, track, chosen)
         specimens = [
-            SpecimenTouches(e.name, e.modulus, e.kept, ratio_of=e.ratio_of)
+            SpecimenTouches(
+                e.name,
+                e.modulus,
+                e.kept,
+                ratio_of=e.ratio_of,
+                modulus_uncertainty=e.modulus_uncertainty,
+            )
             for e in known
             if e.usable
         ]

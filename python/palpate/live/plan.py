@@ -12,12 +12,18 @@ from threading import RLock
 from typing import Any
 
 from palpate.calibration import Calibration
-from palpate.calibration.specimen_files import without_unit
+from palpate.calibration.modulus_text import (
+    ModulusScale,
+    uncertainty_column,
+    with_uncertainty,
+    without_unit,
+)
 from palpate.errors import CalibrationError, PalpateError
 from palpate.flags import advice, sentences
 from palpate.importers.units import to_number
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
+from palpate.materials import KnownModulus
 from palpate.messages import quoted
 from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
@@ -65,6 +71,7 @@ class KnownSpecimen:
     modulus: float  # MPa
     touches: tuple[tuple[int, Touch, bool], ...] = ()
     ratio_of: RatioOf = hold_ratio
+    modulus_uncertainty: float = 0.0  # relative
 
     @property
     def kept(self) -> list[Touch]:
@@ -176,7 +183,7 @@ class TouchPlan(Listener):
     def read_list(text: str, unit: str = "MPa") -> Document:
         """Return how each line of a list is read: its modulus, MPa, or what is wrong."""
         read = (
-            one and ({"wrong": one} if isinstance(one, str) else {"modulus": one.modulus_MPa})
+            one and ({"wrong": one} if isinstance(one, str) else _known_modulus(one))
             for one in read_lines(text, 1, unit)
         )
         return {"message": "", "lines": list(read)}
@@ -206,9 +213,13 @@ class TouchPlan(Listener):
             name, known = one.name, self.progress.named(one.name)
             if not known:
                 self.progress.specimens.append(one)
-            elif one.modulus_MPa not in (None, known.modulus_MPa):
-                told = f" Its modulus is {one.modulus_MPa:g} MPa now, before {known.modulus_MPa or 'unknown'}."
-                self.progress.change(known, modulus_MPa=one.modulus_MPa)
+            elif one.known not in (None, known.known):
+                told = f" Its modulus is {one.known} now, before {known.known or 'unknown'}."
+                self.progress.change(
+                    known,
+                    modulus_MPa=one.modulus_MPa,
+                    modulus_uncertainty=one.modulus_uncertainty,
+                )
         for each in done:
             each.specimen = name
         return f"{'1 touch' if len(done) == 1 else f'{len(done)} touches'}: {name or 'no specimen'}.{told}"
@@ -512,7 +523,7 @@ class Progress:
         ]
         known = {
             "name": one.name,
-            "modulus": one.modulus_MPa,
+            **_known_modulus(one),
             "kept": len(self.kept[one.name]),
             "of": one.wanted,
         }
@@ -530,8 +541,12 @@ class Progress:
         found = []
         for one in self.specimens:
             touches = tuple((done.number, done.touch, not done.why) for done in self._on[one.name])
-            if one.modulus_MPa is not None:
-                found.append(KnownSpecimen(one.name, one.modulus_MPa, touches))
+            if one.known:
+                found.append(
+                    KnownSpecimen(
+                        one.name, one.known.modulus, touches, modulus_uncertainty=one.known.own
+                    )
+                )
         return found
 
     @property
@@ -562,30 +577,87 @@ def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
     return [one for one in read if isinstance(one, Specimen)]
 
 
-def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:
-    """Yield the specimen of each line, what is wrong with it, or None: it is empty, or the names of columns.
+def _known_modulus(one: Specimen) -> Document:
+    """Return the modulus of a specimen, MPa, and its relative uncertainty, for the page."""
+    return {"modulus": one.modulus_MPa, "uncertainty": one.modulus_uncertainty}
 
-    A line is "name" or "name; modulus", also with a tab or a comma between. A modulus has its own unit, else the one of the
-    heading, else `unit`. The decimal point may be a comma. Of each specimen `wanted` touches are wanted.
+
+def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:
+    """Yield the specimen of each line, its fault as a text, or None: it is empty, or the names of columns.
+
+    A line is "name", "name; modulus" or "name; modulus; uncertainty", also with tabs or commas between. A modulus has its
+    own unit, else the one of the heading, else `unit`; its standard uncertainty has "%" or a unit, or the heading has.
+    The decimal point may be a comma. Of each specimen `wanted` touches are wanted.
     """
-    names, power = set[str](), without_unit(unit)[1] or 0
+    names = set[str]()
+    columns = _Columns(without_unit(unit)[1] or 0)
     for line in text.splitlines():
-        # Of a line without a tab and a semicolon the first comma is between name and modulus.
-        between = next((mark for mark in "\t;" if mark in line), ",")
-        name, modulus = (part.strip('" \t;') for part in line.partition(between)[::2])
+        name, modulus, uncertainty = _cells(line)
         try:
-            bare, own = without_unit(modulus)
-            here = power if own is None else own
-            named = own is not None or re.search("modul", bare, re.IGNORECASE)
-            if not (name or modulus) or (named and not names and not re.search(r"\d", bare)):
-                power = here
+            heading = None if names else _heading(modulus, uncertainty)
+            if heading or not (name or modulus):
+                columns = heading or columns
                 yield None
                 continue
-            value = float(Decimal(str(to_number(bare))).scaleb(here)) if modulus else None
-            specimen = Specimen(name, value, wanted)
-        except (CalibrationError, ValueError) as error:  # another unit; else no number, or no name
-            wrong = f"got {quoted(line)}, allowed: {_MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME}"
-            yield str(error) if isinstance(error, CalibrationError) else wrong
+            specimen = _specimen(name, modulus, uncertainty, columns, wanted)
+        except CalibrationError as error:
+            yield str(error)
             continue
-        yield f"got {quoted(name)} again, allowed: each name once" if name in names else specimen
+        except ValueError:  # no number, or no name
+            allowed = _MODULUS if 0 < len(name) <= stored.LONGEST_NAME else _NAME
+            yield f"got {quoted(line)}, allowed: {allowed}"
+            continue
+        if name in names:
+            yield f"got {quoted(name)} again, allowed: each name once"
+        else:
+            yield specimen
         names.add(name)
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """The units of a list: power of ten of the moduli in MPa, and unit of the uncertainties."""
+
+    power: int
+    uncertainty: ModulusScale | None = None
+
+
+def _cells(line: str) -> tuple[str, str, str]:
+    """Return the three parts of a line; in a line without a tab and a semicolon commas are between them."""
+    between = next((mark for mark in "\t;" if mark in line), ",")
+    name, _, rest = line.partition(between)
+    modulus, _, uncertainty = rest.partition(between)
+    if between == ",":  # it may be a decimal one, too
+        before, _, last = rest.rpartition(",")
+        is_uncertainty = "%" in last or "uncertainty" in last
+        modulus, uncertainty = (before, last) if is_uncertainty else (rest, "")
+    return _stripped(name), _stripped(modulus), _stripped(uncertainty)
+
+
+def _stripped(cell: str) -> str:
+    return cell.strip('" \t;')
+
+
+def _heading(modulus: str, uncertainty: str) -> _Columns | None:
+    """Return the units of the names of columns; None: they are not names of columns."""
+    bare, power = without_unit(modulus)
+    is_named = power is not None or re.search("modul", bare, re.IGNORECASE)
+    if not is_named or re.search(r"\d", bare):
+        return None
+    return _Columns(power or 0, uncertainty_column(uncertainty))
+
+
+def _specimen(
+    name: str, modulus: str, uncertainty: str, columns: _Columns, wanted: int
+) -> Specimen:
+    """Return the specimen of a line; ValueError: no number, or no name."""
+    if not modulus:
+        return Specimen(name, None, wanted)
+    bare, power = without_unit(modulus)
+    if power is None:
+        power = columns.power
+    value = float(Decimal(str(to_number(bare))).scaleb(power))
+    if not uncertainty:
+        return Specimen(name, value, wanted)
+    known = with_uncertainty(KnownModulus(value), uncertainty, columns.uncertainty)
+    return Specimen(name, value, wanted, known.uncertainty)

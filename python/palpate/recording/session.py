@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard, cast
 from unicodedata import category
 
 from palpate.files import Json
+from palpate.materials import KnownModulus
 from palpate.messages import quoted
 
 if TYPE_CHECKING:
@@ -34,11 +35,14 @@ class Specimen:
         Its known modulus; None: unknown.
     wanted : int
         How many touches of it are wanted, 1 to 99.
+    modulus_uncertainty : float or None
+        Relative standard uncertainty of the modulus, 0 to below 1; None: not stated.
     """
 
     name: str
     modulus_MPa: float | None = None
     wanted: int = 1
+    modulus_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -53,6 +57,19 @@ class Specimen:
             raise ValueError(
                 f"wanted: got {quoted(self.wanted)}, allowed: an integer from 1 to {MOST_WANTED}"
             )
+        uncertainty = self.modulus_uncertainty
+        if uncertainty is not None and not (_is_number(uncertainty) and 0 <= uncertainty < 1):
+            raise ValueError(
+                f"modulus_uncertainty: got {quoted(uncertainty)}, allowed: a number from 0 to below "
+                "1, or null"
+            )
+
+    @property
+    def known(self) -> KnownModulus | None:
+        """Its modulus with the uncertainty; None: unknown."""
+        if self.modulus_MPa is None:
+            return None
+        return KnownModulus(self.modulus_MPa, self.modulus_uncertainty)
 
 
 @dataclass(frozen=True)
@@ -118,7 +135,7 @@ class Plan:
     --------
     >>> plan = Plan(specimens=(Specimen("30 OO", 0.143, wanted=4),), touches=(Entry(12.5, "30 OO"),))
     >>> plan.as_dict()["specimens"]
-    [{'name': '30 OO', 'modulus_MPa': 0.143, 'wanted': 4}]
+    [{'name': '30 OO', 'modulus_MPa': 0.143, 'wanted': 4, 'modulus_uncertainty': None}]
     >>> plan_of({"session": plan.as_dict()}) == plan
     True
     """
@@ -142,9 +159,9 @@ class Plan:
             raise ValueError(f"specimens: got {quoted(twice)} twice, allowed: each name once")
 
     @property
-    def moduli(self) -> dict[str, float]:
-        """The known moduli, MPa, by the name of the specimen."""
-        return {one.name: one.modulus_MPa for one in self.specimens if one.modulus_MPa is not None}
+    def moduli(self) -> dict[str, KnownModulus]:
+        """The known moduli by the name of the specimen."""
+        return {one.name: one.known for one in self.specimens if one.known}
 
     def as_dict(self) -> Json:
         """Return the plan as the entry `session` of a sidecar."""

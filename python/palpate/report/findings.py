@@ -16,6 +16,7 @@ from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
+from palpate.materials import KnownModulus
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import PERIOD_S, Plan
@@ -178,7 +179,7 @@ class SpecimenResult:
 
 def _result(
     name: str,
-    known: float | None,
+    known: KnownModulus | None,
     touches: list[ReportedTouch],
     calibration: Calibration | None,
     scatter: Scatter,
@@ -201,7 +202,8 @@ def _result(
             budget = calibration.budget(  # no mean reduces the linearity
                 mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
             )
-    return SpecimenResult(name, known, touches, kept, agreed, mean, modulus, variation, budget)
+    value = known and known.modulus
+    return SpecimenResult(name, value, touches, kept, agreed, mean, modulus, variation, budget)
 
 
 def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Agreement:
@@ -231,7 +233,9 @@ class Findings:
 
 
 def findings(
-    runs: list[AnalysedRecording], calibration: Calibration | None, moduli: Mapping[str, float]
+    runs: list[AnalysedRecording],
+    calibration: Calibration | None,
+    moduli: Mapping[str, KnownModulus],
 ) -> Findings:
     """Return the touches with their specimens, and the result of each specimen."""
     known, _ = known_moduli(runs, moduli)
@@ -264,9 +268,9 @@ def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None
 
 
 def known_moduli(
-    runs: Iterable[AnalysedRecording], table: Mapping[str, float]
-) -> tuple[dict[str, float], list[str]]:
-    """Return the moduli by name, MPa, of a table, else of the sessions; and the differences."""
+    runs: Iterable[AnalysedRecording], table: Mapping[str, KnownModulus]
+) -> tuple[dict[str, KnownModulus], list[str]]:
+    """Return the moduli by name, of a table, else of the sessions; and the differences."""
     moduli = dict(table)
     names = {name_key(name): name for name in table}
     differences: list[str] = []
@@ -276,13 +280,12 @@ def known_moduli(
             known = moduli.setdefault(name, modulus)
             if known == modulus:
                 continue
-            difference = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
+            difference = f"{run.recording.path}: {name}: got {modulus}, "
             if name not in table:
                 raise CalibrationError(
-                    f"{difference}allowed: {known:g} MPa, as in the file before; or --moduli with "
-                    "a table"
+                    f"{difference}allowed: {known}, as in the file before; or --moduli with a table"
                 )
-            differences.append(f"{difference}used: {known:g} MPa")
+            differences.append(f"{difference}used: {known}")
     return moduli, differences
 
 
@@ -294,7 +297,7 @@ class AssignedTouch(NamedTuple):
     left_out: str
 
 
-def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[AssignedTouch]:
+def assigned(run: AnalysedRecording, moduli: Mapping[str, KnownModulus]) -> Iterator[AssignedTouch]:
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}
@@ -313,7 +316,7 @@ def assigned(run: AnalysedRecording, moduli: Mapping[str, float]) -> Iterator[As
 def _touches(
     runs: Iterable[AnalysedRecording],
     calibration: Calibration | None,
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, KnownModulus],
     ratio_of: RatioOf,
 ) -> Iterator[ReportedTouch]:
     number = 0

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from itertools import compress
-from math import isfinite, isnan, nan
+from math import hypot, isfinite, isnan, nan
 
 from palpate import number_format
 from palpate.calibration.assessment import Residual
@@ -249,17 +249,26 @@ def parameter_table(calibration: Calibration) -> ReportTable:
 
 def distance_table(calibration: Calibration) -> ReportTable:
     """Return the specimens of a fit: their values, their mean, and its distance from the curve."""
-    columns = ["MPa", "Touches", "Ratio", "Curve", "Distance, %", "In std. errors", "Values"]
+    columns = ["MPa", "u(E), %", "Touches", "Ratio", "Curve", "Distance, %"]
+    columns += ["In std. errors", "Values"]
     rows = [_distance_row(calibration, one) for one in calibration.residuals]
     return ReportTable.of(columns, rows)
 
 
 def _distance_row(calibration: Calibration, one: Residual) -> ReportRow:
-    values = calibration.ratios[calibration.moduli == one.modulus]
+    rows = calibration.moduli == one.modulus
+    values = calibration.ratios[rows]
+    own = calibration.modulus_uncertainties[rows][0]
+    common = calibration.common_uncertainties[rows][0]
+    uncertainty = hypot(own, common)
+    stated = ""
+    if uncertainty:
+        stated = number_format.error(100 * uncertainty)
     spread = calibration.touch_spread
     return ReportRow(
         (
             f"{one.modulus:g}",
+            stated,
             one.touches,
             number_format.number(one.ratio, one.standard_error),
             number_format.number(one.fitted, one.standard_error),

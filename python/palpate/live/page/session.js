@@ -115,7 +115,7 @@ export class Plan {
   }
 
   fill() {
-    const { title, wanted, specimens } = this.known.session, lines = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${inUnit(modulus)} ${settings.unit}` : name));
+    const { title, wanted, specimens } = this.known.session, lines = specimens.map((one) => (one.modulus ? `${one.name}; ${known(one, "; ")}` : one.name));
     const { draft } = this.memory, values = draft ? JSON.parse(draft) : [title ?? "", wanted || 4, lines.join("\n")];
     TYPED.forEach((name, i) => ($(name).value = values[i]));
     $("listfile").value = "";
@@ -137,7 +137,7 @@ export class Plan {
   }
 
   read(lines) {
-    put("listread", lines.map((one) => (!one ? "" : one.wrong ? "not understood" : one.modulus === null ? "not known" : `${inUnit(one.modulus)} ${settings.unit}`)).join("\n"));
+    put("listread", lines.map((one) => (!one ? "" : one.wrong ? "not understood" : one.modulus === null ? "not known" : known(one, " ± "))).join("\n"));
     put(document.querySelector("#plan button.strong"), `Use these ${lines.filter(Boolean).length || ""}`);
     const wrong = lines.flatMap((one, i) => (one?.wrong ? [i] : []));
     $("list").ariaInvalid = String(wrong.length > 0);
@@ -165,4 +165,10 @@ export class Plan {
     const sent = this.say({ do: "plan", text: $("list").value, unit: settings.unit, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, ...(settings.operator && { operator: settings.operator }) });
     if (!sent) this.refuse("Not connected: the list was not sent.");
   }
+}
+
+// A modulus with its unit, and its standard uncertainty behind a sign.
+function known({ modulus, uncertainty }, sign) {
+  const text = `${inUnit(modulus)} ${settings.unit}`;
+  return uncertainty === null ? text : `${text}${sign}${Number((100 * uncertainty).toPrecision(6))} %`;
 }
