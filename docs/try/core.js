@@ -204,8 +204,10 @@ function adviceOn(touch) {
 }
 
 // Why a touch does not count, as palpate.repeatability says; "": it does.
-function whyOf({ flags, samples, refused, saturated, outliers, standard_error: error, revised, age_s: age }) {
-  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, outliers: 8 * outliers <= samples + refused + saturated, tilt: true, changed: true };
+function whyOf({ flags, samples, refused, saturated, outliers, standard_error: error, revised, age_s: age, offset, drift, curve, shift }) {
+  // An error of less than a third of the scatter from touch to touch excludes nothing.
+  const small = (share) => share !== null && Math.abs(share) < 0.03 / 3;
+  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: small(drift) || (error !== null && (revised || age > 0)), creep: age > 0 || small(shift), offset: small(offset), curve: small(curve), late: error !== null && samples >= FEWEST, outliers: 8 * outliers <= samples + refused + saturated, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);
   return found ? `${found}: ${ADVICE[found]}` : "";
 }

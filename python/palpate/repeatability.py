@@ -18,7 +18,14 @@ from palpate.errors import need
 from palpate.flags import Flag
 from palpate.messages import unlike
 from palpate.touch import Touch
-from palpate.uncertainty import TOUCH_SCATTER, RatioOf, Scatter, hold_ratio, level_ratio
+from palpate.uncertainty import (
+    LEVEL_SCATTER,
+    TOUCH_SCATTER,
+    RatioOf,
+    Scatter,
+    hold_ratio,
+    level_ratio,
+)
 
 DOUBT = 0.01
 """Probability below which differences are not by chance."""
@@ -188,17 +195,27 @@ def agreement(
 
 
 def objections(
-    touch: Touch, accept: Collection[str] = (), ratio_of: RatioOf = hold_ratio
+    touch: Touch,
+    accept: Collection[str] = (),
+    ratio_of: RatioOf = hold_ratio,
+    *,
+    scatter: float | None = None,
 ) -> tuple[Objection, ...]:
-    """Return why a touch does not count; empty if it does. Flags in `accept` do not exclude it.
+    """Return why a touch does not count; empty if it does.
 
-    With `level_ratio` a touch counts with the flag "offset", but not without a level ratio.
+    Flags in `accept` do not exclude it, nor does one whose error is less than a third of `scatter`,
+    the relative scatter from touch to touch; None: the assumed one. With `level_ratio` a touch
+    counts with the flag "offset", but not without a level ratio.
     """
     by_level = ratio_of is level_ratio
+    if scatter is None:
+        scatter = LEVEL_SCATTER if by_level else TOUCH_SCATTER
     against: list[Objection] = []
     for flag in touch.flags:
-        is_avoided = by_level and flag.meaning.avoided_by == "level"
-        if flag.meaning.excludes(touch) and flag not in accept and not is_avoided:
+        meaning = flag.meaning
+        is_avoided = by_level and meaning.avoided_by == "level"
+        is_small = meaning.error(touch) < scatter / 3
+        if meaning.excludes(touch) and not (flag in accept or is_avoided or is_small):
             against.append(flag)
     if by_level and not isfinite(touch.level_ratio):
         against.append(Missing.LEVEL_RATIO)

@@ -14,10 +14,10 @@ from palpate.calibration.evidence import TouchEvidence
 from palpate.calibration.fit import SMALLEST_VARIANCE, Array, CurveFit
 from palpate.calibration.ranges import BEND
 from palpate.errors import need
+from palpate.uncertainty import LEVEL_SCATTER
 
 FEWEST = 3  # degrees of freedom
 _FAR = 0.99  # quantile of F: less difference between the scatters is no evidence
-_LEAST_SCATTER = 0.006  # of log(ratio): creep and alignment imitate so much, also on a stage
 _MAD = 1.4826  # standard deviation / median of the absolute values
 # Least log-likelihood of a possible exponent, relative to the likeliest: half of the 95 % quantile
 # of chi-squared with one degree of freedom (S. S. Wilks, Annals of Mathematical Statistics 9, 1938).
@@ -86,7 +86,7 @@ def scatter_evidence(groups: Sequence[Sequence[TouchEvidence]], error_share: flo
         errors += [error_share * touch.standard_error for touch in group]
     if freedom < FEWEST:
         return np.zeros_like(squares)
-    variance = squares / freedom + float(np.median(errors)) ** 2 + _LEAST_SCATTER**2
+    variance = squares / freedom + float(np.median(errors)) ** 2 + LEVEL_SCATTER**2
     proportion = variance / variance.min()
     quantile = need("scipy.special", "science").fdtri(freedom, freedom, _FAR)
     if proportion.max() < quantile:

@@ -39,7 +39,7 @@ from palpate.errors import CalibrationError
 from palpate.plotted import Plotted
 from palpate.repeatability import Agreement, agreement, objections
 from palpate.touch import Touch
-from palpate.uncertainty import Scatter
+from palpate.uncertainty import LEVEL_SCATTER, Scatter
 
 _TOO_OBLIQUE = (
     f"held too obliquely: the hold differs from the level ratio by more than {MOST_TILTED:g} of "
@@ -334,7 +334,10 @@ class Calibration(StoredCalibration, Plotted):
 
     def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count: flags, and `refusal`; empty if it does."""
-        against = [*objections(touch, self.accepted), self.refusal(touch)]
+        scatter = self.touch_scatter.share
+        if self.ratio == "level":
+            scatter = max(scatter, LEVEL_SCATTER)
+        against = [*objections(touch, self.accepted, scatter=scatter), self.refusal(touch)]
         return tuple(filter(None, against))
 
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
