@@ -40,7 +40,7 @@ class Verification:
     --------
     >>> one = Verification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
     >>> print(one)
-    gel (1.10 MPa) measures 1.30 MPa (1.25 to 1.36) on 2026-11-29, 18 % more: the calibration does \
+    gel (1.10 MPa) measures 1.300 MPa (1.250 to 1.360) on 2026-11-29, 18 % more: the calibration does \
 not hold any more (probability by chance 0.0001)
     """
 
@@ -101,7 +101,7 @@ not hold any more (probability by chance 0.0001)
         if isfinite(self.measured.value):
             percent = 100 * (self.measured.value / self.known - 1)
             more = "more" if percent > 0 else "less"
-            difference = f", {abs(percent):.2g} % {more}"
+            difference = f", {number_format.error(abs(percent))} % {more}"
         chance = f"(probability by chance {self.probability:.1g})"
         return f"{measured}{difference}: the calibration does not hold any more {chance}"
 
