@@ -90,16 +90,14 @@ def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     assert [row[4] for row in rows] == ["yes"] * 10 + [""]
     assert ten.row("Results", "30 OO")[3] == "0.143"
     assert "10 of 10 known moduli are in the 95 % interval." in ten.text[""]
-    assert re.search(r"3\d of these touches are data of the calibration itself", ten.text[""])
+    assert "40 of these touches are data of the calibration itself" in ten.text[""]
     numbers = [row[0] for row in ten.rows["Every touch"] if row and row[0].isdigit()]
     assert numbers == [str(number) for number in range(1, 45)]
-    left = [
-        row[1]
-        for row in ten.rows["Every touch"]
-        if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")
-    ]
-    assert ["offset: " in reason for reason in left] == [True]
-    assert "43 of 44 touches are kept; 1 is left out" in ten.text[""]
+    reasons = [row[1] for row in ten.rows["Every touch"] if len(row) == 2]
+    assert not [reason for reason in reasons if reason.startswith(LEFT_OUT)]
+    # One has the flag "offset" because of .2 %, far below the scatter of a hand.
+    assert len([reason for reason in reasons if "offset: " in reason]) == 1
+    assert "44 of 44 touches are kept" in ten.text[""]
     *parts, whole, of_modulus = map(float, ten.row("Uncertainty, in words", "gel")[1:])
     assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
     assert parts[2] == pytest.approx(2.9 / 2, rel=0.05)  # of four touches
@@ -126,7 +124,7 @@ def test_the_calibration_is_shown_with_its_data(
 ) -> None:
     """In the report of recordings, and in the report of `calibrate`, which needs no matplotlib."""
     assert "Eq. (2)" in ten.text["Calibration"]
-    assert "The curve fits. 10 specimens, 39 values." in ten.text["Calibration"]
+    assert "The curve fits. 10 specimens, 40 values." in ten.text["Calibration"]
     found = palpate.Calibration.load(folder / "probe.toml")
     values = [
         value for row in ten.rows["Calibration"] if len(row) == 7 for value in row[6].split(", ")

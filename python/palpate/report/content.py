@@ -261,8 +261,7 @@ class Session:
         if found.calibration is None:
             yield "No calibration was given, so there are ratios, and no moduli."
             return
-        fitted = found.calibration.ratios
-        of_fit = sum(one.ratio in fitted for one in found.touches)  # with the same bits
+        of_fit = sum(found.calibration.is_data(one.touch) for one in found.touches)
         if of_fit:
             yield (
                 f"{of_fit} of these touches are data of the calibration itself: for them that is "
