@@ -27,9 +27,7 @@ def cost(
     touch: TouchEvidence, ranges: Ranges = KNOWN, *, number: int = LAST, kind: str = "level"
 ) -> Differences:
     exponent = float(EXPONENTS[number])
-    return differences_of(
-        touch, number, exponent, ranges, kind=kind, depth_slope_error=SLOPE_ERROR
-    )
+    return differences_of(touch, number, exponent, ranges, kind=kind, depth_slope_error=SLOPE_ERROR)
 
 
 # Ranges
