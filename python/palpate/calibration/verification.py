@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import inf, isfinite, isnan, nan, sqrt
 from typing import Any, Self
 
 import numpy as np
@@ -72,21 +72,29 @@ not hold any more (probability by chance 0.0001)
 
     @classmethod
     def of_dict(cls, table: Mapping[str, Any]) -> Self:
-        """Return the comparison from a table of a calibration file."""
-        nan = float("nan")
+        """Return the comparison from a table of a calibration file.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            The table is not one of `as_dict`.
+        """
+        low = float(table.get("low_MPa", nan))
+        # A table has no infinity: an interval without an upper end has the lower end only.
+        no_high = nan if isnan(low) else inf
         measured = Modulus(
             float(table.get("value_MPa", nan)),
-            float(table.get("low_MPa", nan)),
-            float(table.get("high_MPa", nan)),
+            low,
+            float(table.get("high_MPa", no_high)),
         )
         return cls(
             specimen=str(table["specimen"]),
             date=str(table["date"]),
-            known=float(table["known_MPa"]),
-            known_uncertainty=float(table["known_uncertainty"]),
+            known=_number(table, "known_MPa", inf),
+            known_uncertainty=_number(table, "known_uncertainty", inf),
             measured=measured,
             touches=int(table["touches"]),
-            probability=float(table["probability"]),
+            probability=_number(table, "probability", 1.0),
         )
 
     def __str__(self) -> str:
@@ -104,6 +112,13 @@ not hold any more (probability by chance 0.0001)
             difference = f", {number_format.error(abs(percent))} % {more}"
         chance = f"(probability by chance {self.probability:.1g})"
         return f"{measured}{difference}: the calibration does not hold any more {chance}"
+
+
+def _number(table: Mapping[str, Any], name: str, largest: float) -> float:
+    value = float(table[name])
+    if not 0 <= value <= largest:
+        raise ValueError(f"{name}: got {value}, allowed: 0 to {largest:g}")
+    return value
 
 
 def agreement_probability(
