@@ -281,6 +281,9 @@ class StoredCalibration:
             raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
         tables = document.get("exponents", ())
         fits = tuple(map(_exponent_fit, tables)) or _fits_of_one(fitted, ratio)
+        exponent = _number(touch, "contact_exponent", 1.0, 3.0)
+        if ratio == "level" and exponent not in [fit.contact_exponent for fit in fits]:
+            raise ValueError(f"contact_exponent: got {exponent}, allowed: one of [[exponents]]")
         return cls(
             fitted,
             ratios=_array(data, "ratios", size),
@@ -292,7 +295,7 @@ class StoredCalibration:
             about=About.of_entries(document["about"]),
             version=str(document["palpate"]),
             ratio=ratio,
-            contact_exponent=_number(touch, "contact_exponent", 1.0, 3.0),
+            contact_exponent=exponent,
             age_s=_number(touch, "age_s", 0.0, _RANGE),
             error_share=_number(touch, "error_share", 0.0, 1.0),
             exponent_fits=fits,

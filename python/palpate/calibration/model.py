@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf, isfinite, isnan, log, nan, sqrt
+from math import exp, hypot, inf, isfinite, isnan, log, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from palpate.calibration.interval import (
 )
 from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
+from palpate.calibration.ranges import differences_of
 from palpate.calibration.touch_modulus import (
     DIFFERENCE_NAMES,
     RatioAtExponent,
@@ -343,7 +344,8 @@ class Calibration(StoredCalibration, Plotted):
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
         """Return the ratio of a touch that this calibration converts, and its standard error.
 
-        Both are nan if the touch has none: measured with another exponent or age, or without a
+        The standard error contains what differs from the touches that calibrated, and the exponents
+        of the contact that are left open. Both are nan if the touch has none: measured with another exponent or age, or without a
         level ratio; see `refusal`. An unknown standard error is nan.
 
         Examples
@@ -351,14 +353,28 @@ class Calibration(StoredCalibration, Plotted):
         >>> import palpate
         >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
         >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
-        >>> found.ratio_of(touch) == (touch.ratio, touch.standard_error)
+        >>> found.ratio_of(touch)[0] == touch.ratio
         True
         """
         if self.refusal(touch):
             return nan, nan
-        if self.ratio == "level":
-            return touch.level_ratio, self.error_share * touch.level_standard_error
-        return touch.ratio, touch.standard_error
+        ratio = touch.level_ratio if self.ratio == "level" else touch.ratio
+        error = touch.level_standard_error if self.ratio == "level" else touch.standard_error
+        [evidence] = self._evidence([touch])
+        exponents = [fit.contact_exponent for fit in self.exponent_fits]
+        number = exponents.index(self.contact_exponent) if self.ratio == "level" else 0
+        differences = differences_of(
+            evidence,
+            number,
+            exponents[number],
+            self.ranges,
+            kind=self.ratio,
+            depth_slope_error=self.exponent_fits[number].depth_slope_error,
+        )
+        possible = [fit.is_possible for fit in self.exponent_fits]
+        of_exponents = float(np.sqrt(np.mean(evidence.derived[possible] ** 2)))
+        further = ratio * hypot(*differences, of_exponents)
+        return ratio, hypot(self.error_share * error, further)
 
     def modulus_of(self, touch: Touch) -> Modulus:
         """Return the modulus of an object from a touch.
