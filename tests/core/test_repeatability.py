@@ -7,7 +7,7 @@ import numpy as np
 import palpate
 import pytest
 from example_touch import example_touch
-from palpate import repeatability
+from palpate import distributions, repeatability
 from palpate.calibration import Calibration
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.repeatability import agreement, objections, usable
@@ -95,7 +95,7 @@ def test_how_often_touches_of_one_object_are_said_to_differ() -> None:
 def test_chi_squared(degrees: int) -> None:
     for squares in (0.0, 1e-9, 0.5, 3.0, 20.0, 100.0, 1500.0, 1e4):
         expected = float(special.chdtrc(degrees, squares))
-        assert repeatability._chi_squared_above(squares, degrees) == pytest.approx(
+        assert distributions.chi_squared_above(squares, degrees) == pytest.approx(
             expected, rel=1e-9, abs=1e-13
         )
 
