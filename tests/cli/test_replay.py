@@ -33,7 +33,7 @@ def test_one_row_a_touch_or_one_document() -> None:
     head, *lines = run("replay", FOUR).stdout.splitlines()
     assert (
         " ".join(head.split())
-        == "touch start_s samples ratio ± uncertainty covariance alarm result flags"
+        == "touch start_s samples ratio ± uncertainty (k=1) covariance alarm result flags"
     )
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines, touches, strict=True):

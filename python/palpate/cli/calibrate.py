@@ -342,6 +342,7 @@ def _fit_text(
         lines.append(f"{name}: {text}")
     if lines[-1]:
         lines.append("")
+    lines.append(f"{'parameter':15} {'value':>12}   95 % interval")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]

@@ -21,7 +21,7 @@ HEADER = (
     "touch",
     " start_s",
     "samples",
-    "      ratio ± uncertainty",
+    "ratio ± uncertainty (k=1)",
     "covariance",
     "alarm",
     " result",
@@ -181,5 +181,5 @@ class TouchModuli:
             if self.of_mean:
                 sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
             sentences.append(sentence)
-        sentences.append(f"The intervals include the {self.calibration.scatter}.")
+        sentences.append(f"The intervals are of 95 %, and include the {self.calibration.scatter}.")
         return sentences
