@@ -104,8 +104,12 @@ def trend_of(ratios: Sequence[float]) -> Trend | None:
     numbers = [float(number) for number in range(1, len(ratios) + 1)]
     straight = _line(numbers, logarithms)
     steep_at_first = _line(list(map(log, numbers)), logarithms)
-    found = min(straight, steep_at_first, key=lambda trend: trend.probability)
-    return found if found.probability < DOUBT else None
+    found = straight
+    if steep_at_first.probability < straight.probability:
+        found = steep_at_first
+    if found.probability >= DOUBT:
+        return None
+    return found
 
 
 def _line(across: Sequence[float], logarithms: Sequence[float]) -> Trend:
@@ -124,8 +128,10 @@ def _regression(across: Sequence[float], values: Sequence[float]) -> tuple[float
     slope = sum(map(mul, x, y)) / squares
     rest = [value - slope * place for value, place in zip(y, x, strict=True)]
     variance = sum(map(mul, rest, rest)) / (len(x) - 2)
+    if slope == 0:
+        return slope, 0.0
     if variance == 0:
-        return slope, inf if slope else 0.0
+        return slope, inf
     return slope, abs(slope) * sqrt(squares / variance)
 
 
@@ -196,7 +202,10 @@ def differences(touches: Sequence[Touch], ratio_of: RatioOf, scatter: KnownScatt
     has_levels = _are_positive(levels) and _are_positive(holds)
     trend = None
     if _in_order(touches):
-        trend = trend_of(levels if has_levels else ratios)
+        followed = ratios
+        if has_levels:
+            followed = levels
+        trend = trend_of(followed)
     cause = None
     if trend and _CHANGE * spread <= abs(trend.change) <= _LARGEST_TREND:
         cause = Cause.TREND
@@ -231,9 +240,10 @@ def _agree(logarithms: Sequence[float], touches: Sequence[Touch], scatter: Known
     between = scatter.share**2
     variances = []
     for touch in touches:
-        error = touch.level_standard_error
-        own = (error / touch.level_ratio) ** 2 if isfinite(error) else 0.0
-        variances.append(own + between)
+        variance = between
+        if isfinite(touch.level_standard_error):
+            variance += (touch.level_standard_error / touch.level_ratio) ** 2
+        variances.append(variance)
     distances = _from_mean(logarithms)
     return probability_of(distances, variances, between, scatter.freedom) >= DOUBT
 

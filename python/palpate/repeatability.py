@@ -95,7 +95,9 @@ class Agreement:
         if self.trend is None:
             return ""
         uncertainty = self.standard_error / abs(self.ratio)
-        return str(self.trend) if abs(self.trend.change) > _REMARK * uncertainty else ""
+        if abs(self.trend.change) <= _REMARK * uncertainty:
+            return ""
+        return str(self.trend)
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values, as plain numbers and text; without a mean if the touches differ."""

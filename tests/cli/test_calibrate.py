@@ -62,7 +62,8 @@ def test_replay_adds_the_modulus(folder: Path) -> None:
     assert all("(calibration)" in line for line in lines[1:5])
     assert lines[5].startswith("mean of 4 touches: 4.20")
     assert re.fullmatch(
-        r"The intervals are of 95 %, and include the scatter from touch to touch \(2\.\d %\)\.", lines[6]
+        r"The intervals are of 95 %, and include the scatter from touch to touch \(2\.\d %\)\.",
+        lines[6],
     )
     [(low, high)] = re.findall(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[5])
     assert float(low) < 1.1 < float(high)

@@ -339,7 +339,14 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
     report.write_report(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text
-    assert page.rows["Results"][0] == ["Specimen", "Ratio", "±", "CV, %", "Kept", "Left out"]
+    assert page.rows["Results"][0] == [
+        "Specimen",
+        "Ratio",
+        "± (k = 1)",
+        "CV, %",
+        "Kept",
+        "Left out",
+    ]
     assert page.row("Results", "gel")[4] == "8"
     assert all(path.as_posix() in page.text["Recordings"] for path in paths)
     assert "No calibration was given" in page.text[""]

@@ -19,7 +19,7 @@ from palpate.report.recording_facts import Event, RecordingFacts
 Cell = str | int
 """A cell of a table; `Markup` is a text that is not escaped."""
 
-
+_ERROR = "± (k = 1)"  # one standard deviation
 TEXT_COLUMNS = (
     "Specimen",
     "specimen",
@@ -114,7 +114,7 @@ def signed(text: str) -> str:
 
 def result_table(found: Findings, style: ModulusStyle) -> ReportTable:
     """Return the table of the specimens."""
-    columns = ["Specimen", *style.columns(), f"Known, {style.unit}", "Inside", "Ratio", "±"]
+    columns = ["Specimen", *style.columns(), f"Known, {style.unit}", "Inside", "Ratio", _ERROR]
     columns += ["CV, %", "Kept", "Left out"]
     missing = NONE if found.calibration else ""
     rows = [_result_row(one, style, missing) for one in found.results]
@@ -160,7 +160,7 @@ def budget_table(results: Iterable[SpecimenResult]) -> ReportTable:
 
 def touch_columns(style: ModulusStyle) -> list[str]:
     """Return the columns of the table of touches."""
-    columns = ["Touch", "Specimen", *style.columns(), "Start", "Samples", "Ratio", "±"]
+    columns = ["Touch", "Specimen", *style.columns(), "Start", "Samples", "Ratio", _ERROR]
     return [*columns, "Noise, %", "From mean, %", "Alarm, %", "Mark"]
 
 
