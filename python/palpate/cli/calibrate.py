@@ -44,7 +44,8 @@ from palpate.files import write_file
 from palpate.flags import FEWEST, Flag
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
-from palpate.report import calibration_page
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import left_out_touches
 from palpate.report.findings import (
     AnalysedRecording,
     analyse_again,
@@ -175,7 +176,10 @@ def calibrate_command(
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(calibration, specimens).encode())
+            left_out = left_out_touches(runs, modulus_of, accept, chosen.ratio_of)
+            head = CalibrationHead.of_recordings(runs, moduli=moduli, left_out=left_out)
+            page = calibration_page(calibration, specimens, head)
+            write_file(report, page.encode(errors="replace"))
         calibration.save(output)
     document = {
         "calibration": str(output),

@@ -13,6 +13,7 @@ from palpate.calibration.modulus import Modulus, ModulusUnit
 from palpate.display.markup import LEFT_OUT, MINUS, NONE
 from palpate.display.text import lasting
 from palpate.materials import shore_a_of_modulus
+from palpate.report.calibration_head import LeftOutTouch
 from palpate.report.findings import Findings, ReportedTouch, SpecimenResult
 from palpate.report.recording_facts import Event, RecordingFacts
 
@@ -34,6 +35,7 @@ TEXT_COLUMNS = (
     "Parameter",
     "Value",
     "Values",
+    "Why",
 )
 """Columns whose cells are text, aligned to the left, and may wrap; those of all others are numbers."""
 
@@ -239,6 +241,15 @@ def event_table(facts: Iterable[RecordingFacts]) -> ReportTable:
             time = clock(event.t_s - each.run.first_s)
             rows.append(ReportRow((each.run.name, time, event.kind, event.text)))
     return ReportTable.of(["Recording", "Time", "What", "Text"], rows)
+
+
+def left_out_table(left_out: Iterable[LeftOutTouch]) -> ReportTable:
+    """Return the table of the touches that do not count, with the reasons."""
+    rows = []
+    for one in left_out:
+        reasons = "; ".join(one.reasons)
+        rows.append(ReportRow((one.number, one.recording, one.specimen or NONE, reasons)))
+    return ReportTable.of(["Touch", "Recording", "Specimen", "Why"], rows)
 
 
 def parameter_table(calibration: Calibration) -> ReportTable:
