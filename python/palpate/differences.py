@@ -24,8 +24,9 @@ DOUBT = 0.01
 """Probability below which differences, or a trend, are not by chance."""
 FEWEST_OF_TREND = 4
 """Touches that can show a trend."""
+LARGEST_TREND = 0.2
+"""Relative change of one object; beyond it several objects are likelier."""
 _SHAPES = 2  # of a trend: a straight line, and one that is steep at first
-_LARGEST_TREND = 0.2  # change, relative; two objects differ by more sooner than one changes by it
 _CHANGE = 2.0  # standard deviations of the ratios; a straight line over 4 touches has 2.3
 _EXPLAINED = 0.5  # share of the spread that may be left without the tilt
 _LEAST_TILT = 0.5  # shift of the ratio by the tilt, in differences between hold and level ratio
@@ -56,19 +57,20 @@ class Trend:
 
     def __str__(self) -> str:
         """Return the trend, and its likely causes, as a part of a sentence."""
+        verb = "rises"
+        cause = "the object stiffens, or the probe drifts"
         if self.change < 0:
             verb = "falls"
-            cause = "the object softens"
-        else:
-            verb = "rises"
-            cause = "the object stiffens"
+            cause = "the object softens, or the probe drifts"
+        if abs(self.change) > LARGEST_TREND:
+            cause = "several objects?"
         percent = number_format.error(100 * abs(self.change))
         chance = f"p = {self.probability:.1g}"
         if self.probability < 0.001:
             chance = "p < 0.001"
         return (
             f"the ratio {verb} by {percent} % from the first touch to the last "
-            f"(trend, {chance}): {cause}, or the probe drifts"
+            f"(trend, {chance}): {cause}"
         )
 
 
@@ -207,7 +209,7 @@ def differences(touches: Sequence[Touch], ratio_of: RatioOf, scatter: KnownScatt
             followed = levels
         trend = trend_of(followed)
     cause = None
-    if trend and _CHANGE * spread <= abs(trend.change) <= _LARGEST_TREND:
+    if trend and _CHANGE * spread <= abs(trend.change) <= LARGEST_TREND:
         cause = Cause.TREND
     without_tilt = nan
     if has_levels:

@@ -119,11 +119,15 @@ class Agreement:
         """Return the mean and its trend, or the difference and its likely cause, as a sentence."""
         if not self.agree:
             return f"the {self.touches} touches differ: {self._difference} No mean is given"
+        return "; ".join(filter(None, [self.mean_text, self.trend_text]))
+
+    @property
+    def mean_text(self) -> str:
+        """The mean with its uncertainty, as a part of a sentence."""
         scatter = number_format.error(100 * self.scatter)
         mean = number_format.plus_minus(self.ratio, self.standard_error)
         of = "1 touch" if self.touches == 1 else f"mean of {self.touches} touches"
-        parts = [f"{of}: {mean} (scatter from touch to touch {scatter} %)", self.trend_text]
-        return "; ".join(filter(None, parts))
+        return f"{of}: {mean} (scatter from touch to touch {scatter} %)"
 
     @property
     def _difference(self) -> str:

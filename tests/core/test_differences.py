@@ -152,6 +152,9 @@ def test_objects_in_the_order_of_their_moduli_are_no_trend() -> None:
     assert found.trend is not None
     assert "several objects?" in str(found)
     assert "rises" not in str(found)
+    hardly_known = agreement(in_row([1.6, 2.8, 4.9, 8.4]), scatter=0.3, freedom=2)
+    assert hardly_known.agree
+    assert str(hardly_known).endswith("(trend, p < 0.001): several objects?")
 
 
 def named(found: Agreement) -> str:

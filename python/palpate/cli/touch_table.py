@@ -176,10 +176,11 @@ class TouchModuli:
         if not self.moduli:
             return []
         sentences = []
-        if self.agreement:
-            sentence = str(self.agreement)
-            if self.of_mean:
-                sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
-            sentences.append(sentence)
+        if self.agreement and self.of_mean:
+            modulus = modulus_cell(self.of_mean)
+            mean = f"{self.agreement.mean_text}, if all are on one object: {modulus}"
+            sentences += filter(None, [mean, self.agreement.trend_text])
+        elif self.agreement:
+            sentences.append(str(self.agreement))
         sentences.append(f"The intervals are of 95 %, and include the {self.calibration.scatter}.")
         return sentences
