@@ -153,8 +153,8 @@ def test_the_report_of_a_calibration_has_a_head_and_reasons(folder: Path, tmp_pa
     """Of ten recordings without a session, and of sessions in three recordings."""
     path = tmp_path / "p.html"
     table = folder / "ten" / "moduli.csv"
-    words = [*specimens(folder), "--moduli", table, "-o", tmp_path / "p.toml", "--report", path]
-    assert run("calibrate", *words).exit_code == 0
+    words: list[str | Path] = ["--moduli", table, "--report", path, "-o"]
+    assert run("calibrate", *specimens(folder), *words, tmp_path / "p.toml").exit_code == 0
     page = Page(path)
     assert page.text[""].strip().startswith("Calibration of a probe")
     assert "Simulated data: no probe was used." in page.text[""]
@@ -181,8 +181,7 @@ def test_the_report_of_a_calibration_has_a_head_and_reasons(folder: Path, tmp_pa
         plan = Plan("bench 2", "A. Bee", (), tuple(entries))
         change(own, {"session": plan.as_dict()})
         sessions.append(own)
-    words = [*sessions, "--moduli", table, "-o", tmp_path / "s.toml", "--report", path, "--force"]
-    assert run("calibrate", *words).exit_code in (0, 5)
+    assert run("calibrate", *sessions, "--force", *words, tmp_path / "s.toml").exit_code in (0, 5)
     page = Page(path)
     assert page.text[""].strip().startswith("Calibration of a probe: bench 2")
     assert page.row("", "Operator")[1] == "A. Bee"

@@ -175,7 +175,7 @@ class TouchModuli:
         """Return a sentence on the mean, and one on the intervals; none without touches."""
         if not self.moduli:
             return []
-        sentences = []
+        sentences: list[str] = []
         if self.agreement and self.of_mean:
             modulus = modulus_cell(self.of_mean)
             mean = f"{self.agreement.mean_text}, if all are on one object: {modulus}"
