@@ -106,7 +106,8 @@ class CalibrationHead:
         for each in facts:
             if each.run.recording.sidecar.is_simulated:
                 simulated.append(each.run.name)
-            doubts += [f"{each.run.name}: {doubt}" for doubt in each.run.recording.doubts]
+            for doubt in each.run.recording.doubts:
+                doubts.append(f"{each.run.name}: {doubt}")
             files += each.files()
         if moduli:
             files.append(SourceFile(moduli.name, moduli))
@@ -127,19 +128,27 @@ class CalibrationHead:
 
 def _facts_of_recordings(facts: Sequence[RecordingFacts]) -> dict[str, str]:
     """Return the facts of recordings in the order of the head."""
-    runs = [each.run for each in facts]
+    runs = []
+    operators = []
+    boards = []
+    verdicts = []
+    for each in facts:
+        runs.append(each.run)
+        operators.append(each.run.plan.operator)
+        boards.append(each.board)
+        verdicts.append(each.run.checked.verdict)
     recordings = counted(len(runs), "recording")
     if len(runs) == 1:
         recordings = runs[0].name
     return {
-        "Operator": joined_once(run.plan.operator for run in runs),
+        "Operator": joined_once(operators),
         "Begin": " to ".join(first_and_last(facts)) or "unknown",
         "Probe": "",
         "Site": "",
-        "Board": joined_once(each.board for each in facts),
+        "Board": joined_once(boards),
         "Recordings": recordings,
         "Rows": str(RowCounts.of(runs)),
-        "Check": joined_once(run.checked.verdict for run in runs),
+        "Check": joined_once(verdicts),
     }
 
 
