@@ -1,5 +1,6 @@
 """Guided calibration: what it says after each touch, and the file at the end."""
 
+import re
 from pathlib import Path
 from threading import Lock
 from types import SimpleNamespace
@@ -38,6 +39,7 @@ class Bench:
         self.used: list[Calibration] = []
         self.files = RunFiles(folder=folder)
         self.progress = SimpleNamespace(next="40 OO", calibration=None)
+        self.document = {"title": "bench 2", "operator": "A. Bee"}
         self.newest_recorder, self.how, self.commands = None, dict[str, Any](), Lock()
         own: Any = self
         self.part = GuidedCalibration(own, own)
@@ -49,6 +51,14 @@ class Bench:
     def use(self, how: dict[str, Any], note: str) -> None:
         """Go on with the calibration of the plan."""
         self.used.append(self.progress.calibration)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """What is known of each touch."""
+        return [
+            {"why": "it slipped" if number in self.left_out else ""}
+            for number, _ in enumerate(self.order[: self.done], 1)
+        ]
 
     def known(self) -> list[KnownSpecimen]:
         numbered = [
@@ -131,6 +141,24 @@ def test_the_uncertainty_of_the_moduli_is_in_the_calibration(
     found = Calibration.load(tmp_path / "probe.toml")
     assert set(found.modulus_uncertainties.tolist()) == {0.05}
     assert "u(E), %" in (tmp_path / "probe-calibration.html").read_text()
+
+
+def test_the_report_has_a_head_and_the_touches_that_are_left_out(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.part.calibrating(on=True)
+    bench.touch(len(bench.order))
+    bench.left_out = {3}
+    bench.part.save_calibration()
+    page = (tmp_path / "probe-calibration.html").read_text(encoding="utf-8")
+    assert "<h1>Calibration of a probe: bench 2</h1>" in page
+    for fact in ("A. Bee", "not recorded"):
+        assert f"<dd>{fact}</dd>" in page
+    assert re.search(r"<dt>Date</dt><dd>20\d\d-\d\d-\d\d ", page)
+    left_out = page.partition("Touches that are left out")[2]
+    assert "it slipped" in left_out
+    assert left_out.count("<tr>") == 2  # the header, and one touch
 
 
 def test_a_report_that_fails_does_not_say_that_nothing_is_saved(

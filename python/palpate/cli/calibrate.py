@@ -47,7 +47,8 @@ from palpate.flags import FEWEST, Flag
 from palpate.materials import DUROMETER_POINTS, RELATION_UNCERTAINTY, KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
-from palpate.report import calibration_page
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import left_out_touches
 from palpate.report.findings import (
     AnalysedRecording,
     analyse_again,
@@ -213,7 +214,10 @@ def calibrate_command(
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(calibration, specimens).encode())
+            left_out = left_out_touches(runs, modulus_of, accept, chosen.ratio_of)
+            head = CalibrationHead.of_recordings(runs, moduli=moduli, left_out=left_out)
+            page = calibration_page(calibration, specimens, head)
+            write_file(report, page.encode(errors="replace"))
         calibration.save(output)
     document = {
         "calibration": str(output),
@@ -439,6 +443,7 @@ def _fit_text(
         lines.append(f"{name}: {text}")
     if lines[-1]:
         lines.append("")
+    lines.append(f"{'parameter':15} {'value':>12}   95 % interval")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]

@@ -32,12 +32,13 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
+from palpate.cli.trends import SpecimenTrend, by_specimen, specimen_trends
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan
-from palpate.repeatability import objections, session_scatter
+from palpate.repeatability import Agreement, agreement, objections, session_scatter, with_scatter
 from palpate.tracking import Touches, Tracked, Windows, baseline_takes, tracked
-from palpate.uncertainty import RATIOS, RatioOf, Uncertainty
+from palpate.uncertainty import RATIOS, RatioOf, Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, Touch
@@ -178,6 +179,8 @@ class Replay:
     is_level: bool
     """Whether the level ratio is used."""
     moduli: touch_table.TouchModuli | None
+    trends: Sequence[SpecimenTrend]
+    """Trends that are not in the sentence on the mean."""
     offline: "Sequence[OfflineTouch] | None"
     understood: str
     """How a table of another program is read, or that the recording is simulated."""
@@ -224,6 +227,7 @@ class Replay:
             sentences.append("The ratios are level ratios: over the swept depth, not of the hold.")
         if self.moduli is not None:
             sentences += self.moduli.sentences()
+        sentences += map(str, self.trends)
         if self.unit != "pF" and self.touches:
             sentences.append(f"unit: {self.unit}; of the covariance: 1/({self.unit})^2")
         return sentences + touch_table.advice_lines(self.touches, cut=self.found.cut)
@@ -251,6 +255,8 @@ class Replay:
         document["touches"] = self._touch_records()
         if self.is_level:
             document["ratio_used"] = "level_ratio"
+        if self.trends:
+            document["trends"] = [trend.as_dict() for trend in self.trends]
         if self.moduli is not None:
             agreement = self.moduli.agreement
             of_mean = self.moduli.of_mean
@@ -299,6 +305,7 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     if not touches:
         reason = _why_no_touch(recording, tracking["scene"], was_retaken=found.retaken > 0)
         warnings.append(f"no touch found: {reason}")
+    session = _ReplayedSession(touches, plan, entries, calibration)
     return Replay(
         file,
         options,
@@ -306,10 +313,11 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
         rows=recording.survey.rows,
         unit=recording.unit,
         found=found,
-        uncertainties=_uncertainties(recording, touches, plan, entries, calibration),
+        uncertainties=session.uncertainties(recording.full_scale_pF),
         entries=entries if touches and plan.touches else None,
         is_level=(calibration or plan).ratio == "level",
         moduli=moduli,
+        trends=session.trends(),
         offline=offline,
         understood=recording.understood or simulation_note(recording),
         warnings=warnings,
@@ -317,27 +325,55 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     )
 
 
-def _uncertainties(
-    recording: OpenedRecording,
-    touches: "Sequence[Touch]",
-    plan: Plan,
-    entries: Sequence[Entry | None],
-    calibration: "Calibration | None",
-) -> list[Uncertainty]:
-    """Return the uncertainty of each touch, with the scatter of the calibration or the session."""
-    ratio_of: RatioOf
-    if calibration is not None:
-        ratio_of = calibration.ratio_of
-        scatter = calibration.touch_scatter
-    else:
-        ratio_of = RATIOS[plan.ratio]
+@dataclass(frozen=True)
+class _ReplayedSession:
+    """The touches of a recording with their specimens, and the ratio and scatter that count."""
+
+    touches: "Sequence[Touch]"
+    plan: Plan
+    entries: Sequence[Entry | None]
+    calibration: "Calibration | None"
+
+    @property
+    def ratio_of(self) -> RatioOf:
+        """The ratio of the calibration, else of the session."""
+        if self.calibration is not None:
+            return self.calibration.ratio_of
+        return RATIOS[self.plan.ratio]
+
+    def scatter(self) -> Scatter:
+        """Return the scatter of the calibration, else of the kept touches on named specimens."""
+        if self.calibration is not None:
+            return self.calibration.touch_scatter
         kept = []
-        for entry, touch in zip(entries, touches, strict=True):
+        for entry, touch in zip(self.entries, self.touches, strict=True):
             if entry and not entry.left_out and not objections(touch):
                 kept.append((entry.specimen, touch))
-        scatter = session_scatter(kept, ratio_of)
-    linearity = linearity_pF(recording.full_scale_pF)
-    return [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
+        return session_scatter(kept, self.ratio_of)
+
+    def uncertainties(self, full_scale_pF: float) -> list[Uncertainty]:
+        """Return the uncertainty of each touch."""
+        scatter = self.scatter()
+        linearity = linearity_pF(full_scale_pF)
+        uncertainties = []
+        for touch in self.touches:
+            uncertainties.append(Uncertainty.of(touch, scatter, linearity, self.ratio_of))
+        return uncertainties
+
+    def agreement(self, touches: "Sequence[Touch]") -> Agreement:
+        """Return whether touches on one specimen agree."""
+        if self.calibration is not None:
+            return self.calibration.agreement(touches)
+        found = agreement(touches, ratio_of=self.ratio_of)
+        return with_scatter(found, self.scatter())
+
+    def trends(self) -> list[SpecimenTrend]:
+        """Return the trends that the sentence on the mean of all touches does not contain."""
+        trends = specimen_trends(self.touches, self.entries, self.agreement)
+        if self.calibration is None:
+            return list(trends)
+        groups = by_specimen(self.touches, self.entries)
+        return list(trends) if len(groups) > 1 else []
 
 
 def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) -> str:

@@ -1,9 +1,10 @@
 """Guided calibration: the fit after each touch, and the file at the end."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,15 @@ from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write_file
+from palpate.flags import advice, sentences
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
 from palpate.recording.csv_reader import RecordingFile
-from palpate.report import calibration_page
+from palpate.repeatability import objections
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import TITLE, LeftOutTouch
+from palpate.report.recording_facts import NamedValue
 from palpate.touch import Touch
 from palpate.tracking import tracked
 
@@ -85,7 +90,7 @@ class GuidedCalibration:
         found.save(path)
         self._files.made(path, "calibration")
         with suppress(MissingExtra):
-            text = calibration_page(found, specimens)
+            text = calibration_page(found, specimens, self._head(known))
             beside = self._files.free(f"{path.stem}-calibration.html")
             write_file(beside, text.encode())
             self._files.made(beside, "report")
@@ -96,6 +101,23 @@ class GuidedCalibration:
             "message": f"Saved as {path.name}; moduli are from it now.{doubt}",
             "file": path.name,
         }
+
+    def _head(self, known: Sequence[KnownSpecimen]) -> CalibrationHead:
+        """Return the head of the report: session, operator, date, recording, touches left out."""
+        session = self._plan.document
+        recorder = self._measurement.newest_recorder
+        recording = recorder.path.name if recorder else ""
+        facts = [
+            NamedValue("Operator", session["operator"] or ""),
+            NamedValue("Date", f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %Z}"),
+            NamedValue("Recordings", recording or "not recorded"),
+        ]
+        title = session["title"]
+        return CalibrationHead(
+            f"{TITLE}: {title}" if title else TITLE,
+            tuple(facts),
+            left_out=tuple(_left_out(known, self._plan.rows, recording)),
+        )
 
     def use(self, found: Calibration, path: Path) -> None:
         """Go on with a calibration: with another measurement, if it needs other settings."""
@@ -166,6 +188,24 @@ class GuidedCalibration:
             "sound": bool(found and found.sound),
             **_fitted(found),
         }
+
+
+def _left_out(
+    known: Sequence[KnownSpecimen], rows: Sequence[Document], recording: str
+) -> Iterator[LeftOutTouch]:
+    """Yield the touches on specimens of known modulus that do not count, with the reasons.
+
+    `rows`: what the plan knows of the touches of this measurement; earlier ones have numbers below 1.
+    """
+    for each in known:
+        for number, touch, kept in each.touches:
+            reasons = sentences(objections(touch, (), each.ratio_of), advice(touch))
+            if not kept and number > 0:
+                reasons = [rows[number - 1]["why"]]
+            if not kept and not reasons:
+                reasons = ["left out by hand"]
+            if reasons:
+                yield LeftOutTouch(number, recording, each.name, tuple(reasons))
 
 
 def _track(

@@ -503,8 +503,7 @@ class Progress:
         scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
         for one, touches in kept.items():
             if used and one.modulus_MPa:
-                found = used.agreement(touches)
-                modulus = used.modulus(found.ratio, found.own_error, touches=found.effective)
+                modulus = used.mean_modulus(touches)
                 inside.append(modulus.low <= one.modulus_MPa <= modulus.high)
         left_out = sum(bool(done.why) for of in self._on.values() for done in of)
         counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}

@@ -7,7 +7,6 @@ from functools import cached_property
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
 
 from palpate._core import __version__
 from palpate.calibration.assessment import calibration_doubts
@@ -21,8 +20,10 @@ from palpate.report.findings import Findings
 from palpate.report.recording_facts import (
     NamedValue,
     RecordingFacts,
+    RowCounts,
     Settings,
     SourceFile,
+    first_and_last,
     joined_once,
     shared_settings,
 )
@@ -131,14 +132,6 @@ class CalibrationSection:
     in_other_unit: bool = False  # whether the moduli of the report are not in MPa
 
 
-class RowCounts(NamedTuple):
-    """Rows of all recordings, and how many of them are lost, or were refused."""
-
-    rows: int
-    lost: int
-    refused: int
-
-
 @dataclass(frozen=True)
 class Session:
     """The sections about recordings, in their order."""
@@ -155,13 +148,7 @@ class Session:
     @property
     def rows(self) -> RowCounts:
         """The rows of all recordings."""
-        rows = RowCounts(0, 0, 0)
-        for run in self.found.runs:
-            counts = run.recording.survey
-            rows = RowCounts(
-                rows.rows + counts.rows, rows.lost + counts.lost, rows.refused + counts.refused
-            )
-        return rows
+        return RowCounts.of(self.found.runs)
 
     @property
     def kept(self) -> int:
@@ -272,8 +259,7 @@ class Session:
     @property
     def begins(self) -> list[str]:
         """When the first and the last recording began, as far as it is known."""
-        begins = sorted(filter(None, (each.begin for each in self.facts)))
-        return [*begins[:1], *begins[-1:]]
+        return first_and_last(self.facts)
 
     @cached_property
     def touches(self) -> ReportTable:

@@ -17,11 +17,13 @@ from palpate.display.text import counted
 from palpate.errors import need
 from palpate.files import write_file
 from palpate.report import tables
+from palpate.report.calibration_head import CalibrationHead
 from palpate.report.content import CalibrationSection, Progress, ReportOptions, Session
 from palpate.report.findings import Findings, analyse_again, analyse_recording, findings
 
 _PathLike = str | os.PathLike[str]
 _NO_OPTIONS = ReportOptions()
+_NO_HEAD = CalibrationHead()
 
 
 @dataclass(frozen=True)
@@ -139,11 +141,24 @@ def _named(paths: Sequence[Path]) -> dict[str, Path]:
     return names
 
 
-def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
-    """Return the report of a calibration as one HTML page without external files."""
+def calibration_page(
+    calibration: Calibration,
+    specimens: Sequence[SpecimenTouches],
+    head: CalibrationHead = _NO_HEAD,
+) -> str:
+    """Return the report of a calibration as one HTML page without external files.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    specimens : sequence of SpecimenTouches
+        Of the fit.
+    head : CalibrationHead
+        Title, date, probe, operator and files, and the touches that are left out.
+    """
     section = CalibrationSection(calibration)
     table = tables.table_of_texts(specimen_table(specimens))
-    return _render("Calibration of a probe", section=section, specimens=table)
+    return _render(head.title, section=section, specimens=table, head=head)
 
 
 def _render(
@@ -152,6 +167,7 @@ def _render(
     section: CalibrationSection | None,
     session: Session | None = None,
     specimens: tables.ReportTable | None = None,
+    head: CalibrationHead | None = None,
 ) -> str:
     """Return a page as HTML: all of its texts are escaped except markup."""
     jinja2 = need("jinja2", "report")
@@ -167,5 +183,5 @@ def _render(
     pages.filters["percent"] = tables.percent
     page = pages.get_template("report.html.j2")
     return str(
-        page.render(title=title, section=section, session=session, specimens=specimens)
+        page.render(title=title, section=section, session=session, specimens=specimens, head=head)
     ).lstrip()
