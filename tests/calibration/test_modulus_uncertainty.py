@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from palpate import Calibration
+from palpate.calibration.modulus import Modulus
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.errors import CalibrationError
+from palpate.materials import KnownModulus
 from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
@@ -325,3 +327,29 @@ def test_a_file_with_an_impossible_uncertainty(tmp_path: Path, value: str) -> No
 def test_impossible_uncertainties_are_refused(stated: float | list[float], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         Calibration.fit([2.0, 2.1, 3.0, 4.0], [0.2, 0.2, 0.5, 1.0], modulus_uncertainties=stated)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "known", "expected"),
+    [
+        (0.9, 1.2, KnownModulus(0.9), True),
+        (0.9, 1.2, KnownModulus(1.2), True),
+        (0.9, 1.2, KnownModulus(1.21), False),
+        (0.9, 1.2, KnownModulus(1.21, 0.0), False),
+        (0.9, 1.2, KnownModulus(1.21, 0.05), True),
+        (0.9, 1.2, KnownModulus(0.85, 0.02), False),
+        # log(1.3) = 0.262 and log(1.2) = 0.182: the rest is 0.189, 1.96 times 0.096.
+        (0.9, 1.2, KnownModulus(1.3, 0.095), False),
+        (0.9, 1.2, KnownModulus(1.3, 0.097), True),
+        (0.9, 1.2, KnownModulus(1.3, 0.08, 0.06), True),
+        (2.0, np.inf, KnownModulus(1.9, 0.02), False),
+        (2.0, np.inf, KnownModulus(1.9, 0.03), True),
+        (2.0, np.inf, KnownModulus(1.8, 0.03), False),
+        (np.nan, np.nan, KnownModulus(1.0, 0.2), False),
+    ],
+)
+def test_a_known_modulus_agrees_within_both_uncertainties(
+    low: float, high: float, known: KnownModulus, expected: bool
+) -> None:
+    value = 1.0 if low < 1 else np.nan
+    assert Modulus(value, low, high).agrees_with(known) is expected

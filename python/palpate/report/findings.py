@@ -1,6 +1,6 @@
 """The touches of recordings with their specimens, and the result of each specimen."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, log, nan
 from pathlib import Path
@@ -130,7 +130,7 @@ class SpecimenResult:
     Attributes
     ----------
     name : str
-    known : float or None, MPa
+    known : KnownModulus or None
         Its modulus, if it was known before.
     touches, kept : list of ReportedTouch
     agreement : Agreement or None
@@ -147,7 +147,7 @@ class SpecimenResult:
     """
 
     name: str
-    known: float | None
+    known: KnownModulus | None
     touches: list[ReportedTouch]
     kept: list[ReportedTouch]
     agreement: Agreement | None
@@ -158,16 +158,16 @@ class SpecimenResult:
 
     @property
     def inside(self) -> bool | None:
-        """Whether the known modulus is in the interval; None: one is missing."""
+        """Whether the known modulus agrees with the interval; None: one is missing."""
         if self.known is None or self.modulus is None or not self.modulus.low >= 0:
             return None
-        return self.modulus.low <= self.known <= self.modulus.high
+        return self.modulus.agrees_with(self.known)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain numbers and text, for JSON."""
         return {
             "specimen": self.name,
-            "known_MPa": self.known,
+            "known_MPa": self.known and self.known.modulus,
             "kept": [one.number for one in self.kept],
             "left_out": [one.number for one in self.touches if one.left_out],
             "agreement": self.agreement and self.agreement.as_dict(),
@@ -202,8 +202,7 @@ def _result(
             budget = calibration.budget(  # no mean reduces the linearity
                 mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
             )
-    value = known and known.modulus
-    return SpecimenResult(name, value, touches, kept, agreed, mean, modulus, variation, budget)
+    return SpecimenResult(name, known, touches, kept, agreed, mean, modulus, variation, budget)
 
 
 def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Agreement:
@@ -297,7 +296,7 @@ class AssignedTouch(NamedTuple):
     left_out: str
 
 
-def assigned(run: AnalysedRecording, moduli: Mapping[str, KnownModulus]) -> Iterator[AssignedTouch]:
+def assigned(run: AnalysedRecording, moduli: Collection[str]) -> Iterator[AssignedTouch]:
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}
