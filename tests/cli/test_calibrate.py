@@ -172,7 +172,8 @@ def wrong_moduli(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 def test_a_stated_uncertainty_of_the_moduli(
     folder: Path, wrong_moduli: Path, tmp_path: Path
 ) -> None:
-    line = ["calibrate", *specimens(folder), "--moduli", wrong_moduli, "-o", tmp_path / "p.toml"]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", wrong_moduli]
+    line += ["-o", tmp_path / "p.toml"]
     unstated = run(*line)
     assert unstated.exit_code == 5
     [needed] = re.findall(r"uncertainty of the moduli of (\S+ %) would explain", unstated.stdout)
@@ -200,7 +201,7 @@ def test_the_uncertainties_of_a_table_come_before_the_option(folder: Path, tmp_p
     rows[1] += ",2"
     table.write_text("\n".join(rows))
     out = tmp_path / "p.toml"
-    line = ["calibrate", *specimens(folder), "--moduli", table, "-o", out]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", table, "-o", out]
     assert run(*line, "--moduli-uncertainty", "4%").exit_code == 0
     found = palpate.Calibration.load(out)
     softest = found.moduli == found.moduli.min()
@@ -216,7 +217,8 @@ def test_an_uncertainty_without_a_percent_sign_is_refused(
     folder: Path, tmp_path: Path, text: str
 ) -> None:
     table = folder / "ten" / "moduli.csv"
-    options = ["--moduli", table, "-o", tmp_path / "p.toml", f"--moduli-uncertainty={text}"]
+    options: list[str | Path] = ["--moduli", table]
+    options += ["-o", tmp_path / "p.toml", f"--moduli-uncertainty={text}"]
     refused = run("calibrate", *specimens(folder), *options)
     assert refused.exit_code == 2
     assert f"got '{text}', allowed: a standard uncertainty in per cent" in refused.stderr
@@ -228,7 +230,7 @@ def test_shore_hardnesses_in_place_of_moduli(folder: Path, tmp_path: Path) -> No
     text = (folder / "ten" / "moduli.csv").read_text()
     table.write_text(text.replace("50 A,2.18", "50 A,50 A"))
     out = tmp_path / "p.toml"
-    line = ["calibrate", *specimens(folder), "--moduli", table]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", table]
     found = run(*line, "-o", out, "--report", tmp_path / "p.html")
     assert found.exit_code == 0
     assert "50 A: 50 Shore A is taken as 2.46 MPa +-21 % (k = 1)\n" in found.stderr

@@ -182,7 +182,7 @@ class StoredCalibration:
         """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         check_level(level)
         quantile = need("scipy.special", "science").stdtrit
-        t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
+        t = float(quantile(self.fitted.curve_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
         low = (self.fitted.parameters - reach).tolist()
         high = (self.fitted.parameters + reach).tolist()

@@ -502,9 +502,9 @@ class Progress:
         pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
         scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
         for one, touches in kept.items():
-            if used and one.modulus_MPa:
+            if used and one.known:
                 modulus = used.mean_modulus(touches)
-                inside.append(modulus.low <= one.modulus_MPa <= modulus.high)
+                inside.append(modulus.agrees_with(one.known))
         left_out = sum(bool(done.why) for of in self._on.values() for done in of)
         counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}
         return {"scatter": scatter.share, "source": scatter.source, **counts}

@@ -154,7 +154,7 @@ def _facts_of_recordings(facts: Sequence[RecordingFacts]) -> dict[str, str]:
 
 def left_out_touches(
     runs: Iterable[AnalysedRecording],
-    moduli: Mapping[str, float],
+    moduli: Mapping[str, object],
     accept: Collection[str] = (),
     ratio_of: RatioOf = hold_ratio,
 ) -> Iterator[LeftOutTouch]:

@@ -1,6 +1,6 @@
 """The touches of recordings with their specimens, and the result of each specimen."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, log, nan
 from pathlib import Path
@@ -130,7 +130,7 @@ class SpecimenResult:
     Attributes
     ----------
     name : str
-    known : float or None, MPa
+    known : KnownModulus or None
         Its modulus, if it was known before.
     touches, kept : list of ReportedTouch
     agreement : Agreement or None
@@ -150,7 +150,7 @@ class SpecimenResult:
     """
 
     name: str
-    known: float | None
+    known: KnownModulus | None
     touches: list[ReportedTouch]
     kept: list[ReportedTouch]
     agreement: Agreement | None
@@ -167,16 +167,16 @@ class SpecimenResult:
 
     @property
     def inside(self) -> bool | None:
-        """Whether the known modulus is in the interval; None: one is missing."""
+        """Whether the known modulus agrees with the interval; None: one is missing."""
         if self.known is None or self.modulus is None or not self.modulus.low >= 0:
             return None
-        return self.modulus.low <= self.known <= self.modulus.high
+        return self.modulus.agrees_with(self.known)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain numbers and text, for JSON."""
         return {
             "specimen": self.name,
-            "known_MPa": self.known,
+            "known_MPa": self.known and self.known.modulus,
             "kept": [one.number for one in self.kept],
             "left_out": [one.number for one in self.touches if one.left_out],
             "agreement": self.agreement and self.agreement.as_dict(),
@@ -198,7 +198,7 @@ class _Group:
     """The touches on one specimen, before the scatter of the session is known."""
 
     name: str
-    known: float | None
+    known: KnownModulus | None
     is_named: bool
     touches: list[ReportedTouch]
     agreement: Agreement | None
@@ -301,7 +301,7 @@ def _groups(
     runs: Iterable[AnalysedRecording],
     touches: Iterable[ReportedTouch],
     calibration: Calibration | None,
-    known: Mapping[str, float],
+    known: Mapping[str, KnownModulus],
 ) -> list[_Group]:
     """Return the touches by their specimens, in the order of the first touch."""
     of_specimen: dict[str, list[ReportedTouch]] = {}
@@ -375,7 +375,7 @@ class AssignedTouch(NamedTuple):
     left_out: str
 
 
-def assigned(run: AnalysedRecording, moduli: Mapping[str, KnownModulus]) -> Iterator[AssignedTouch]:
+def assigned(run: AnalysedRecording, moduli: Collection[str]) -> Iterator[AssignedTouch]:
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}

@@ -12,7 +12,7 @@ from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, ModulusUnit
 from palpate.display.markup import LEFT_OUT, MINUS, NONE
 from palpate.display.text import lasting
-from palpate.materials import shore_a_of_modulus
+from palpate.materials import KnownModulus, shore_a_of_modulus
 from palpate.report.calibration_head import LeftOutTouch
 from palpate.report.findings import Findings, ReportedTouch, SpecimenResult
 from palpate.report.recording_facts import Event, RecordingFacts
@@ -81,6 +81,14 @@ class ModulusStyle:
             return [self.unit, "Shore A", "95 % interval"]
         return [self.unit, "95 % interval"]
 
+    def known(self, known: KnownModulus) -> str:
+        """Return a known modulus, with its standard uncertainty if it has one."""
+        value = self.unit.of(known.modulus)
+        if not known.whole:
+            return f"{value:g}"
+        text = number_format.number(value, value * known.whole)
+        return f"{text} ± {number_format.error(100 * known.whole)} %"
+
     def cells(self, modulus: Modulus | None, missing: str) -> list[Cell]:
         """Return the cells of a modulus; without a value the interval says why."""
         if not modulus:
@@ -129,7 +137,7 @@ def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> Repor
         ratio = number_format.number(one.mean.ratio, one.mean.standard_error)
         error = number_format.error(one.mean.standard_error)
     inside = {True: "yes", False: "no", None: ""}[one.inside]
-    known = f"{style.unit.of(one.known):g}" if one.known else ""
+    known = "" if one.known is None else style.known(one.known)
     left_out = len(one.touches) - len(one.kept)
     cells: list[Cell] = [
         one.name,
