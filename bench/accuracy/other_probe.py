@@ -44,6 +44,8 @@ class Way:
     creep: tuple[float, float] = (0.0, 0.0)  # of the soft bump within 2 s, and within 20 s
     object_creep: float = 0.0  # of the ratio within 2 s, which ends at the lift
     bend: float = 0.0  # of both gauges, 1/pF
+    layer: float = 0.0  # growth of the stiffness of the object at a depth of 1 mm, share
+    law: float = 2.0  # exponent of this growth against depth
     period: float = 0.026
     code: float = 1 / 2**24 * 8.192
     noise: float = 40e-6
@@ -104,6 +106,24 @@ def crept(force: Array, share: float, time_s: float) -> Array:
     return share * out
 
 
+def growth(way: Way, stiff: float, bump: float, depth: Array) -> Array:
+    """Return the stiffness of a bump and an object that stiffens, in series, relative to that at zero depth.
+
+    `stiff`: of the soft bump and the object at zero depth, pF/mm; `bump`: stiffness of the bump, in soft bumps.
+    """
+    object0 = 1 / (1 / stiff - 1 / SOFT_pF_per_mm)
+    stiffer = 1 + way.layer * np.clip(depth, 0, None) ** way.law
+    bump_stiff = bump * SOFT_pF_per_mm
+    return np.asarray(stiffer * (bump_stiff + object0) / (bump_stiff + object0 * stiffer))
+
+
+def _depth(way: Way, stiff: float) -> float:
+    """Return the depth of a level press with `way.total`, mm, on an object that stiffens."""
+    depth = np.linspace(0, (way.total / ((1 + way.ratio) * stiff)) ** (1 / way.exponent), 1000)
+    each = way.ratio * growth(way, stiff, RIGID, depth) + growth(way, stiff, 1.0, depth)
+    return float(np.interp(way.total, each * stiff * depth**way.exponent, depth))
+
+
 def touch(way: Way, seed: int) -> Recorded:
     """Return the readings of one touch."""
     random = np.random.default_rng((seed, 77))
@@ -114,6 +134,8 @@ def touch(way: Way, seed: int) -> Recorded:
     r0 = way.ratio
     stiff = SOFT_pF_per_mm * (1 - 1 / r0) / (1 - 1 / RIGID)  # soft bump and object in series
     depth0 = (way.total / ((1 + r0) * stiff)) ** (1 / way.exponent)
+    if way.layer:
+        depth0 = _depth(way, stiff)
     depth = (
         depth0
         * minimum_jerk((t - way.before) / way.rise)
@@ -147,6 +169,9 @@ def touch(way: Way, seed: int) -> Recorded:
         * np.clip(depth + half + way.gap * depth0 * (depth > 0), 0, None) ** way.exponent
     )
     soft = stiff * np.clip(depth - half, 0, None) ** way.exponent
+    if way.layer:
+        hard = hard * growth(way, stiff, RIGID, depth + half)
+        soft = soft * growth(way, stiff, 1.0, depth - half)
     off = (t < way.before) | (t > release + way.fall)
     hard[off] = soft[off] = 0
     soft = (

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate import number_format
-from palpate.offline_touches.idle import (
+from palpate.touch_readings.idle import (
     Array,
     IdleLevel,
     Mask,
@@ -16,8 +16,8 @@ from palpate.offline_touches.idle import (
     median_size,
     variance_of_sum,
 )
-from palpate.offline_touches.sweep import Sweep
-from palpate.offline_touches.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
+from palpate.touch_readings.sweep import Sweep
+from palpate.touch_readings.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
 from palpate.touch import Touch
 
 Levels = tuple[IdleLevel, IdleLevel]
@@ -61,7 +61,7 @@ class OfflineTouch:
         The touch as the tracker found it; its flags hold here, too.
     level_ratio, level_standard_error : float
         As of `Touch`, for any exponent of the contact; nan if there is none.
-    sweep : palpate.offline_touches.sweep.Sweep or None
+    sweep : palpate.touch_readings.sweep.Sweep or None
         The pairs of the level ratio.
     """
 

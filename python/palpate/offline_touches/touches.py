@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.offline_touches.fit import OfflineTouch, fit_ratio, since_change
-from palpate.offline_touches.idle import (
+from palpate.touch_readings.idle import (
     Array,
     IdleLevel,
     Readings,
@@ -18,8 +18,8 @@ from palpate.offline_touches.idle import (
     level_of,
     pause,
 )
-from palpate.offline_touches.sweep import sweep
-from palpate.offline_touches.windows import HARD, aligned
+from palpate.touch_readings.sweep import sweep
+from palpate.touch_readings.windows import HARD, aligned
 from palpate.recording_protocol import RecordingProtocol, require_recording
 from palpate.samples import baseline_pairs
 from palpate.touch import Touch
