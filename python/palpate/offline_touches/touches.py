@@ -9,15 +9,10 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.offline_touches.fit import OfflineTouch, fit_ratio, since_change
-from palpate.touch_readings.idle import (
-    Array,
-    IdleLevel,
-    Readings,
-    Rows,
-    idle,
-    level_of,
-    pause,
-)
+from palpate.touch_readings.idle import IdleLevel, idle, level_of, pause
+from palpate.touch_readings.readings import Array, Readings, Rows, readings_of, smooth
+from palpate.touch_readings.stiffening import stiffening
+from palpate.touch_readings.stiffening_watch import StiffeningWatch
 from palpate.touch_readings.sweep import sweep
 from palpate.touch_readings.windows import HARD, aligned
 from palpate.recording_protocol import RecordingProtocol, require_recording
@@ -34,31 +29,6 @@ from palpate.tracking import (
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
-
-
-_REACH = 16  # rows on either side
-_PAUSE = 8.0  # periods
-
-
-def smooth(t: Array) -> Array:
-    """Return times, shape (n,), n at least 2, each replaced by a mean.
-
-    The mean is over up to 16 rows on either side.
-    """
-    # For readings at an even rate that is the middle of a straight line through them. A pause is
-    # not smoothed.
-    out = np.empty_like(t)
-    steps = np.abs(np.diff(t))
-    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
-    for rows in np.split(np.arange(len(t)), pauses):
-        first = t[rows[0]]
-        sums = np.append(0, np.cumsum(t[rows] - first))
-        place = np.arange(len(rows))
-        to_edge = np.minimum(place, place[::-1])
-        reach = np.minimum(_REACH, to_edge)
-        around = sums[place + reach + 1] - sums[place - reach]
-        out[rows] = first + around / (2 * reach + 1)
-    return out
 
 
 def offline(
@@ -136,7 +106,8 @@ def offline(
     if not 1 <= exponent <= 3:
         raise ValueError(f"contact_exponent: got {exponent}, allowed: 1 to 3")
     tracker = tracker_of(recording, scene, settings)
-    whole = Fed.joined(feed_recording(tracker, recording))
+    watch = StiffeningWatch(tracker)
+    whole = Fed.joined(feed_recording(watch, recording))
     tracker.finish()
     if whole is not None and tracker.settings["falling"]:
         whole = whole.negated()
@@ -148,11 +119,11 @@ def offline(
         t_hard = smooth(t_hard)
         t_soft = smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
-    hard = _readings(t_hard, whole.hard, full_scale)
-    soft = _readings(t_soft, whole.soft, full_scale)
+    hard = readings_of(t_hard, whole.hard, full_scale)
+    soft = readings_of(t_soft, whole.soft, full_scale)
     result = []
     given = _given(tracker, whole)
-    for touch in _estimated(tracker.touches, whole, (hard, soft), given):
+    for touch in _estimated(watch.touches, whole, (hard, soft), given):
         ratio, error = touch.level(exponent)
         result.append(replace(touch, level_ratio=ratio, level_standard_error=error))
     return result
@@ -173,15 +144,6 @@ def _given(tracker: Tracker, whole: Fed) -> _Given:
 def _known(level: float, values: Array) -> IdleLevel:
     nothing = np.zeros(1)
     return IdleLevel(nothing, nothing + level, nothing, quiet_noise(values), "given")
-
-
-def _readings(t: Array, value: Array, full_scale: float) -> Readings:
-    """Return the readings within the range whose times are later than all times before."""
-    row = np.flatnonzero(np.abs(value) < full_scale)  # nan is not
-    times = t[row]
-    latest = np.maximum.accumulate(np.append(-math.inf, times))
-    row = row[times > latest[:-1]]
-    return Readings(t[row], value[row], row)
 
 
 class _Span(NamedTuple):
@@ -261,7 +223,8 @@ def _estimated(
             )
             since_s = estimate.start_s if len(alarms) else -math.inf
             swept = sweep(pairs, soft_level.noise, since_s, span.end)
-            estimate = replace(estimate, sweep=swept)
+            shown = stiffening(swept) if swept else None
+            estimate = replace(estimate, sweep=swept, stiffening=shown)
         result.append(estimate)
     return result
 

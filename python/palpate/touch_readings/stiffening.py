@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.touch_readings.idle import Array, Mask, median_size
+from palpate.touch_readings.readings import Array, Mask, median_size
 from palpate.touch_readings.sweep import Sweep
 
 # On a thick object the ratio is the same at every depth. An object that stiffens carries more of
