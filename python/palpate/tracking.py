@@ -139,7 +139,7 @@ def tracked(
         if period_s == 0 and part.pairs > 1 and recording.timed:
             period_s = part.step_s
     ended = tracker.touch_count
-    tracker.finish()
+    watch.finish()
     found = watch.touches
     judgements = tracker.judgements
     if not recording.timed:
@@ -510,7 +510,7 @@ def _cut_out(
             if first == last:
                 continue
             if stage in (_INSIDE, _AFTER) and stage > stage_before:
-                tracker.finish()
+                watch.finish()
                 if not counts:
                     retaken_before = tracker.retaken
                 counts.append(tracker.touch_count)
@@ -520,7 +520,7 @@ def _cut_out(
                 nothing = np.full(piece.pairs, math.nan)
                 piece = piece._replace(hard=nothing, soft=nothing)
             watch.process(*piece.columns)
-    tracker.finish()
+    watch.finish()
     counts.append(tracker.touch_count)
     touches = watch.touches_since(counts[0])[: counts[1] - counts[0]]
     return touches, tracker.retaken - retaken_before

@@ -556,7 +556,7 @@ class RecordedMeasurement(Measurement):
         return Batch(block, estimates, (), 0, judgements=judgements)
 
     def _finish(self) -> None:
-        self.tracker.finish()
+        self._watch.finish()
         nothing = np.empty(0, DTYPE)
         self.events.batch(self._batch(nothing, feed(self.tracker, nothing)))
         self.touches = self._watch.touches

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from palpate import number_format
+from palpate.touch import Touch
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, Rows, median_size
 from palpate.touch_readings.idle import IdleLevel, variance_of_sum
-from palpate.touch_readings.readings import Array, Mask, Readings, Rows, median_size
 from palpate.touch_readings.stiffening import Stiffening
 from palpate.touch_readings.sweep import Sweep
 from palpate.touch_readings.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
-from palpate.touch import Touch
 
 Levels = tuple[IdleLevel, IdleLevel]
 

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.offline_touches.fit import OfflineTouch, fit_ratio, since_change
+from palpate.recording_protocol import RecordingProtocol, require_recording
+from palpate.samples import baseline_pairs
+from palpate.touch import Touch
+from palpate.touch_readings.channel_readings import Array, Readings, Rows, readings_of, smooth
 from palpate.touch_readings.idle import IdleLevel, idle, level_of, pause
-from palpate.touch_readings.readings import Array, Readings, Rows, readings_of, smooth
 from palpate.touch_readings.stiffening import stiffening
 from palpate.touch_readings.stiffening_watch import StiffeningWatch
 from palpate.touch_readings.sweep import sweep
 from palpate.touch_readings.windows import HARD, aligned
-from palpate.recording_protocol import RecordingProtocol, require_recording
-from palpate.samples import baseline_pairs
-from palpate.touch import Touch
 from palpate.tracking import (
     Fed,
     feed_recording,
@@ -108,7 +108,7 @@ def offline(
     tracker = tracker_of(recording, scene, settings)
     watch = StiffeningWatch(tracker)
     whole = Fed.joined(feed_recording(watch, recording))
-    tracker.finish()
+    watch.finish()
     if whole is not None and tracker.settings["falling"]:
         whole = whole.negated()
     if whole is None or not tracker.touches:
@@ -191,14 +191,19 @@ def _estimated(
 ) -> list[OfflineTouch]:
     hard, soft = readings
     rows = whole.rows
-    collected = baseline_pairs(float(np.median(np.diff(hard.t)))) if len(hard.t) > 1 else 0
+    collected = 0
+    if len(hard.t) > 1:
+        collected = baseline_pairs(float(np.median(np.diff(hard.t))))
     spans = _spans(touches, rows, collected)
-    starts = [*(span.start for span in spans), len(rows)]
-    free = idle(rows, hard, starts, [span.pause for span in spans], collected)
-    channels = [
-        _Channel(each, each[free[each.row]], level)
-        for each, level in zip(readings, given, strict=True)
-    ]
+    starts = []
+    pauses = []
+    for span in spans:
+        starts.append(span.start)
+        pauses.append(span.pause)
+    free = idle(rows, hard, [*starts, len(rows)], pauses, collected)
+    channels = []
+    for each, level in zip(readings, given, strict=True):
+        channels.append(_Channel(each, each[free[each.row]], level))
     result = []
     for touch, span in zip(touches, spans, strict=True):
         levels = [channel.level(touch, span, whole.era) for channel in channels]
@@ -221,10 +226,13 @@ def _estimated(
                 _change(hard.rows(begin, end), hard_base),
                 _change(soft.rows(begin, end), soft_base),
             )
-            since_s = estimate.start_s if len(alarms) else -math.inf
+            since_s = -math.inf
+            if len(alarms):
+                since_s = estimate.start_s
             swept = sweep(pairs, soft_level.noise, since_s, span.end)
-            shown = stiffening(swept) if swept else None
-            estimate = replace(estimate, sweep=swept, stiffening=shown)
+            if swept:
+                shown = stiffening(swept)
+                estimate = replace(estimate, sweep=swept, stiffening=shown)
         result.append(estimate)
     return result
 

@@ -104,7 +104,7 @@ class Pipeline:
             if self._finished:
                 return None
             self._finished = True
-            self._tracker.finish()
+            self._watch.finish()
             nothing = np.empty(0, DTYPE)
             last = self._batch(nothing, feed(self._tracker, nothing))
         if not last.touches and not last.judgements:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.touch_readings.readings import Array, Mask, Readings, median_size
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, median_size
 
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time

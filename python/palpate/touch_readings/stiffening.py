@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.touch_readings.readings import Array, Mask, median_size
+from palpate.touch_readings.channel_readings import Array, Mask, median_size
 from palpate.touch_readings.sweep import Sweep
 
 # On a thick object the ratio is the same at every depth. An object that stiffens carries more of
@@ -85,7 +85,7 @@ class Stiffening:
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class _DepthPairs:
     """Pairs of a sweep as the fit takes them.
 
     Attributes
@@ -137,7 +137,7 @@ def stiffening(sweep: Sweep) -> Stiffening | None:
     return Stiffening(float(fitted[_CHANGE]), error)
 
 
-def _pairs(sweep: Sweep) -> _Pairs | None:
+def _pairs(sweep: Sweep) -> _DepthPairs | None:
     """Return the pairs to use; None: they are too few."""
     if np.count_nonzero(sweep.hold) < _FEWEST_HELD:
         return None
@@ -154,7 +154,7 @@ def _pairs(sweep: Sweep) -> _Pairs | None:
     creep = _remembered(soft, sweep.t[used]) / soft
     in_fall = np.where(sweep.fall[used], 1 / depth - 1, 0.0)
     linear = np.stack([np.ones_like(depth), depth**2, -creep, in_fall], axis=1)
-    return _Pairs(np.log(sweep.hard[used] / soft), depth, linear)
+    return _DepthPairs(np.log(sweep.hard[used] / soft), depth, linear)
 
 
 def _remembered(force: Array, t: Array) -> Array:
@@ -169,21 +169,21 @@ def _remembered(force: Array, t: Array) -> Array:
     return np.array(levels)
 
 
-def _rest(pairs: _Pairs, parameters: Array) -> Array:
+def _rest(pairs: _DepthPairs, parameters: Array) -> Array:
     """Return what the fit leaves of each pair, in its standard deviations."""
     tilted = np.log1p(parameters[_TILT] / pairs.depth)
     model = pairs.linear @ parameters[:_TILT] + _EXPONENT * tilted
     return np.asarray((pairs.log_ratio - model) * pairs.weight)
 
 
-def _slopes(pairs: _Pairs, parameters: Array) -> Array:
+def _slopes(pairs: _DepthPairs, parameters: Array) -> Array:
     """Return the derivatives of the model by the parameters, over the standard deviations."""
     by_tilt = _EXPONENT / (pairs.depth + parameters[_TILT])
     slopes = np.concatenate([pairs.linear, by_tilt[:, None]], axis=1)
     return np.asarray(slopes * pairs.weight[:, None])
 
 
-def _fitted(pairs: _Pairs, used: Mask) -> Array | None:
+def _fitted(pairs: _DepthPairs, used: Mask) -> Array | None:
     """Return the parameters by Gauss-Newton, with their prior; None: it does not converge."""
     least_tilt = -0.8 * float(pairs.depth.min())  # the hard bump is in contact
     parameters = np.zeros(len(_PRIOR))
@@ -199,7 +199,7 @@ def _fitted(pairs: _Pairs, used: Mask) -> Array | None:
     return None
 
 
-def _variance(pairs: _Pairs, used: Mask, fitted: Array) -> float:
+def _variance(pairs: _DepthPairs, used: Mask, fitted: Array) -> float:
     """Return the variance of s, by the scatter of the pairs and its correlation."""
     rest = _rest(pairs, fitted)[used]
     slopes = _slopes(pairs, fitted)[used]
@@ -212,7 +212,7 @@ def _variance(pairs: _Pairs, used: Mask, fitted: Array) -> float:
 def _alike(rest: Array) -> float:
     """Return the number of pairs that count as one: the sum of correlations up to the first 0."""
     off = rest - rest.mean()
-    square = float(off @ off)
+    square = float(off @ off) or 1.0
     number = 1.0
     for lag in range(1, len(off) // 4):
         correlation = float(off[lag:] @ off[:-lag]) / square

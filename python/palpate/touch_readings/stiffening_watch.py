@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from palpate._core import Tracker
 from palpate.flags import Flag
 from palpate.touch import Touch
-from palpate.touch_readings.readings import Array, Readings, readings_of, smooth
+from palpate.touch_readings.channel_readings import Array, Readings, readings_of, smooth
 from palpate.touch_readings.stiffening import Stiffening, stiffening
 from palpate.touch_readings.sweep import sweep
 from palpate.touch_readings.windows import aligned
@@ -28,7 +28,7 @@ _UNTESTED = (Flag.STEP, Flag.GAP)  # like those without a ratio
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class _FedPairs:
     """Consecutive pairs that were fed to the tracker, with its rows."""
 
     t_hard: Times
@@ -40,8 +40,8 @@ class _Pairs:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def __getitem__(self, which: slice) -> "_Pairs":
-        return _Pairs(
+    def __getitem__(self, which: slice) -> "_FedPairs":
+        return _FedPairs(
             self.t_hard[which],
             self.t_soft[which],
             self.hard[which],
@@ -50,9 +50,9 @@ class _Pairs:
         )
 
 
-def _joined(parts: Sequence[_Pairs]) -> _Pairs:
+def _joined(parts: Sequence[_FedPairs]) -> _FedPairs:
     """Return consecutive parts as one."""
-    return _Pairs(
+    return _FedPairs(
         np.concatenate([part.t_hard for part in parts]),
         np.concatenate([part.t_soft for part in parts]),
         np.concatenate([part.hard for part in parts]),
@@ -64,8 +64,8 @@ def _joined(parts: Sequence[_Pairs]) -> _Pairs:
 class StiffeningWatch:
     """Feeds a tracker, and tests each touch for an object that stiffens with depth.
 
-    A touch is tested when the baseline after it is known, as then its fall is known, too. The
-    result depends on the readings only, not on the blocks in which they come.
+    A touch is tested when it ends, and again when the baseline after it is known, with its fall.
+    This last result depends on the readings only, not on the blocks in which they come.
 
     Parameters
     ----------
@@ -84,12 +84,14 @@ class StiffeningWatch:
 
     def __init__(self, tracker: Tracker) -> None:
         self.tracker = tracker
-        self._kept = deque[_Pairs]()
+        self._kept = deque[_FedPairs]()
         self._first = tracker.readings  # number of the first row that is kept
-        self._found: dict[int, Stiffening] = {}  # by the numbers of touches
+        self._found: dict[int, Stiffening | None] = {}  # by the numbers of touches
+        self._ended = tracker.touch_count  # touches that are tested
+        self._revised = tracker.revision_count
         settings = tracker.settings
-        has_levels = settings.get("contact_exponent", 0.0) > 0
-        self._is_used = has_levels and settings["baseline"] == "measured"
+        self._is_used = settings.get("contact_exponent", 0.0) > 0
+        self._revises = settings.get("baseline", "measured") == "measured"
         if self._is_used:
             self._sign = -1.0 if settings["falling"] else 1.0
             self._soft_later_s = float(settings["soft_later"])
@@ -108,32 +110,46 @@ class StiffeningWatch:
 
     def process(self, t_hard: Times, t_soft: Times, hard: Array, soft: Array) -> TrackerRows:
         """Feed pairs to the tracker as `Tracker.process` does, and return its rows."""
-        revised = self.tracker.revision_count
         rows = self.tracker.process(t_hard, t_soft, hard, soft)
         if self._is_used and len(rows):
-            self._kept.append(_Pairs(t_hard, t_soft, hard, soft, rows))
-            numbers = self.tracker.revisions_since(revised)
-            if numbers:
-                self._test(numbers, len(rows))
+            self._kept.append(_FedPairs(t_hard, t_soft, hard, soft, rows))
+            self._test_new()
             self._forget()
         return rows
 
-    def _test(self, numbers: Iterable[int], added: int) -> None:
-        """Test the touches that were revised in the last rows."""
-        kept = _joined(self._kept)
-        before = len(kept) - added
-        places = before + np.flatnonzero(kept.rows["revised"][before:])
-        for number, place in zip(numbers, places.tolist(), strict=True):
-            touch = self.tracker.touches_since(number - 1)[0]
-            begin = touch.start - _LEAD - self._first
-            if begin < 0:
-                continue
-            result = self._tested(kept[begin : place + 1], number)
-            if result is not None:
-                self._found[number] = result
+    def finish(self) -> None:
+        """End a touch that is running, as `Tracker.finish` does, and test it."""
+        self.tracker.finish()
+        if self._is_used and self._kept:
+            self._test_new()
 
-    def _tested(self, pairs: _Pairs, number: int) -> Stiffening | None:
-        """Test the touch of this number; the pairs begin shortly before it."""
+    def _test_new(self) -> None:
+        """Test the touches that ended or were revised in the last rows."""
+        ended = range(self._ended + 1, self.tracker.touch_count + 1)
+        revised = self.tracker.revisions_since(self._revised)
+        if not ended and not revised:
+            return
+        self._ended += len(ended)
+        self._revised += len(revised)
+        kept = _joined(self._kept)
+        places = np.flatnonzero(kept.rows["revised"])[-len(revised) :]
+        known_until = dict(zip(revised, places.tolist(), strict=False))
+        for number in {*ended, *revised}:
+            samples = np.flatnonzero(kept.rows["touch"] == number)
+            if len(samples):
+                last = int(samples[-1])
+                self._test(kept, number, last, max(known_until.get(number, 0), last))
+
+    def _test(self, kept: _FedPairs, number: int, last: int, known_until: int) -> None:
+        """Test the touch whose last sample and last known reading are in these rows."""
+        touch = self.tracker.touches_since(number - 1)[0]
+        begin = touch.start - _LEAD - self._first
+        if begin >= 0:
+            result = self._result(kept[begin : known_until + 1], last - begin)
+            self._found[number] = result
+
+    def _result(self, pairs: _FedPairs, last: int) -> Stiffening | None:
+        """Return the result of a touch that begins with pair `_LEAD`; its last sample is `last`."""
         t_hard = _since_s(pairs.t_hard, pairs.t_hard[0])
         t_soft = _since_s(pairs.t_soft, pairs.t_hard[0]) + self._soft_later_s
         if not (0 < t_hard[-1] < _LONGEST_S):
@@ -141,14 +157,11 @@ class StiffeningWatch:
         if self._is_host_stamped:
             t_hard = smooth(t_hard)
             t_soft = smooth(t_soft)
-        samples = np.flatnonzero(pairs.rows["touch"] == number)
-        if not len(samples):
-            return None
         count = max(int(_STEP_S / float(np.median(np.diff(t_hard)))), 1)
         hard = self._change(t_hard, pairs.hard, pairs.rows["hard_baseline"], count)
         soft = self._change(t_soft, pairs.soft, pairs.rows["soft_baseline"], count)
         changes = aligned(hard, soft)
-        swept = sweep(changes, 0.0, -math.inf, int(samples[-1]) // count)
+        swept = sweep(changes, 0.0, -math.inf, last // count)
         return stiffening(swept) if swept else None
 
     def _change(self, t: Array, values: Array, baseline: Array, count: int) -> Readings:
@@ -174,7 +187,9 @@ class StiffeningWatch:
     def _is_waiting(self) -> bool:
         """Return whether the last touch has ended, and is not revised yet."""
         count = self.tracker.touch_count
-        return count > 0 and not self.tracker.touches_since(count - 1)[0].revised
+        if count == 0 or not self._revises:
+            return False
+        return not self.tracker.touches_since(count - 1)[0].revised
 
     def _flagged(self, number: int, touch: Touch) -> Touch:
         """Return a touch with the flag, if it is on an object that stiffens."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.touch_readings.readings import Array, Mask, median_size
+from palpate.touch_readings.channel_readings import Array, Mask, median_size
 from palpate.touch_readings.windows import Aligned
 
 # The level ratio, for any exponent of the contact: a line with an intercept over rise, hold and

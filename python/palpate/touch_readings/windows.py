@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.touch_readings.readings import Array, Mask, Readings, Rows
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, Rows
 
 HARD = 5
 SOFT = 6
