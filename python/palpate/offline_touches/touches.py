@@ -58,7 +58,7 @@ def offline(
     the flag "drift" the ratio is a mean over the touch; the live ratio is nearer to its end.
 
     The level ratio is the slope of hard^(1/p) against soft^(1/p) over rise, hold and fall, to the
-    power p.
+    power p. `OfflineTouch.stiffening` is how much the ratio grows with depth.
 
     Parameters
     ----------
