@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from palpate._core import Tracker
 from palpate.flags import Flag
 from palpate.touch import Touch
-from palpate.touch_readings.channel_readings import Array, Readings, readings_of, smooth
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, readings_of, smooth
 from palpate.touch_readings.stiffening import Stiffening, stiffening
 from palpate.touch_readings.sweep import sweep
 from palpate.touch_readings.windows import aligned
@@ -24,6 +24,10 @@ _IDLE = 32  # rows that are kept without contact: a touch begins up to 6 rows be
 _MOST_ROWS = 2**16  # kept; a longer touch is not tested
 _LONGEST_S = 60.0  # of a touch that is tested, with its fall and the baseline after it
 _STEP_S = 0.02  # pairs that are closer are averaged
+_IN_HOLD = 0.8  # quantile of a channel that is in the hold, also of a short one
+_LEAST_HEIGHT = 0.08  # share of the height; the fit uses pairs from 1/8 on
+_ENDS_S = 1.0  # at both ends of a touch each reading counts
+_EACH = 4  # one in so many readings of a long hold is enough, as they are alike
 _UNTESTED = (Flag.STEP, Flag.GAP)  # like those without a ratio
 
 
@@ -160,7 +164,7 @@ class StiffeningWatch:
         count = max(int(_STEP_S / float(np.median(np.diff(t_hard)))), 1)
         hard = self._change(t_hard, pairs.hard, pairs.rows["hard_baseline"], count)
         soft = self._change(t_soft, pairs.soft, pairs.rows["soft_baseline"], count)
-        changes = aligned(hard, soft)
+        changes = aligned(hard, soft, _needed(hard))
         swept = sweep(changes, 0.0, -math.inf, last // count)
         return stiffening(swept) if swept else None
 
@@ -216,3 +220,19 @@ def _means(values: Array, count: int) -> Array:
         return values
     whole = len(values) // count * count
     return np.asarray(values[:whole].reshape(-1, count).mean(axis=1))
+
+
+def _needed(hard: Readings) -> Mask:
+    """Return which readings of the hard channel the test needs.
+
+    They are those of rise and fall, and in a long hold some of them.
+    """
+    if not len(hard.t):
+        return np.zeros(0, bool)
+    height = float(np.quantile(hard.value, _IN_HOLD))
+    pressed = hard.value > _LEAST_HEIGHT * height
+    first_s = float(hard.t[0]) + _ENDS_S
+    last_s = float(hard.t[pressed].max(initial=0.0)) - _ENDS_S
+    inside = (hard.t > first_s) & (hard.t < last_s)
+    some = np.arange(len(hard.t)) % _EACH == 0
+    return np.asarray(pressed & (some | ~inside))
