@@ -100,7 +100,7 @@ def least_squares(pairs: list[Pair]) -> Array | None:
     None: it is not found.
     """
     prior = 1 / np.array(BEFORE) ** 2
-    parameters = np.zeros(len(BEFORE))
+    parameters: Array = np.zeros(len(BEFORE))
     parameters[0] = np.median([pair.log_ratio for pair in pairs])
     least_tilt = -0.8 * min(pair.depth for pair in pairs)
     for _ in range(100):
@@ -159,7 +159,8 @@ def stiffening(
         return None
     rest = residuals(used, parameters)
     slopes = derivatives(used, parameters)
-    variance = max(rest @ rest / max(len(rest) - 5, 1), LEAST_SCALE) * correlation_time(rest)
+    scatter = float(rest @ rest) / max(len(rest) - 5, 1)
+    variance = max(scatter, LEAST_SCALE) * correlation_time(rest)
     information = slopes.T @ slopes / variance + np.diag(1 / np.array(BEFORE) ** 2)
     of_fit = np.linalg.inv(information)[1, 1]
     of_tilt = OF_TILT * EXPONENT * np.log(1 + parameters[4])

@@ -4,6 +4,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from palpate.touch_readings.stiffening import Stiffening, stiffening
 from palpate.touch_readings.sweep import sweep
 from palpate.touch_readings.windows import aligned
 
-Times = NDArray[np.int64] | NDArray[np.float64]
+Column = NDArray[np.number[Any]]
+"""Times, ns as integers or s, or readings of one channel."""
 TrackerRows = NDArray[np.void]
 
 _LEAD = 5  # rows before a touch: windows of its first pairs reach so far
@@ -35,10 +37,10 @@ _UNTESTED = (Flag.STEP, Flag.GAP)  # like those without a ratio
 class _FedPairs:
     """Consecutive pairs that were fed to the tracker, with its rows."""
 
-    t_hard: Times
-    t_soft: Times
-    hard: Array
-    soft: Array
+    t_hard: Column
+    t_soft: Column
+    hard: Column
+    soft: Column
     rows: TrackerRows
 
     def __len__(self) -> int:
@@ -112,7 +114,7 @@ class StiffeningWatch:
         found = self.tracker.touches_since(count)
         return [self._flagged(number, touch) for number, touch in enumerate(found, count + 1)]
 
-    def process(self, t_hard: Times, t_soft: Times, hard: Array, soft: Array) -> TrackerRows:
+    def process(self, t_hard: Column, t_soft: Column, hard: Column, soft: Column) -> TrackerRows:
         """Feed pairs to the tracker as `Tracker.process` does, and return its rows."""
         rows = self.tracker.process(t_hard, t_soft, hard, soft)
         if self._is_used and len(rows):
@@ -168,7 +170,7 @@ class StiffeningWatch:
         swept = sweep(changes, 0.0, -math.inf, last // count)
         return stiffening(swept) if swept else None
 
-    def _change(self, t: Array, values: Array, baseline: Array, count: int) -> Readings:
+    def _change(self, t: Array, values: Column, baseline: Array, count: int) -> Readings:
         """Return the change of one channel from its baseline before the touch.
 
         `count` consecutive readings are averaged.
@@ -206,7 +208,7 @@ class StiffeningWatch:
         return replace(touch, flags=(*touch.flags, Flag.STIFFENS), effects=effects)
 
 
-def _since_s(t: Times, first: np.int64 | np.float64) -> Array:
+def _since_s(t: Column, first: Any) -> Array:
     """Return times, ns as integers or s, as seconds since the first one."""
     since = t - first
     if np.issubdtype(since.dtype, np.integer):
