@@ -18,6 +18,7 @@ TREMBLE = 3e-3  # scatter of log r at full depth
 # Standard deviations before the fit, of log r (none), stiffening, creep, tilt in the fall, tilt.
 BEFORE = [np.inf, 1.0, 0.03, 0.03, 1.0]
 SPIKE = 8 * 1.4826  # median absolute residuals
+LEAST_SPIKE = 1.0
 ROUNDS = 5
 CORRELATED = 0.05
 LEAST_SCALE = 0.05
@@ -149,8 +150,8 @@ def stiffening(
     for _ in range(ROUNDS):
         if parameters is None:
             return None
-        limit = SPIKE * np.median(np.abs(residuals(used, parameters)))
-        near = np.abs(residuals(used, parameters)) <= limit
+        sizes = np.abs(residuals(used, parameters))
+        near = sizes <= max(SPIKE * np.median(sizes), LEAST_SPIKE)
         if near.all():
             break
         used = [pair for pair, is_near in zip(used, near, strict=True) if is_near]
@@ -160,7 +161,7 @@ def stiffening(
     rest = residuals(used, parameters)
     slopes = derivatives(used, parameters)
     scatter = float(rest @ rest) / max(len(rest) - 5, 1)
-    variance = max(scatter, LEAST_SCALE) * correlation_time(rest)
+    variance = max(scatter * correlation_time(rest), LEAST_SCALE)
     information = slopes.T @ slopes / variance + np.diag(1 / np.array(BEFORE) ** 2)
     of_fit = np.linalg.inv(information)[1, 1]
     of_tilt = OF_TILT * EXPONENT * np.log(1 + parameters[4])

@@ -37,8 +37,10 @@ _FREE = 1.0
 # Scatter of log r at full depth by a trembling angle (0.1 degrees over 3 mm, filtered); it
 # increases as 1/u. The scatter of the pairs themselves replaces it in the standard error.
 _TREMBLE = 3e-3
-# Median absolute residuals of a pair that is left out, as in `sweep`, and rounds of this.
+# Median absolute residuals of a pair that is left out, as in `sweep`, and rounds of this. A pair
+# within its standard deviation stays, as nearly exact pairs have residuals of rounding only.
 _SPIKE = 8 * 1.4826
+_LEAST_SPIKE = 1.0
 _ROUNDS = 5
 _STEPS = 20  # of Gauss-Newton; 5 are usual
 _LONGEST_STEP = 0.5
@@ -124,7 +126,7 @@ def stiffening(sweep: Sweep) -> Stiffening | None:
         if fitted is None:
             return None
         rest = np.abs(_rest(pairs, fitted))
-        near = rest <= _SPIKE * median_size(rest[used])
+        near = rest <= max(_SPIKE * median_size(rest[used]), _LEAST_SPIKE)
         if near[used].all():
             break
         used &= near
@@ -204,7 +206,8 @@ def _variance(pairs: _DepthPairs, used: Mask, fitted: Array) -> float:
     rest = _rest(pairs, fitted)[used]
     slopes = _slopes(pairs, fitted)[used]
     freedom = max(len(rest) - len(_PRIOR), 1)
-    scale = max(float(rest @ rest) / freedom, _LEAST_SCALE) * _alike(rest)
+    scatter = float(rest @ rest) / freedom
+    scale = max(scatter * _alike(rest), _LEAST_SCALE)
     information = slopes.T @ slopes / scale + np.diag(_PRIOR**2)
     return float(np.linalg.inv(information)[_CHANGE, _CHANGE])
 
