@@ -37,6 +37,7 @@ from palpate.calibration.touch_modulus import (
 from palpate.calibration.verification import Verification, agreement_probability
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
+from palpate.flags import Flag
 from palpate.plotted import Plotted
 from palpate.repeatability import Agreement, agreement, objections
 from palpate.touch import Touch
@@ -413,7 +414,7 @@ class Calibration(StoredCalibration, Plotted):
         value_x, low_x, high_x = union(ratios, level)
         low = modulus_at(low_x)
         high = modulus_at(high_x)
-        if 2 * sum("stiffens" in touch.flags for touch in counted) >= len(counted):
+        if 2 * sum(Flag.STIFFENS in touch.flags for touch in counted) >= len(counted):
             return Modulus(nan, 0.0, high, _STIFFENS, extrapolated=True)
         if isnan(value_x):
             reason = self._reason_outside(ratios, low)

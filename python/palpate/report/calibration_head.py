@@ -179,7 +179,7 @@ def left_out_touches(
                 yield LeftOutTouch(number, run.name, one.specimen, tuple(reasons))
 
 
-def _reasons(one: AssignedTouch, moduli: Mapping[str, float]) -> Iterator[str]:
+def _reasons(one: AssignedTouch, moduli: Mapping[str, object]) -> Iterator[str]:
     """Yield why a touch does not count, apart from its flags."""
     if one.left_out:
         yield one.left_out

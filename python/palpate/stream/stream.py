@@ -250,7 +250,7 @@ class Stream:
     @property
     def touches(self) -> list[Touch]:
         """All touches that have ended, in order of time; revised ones replace the first results."""
-        return self.tracker.touches
+        return self._pipeline.touches
 
     @property
     def counters(self) -> StreamCounters:
