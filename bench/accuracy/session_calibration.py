@@ -4,10 +4,10 @@ Some methods may be absent in a version of palpate; the bench then runs without 
 for results that only they have.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, cast, runtime_checkable
 
 import palpate
 from palpate import Calibration, Touch
@@ -52,11 +52,12 @@ class Calibrated:
     """A calibration, and the settings of the tracker for its touches."""
 
     calibration: Calibration
-    settings: dict[str, Any]
+    settings: Mapping[str, float]
 
     def touches(self, one: Touched) -> list[Touch]:
         """Return the touches on a specimen or object."""
-        return palpate.touches(one.recording, **self.settings)
+        settings: Any = self.settings
+        return palpate.touches(one.recording, **settings)
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
         The touches give no calibration.
     """
     choice = _choice(specimens, stated)
-    settings = dict(choice.settings)
+    settings: Any = choice.settings
     accept = ACCEPTED if stated.age_s == 0 else ()
     known = []
     for one in specimens:
@@ -139,21 +140,22 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
         if specimen.counted:
             known.append(specimen)
     about = replace(choice.about, accepted_flags=accept)
-    more: dict[str, Any] = {}
+    fit: Any = fit_specimens
     if "modulus_uncertainties" in signature(fit_specimens).parameters:
-        more["modulus_uncertainties"] = [stated.modulus_uncertainty] * len(known)
-    return Calibrated(fit_specimens(known, about=about, **more), settings)
+        uncertainties = [stated.modulus_uncertainty] * len(known)
+        found = fit(known, about=about, modulus_uncertainties=uncertainties)
+    else:
+        found = fit(known, about=about)
+    return Calibrated(found, choice.settings)
 
 
 def _choice(specimens: Sequence[Touched], stated: Stated) -> RatioChoice:
     """Return the ratio that is chosen, with what is stated."""
-    tracking: dict[str, Any] = {}
-    more: dict[str, Any] = {}
+    takes_bumps = "bumps" in signature(choose_ratio).parameters
+    tracking = {}
     if stated.age_s is not None:
         tracking["age"] = stated.age_s
-    if "bumps" in signature(choose_ratio).parameters:
-        more["bumps"] = stated.bumps
-    elif stated.bumps:
+    if stated.bumps and not takes_bumps:
         tracking["contact_exponent"] = EXPONENTS[stated.bumps]
     tracks = []
     for one in specimens:
@@ -161,7 +163,10 @@ def _choice(specimens: Sequence[Touched], stated: Stated) -> RatioChoice:
         for touch in palpate.touches(one.recording):
             names[touch.start] = str(one.label_MPa)
         tracks.append(Track(one.recording, tracking, names))
-    return choose_ratio(tracks, ratio=stated.ratio, **more)
+    if takes_bumps:
+        choose: Any = choose_ratio
+        return cast(RatioChoice, choose(tracks, ratio=stated.ratio, bumps=stated.bumps))
+    return choose_ratio(tracks, ratio=stated.ratio)
 
 
 def learned(calibration: Calibration, groups: Sequence[Sequence[Touch]]) -> Calibration:
