@@ -24,7 +24,7 @@ from bench.accuracy.another_hand_rows import (
     Row,
 )
 from bench.accuracy.another_hand_scores import Bounds, Estimate, Figures, Score, Share
-from bench.accuracy.other_probe import RIGID, Recorded, Way, stiffening, touch
+from bench.accuracy.other_probe import RIGID, Array, Recorded, Way, stiffening, touch
 from bench.accuracy.other_sessions import (
     DOMES,
     HAND,
@@ -44,9 +44,9 @@ SEED = 3
 STILL = Way(tremor=0.0, noise=0.0)
 
 
-def depth_pF(recording: Recorded) -> np.ndarray:
+def depth_pF(recording: Recorded) -> Array:
     """Return the change of the hard channel."""
-    return recording.hard - recording.hard[0]
+    return np.asarray(recording.hard - recording.hard[0])
 
 
 # The simulator
@@ -242,13 +242,14 @@ def test_methods_that_exist_are_called() -> None:
     bare: Any = SimpleNamespace(objections=full.objections)
     remarked: Any = SimpleNamespace(flags=(), remark="held more obliquely")
     touches: Any = ["good", "bad"]
-    assert session_calibration.learned(full, [touches]) == ("learned", [touches])
+    taught: object = session_calibration.learned(full, [touches])
+    assert taught == ("learned", [touches])
     assert session_calibration.learned(bare, [touches]) is bare
     assert session_calibration.remarks_on(full, remarked).differs is True
     assert session_calibration.remarks_on(bare, remarked).differs is None
     assert session_calibration.agrees(full, touches, 1.5, 0.05) is False
     assert verified == [(["good"], 1.5, 0.05)]
-    assert session_calibration.agrees(full, ["bad"], 1.5) is None  # type: ignore[list-item]
+    assert session_calibration.agrees(full, touches[1:], 1.5) is None
     assert session_calibration.agrees(bare, touches, 1.5) is None
 
 
