@@ -82,7 +82,7 @@ def test_the_exponent_by_the_scatter(exponent: float) -> None:
     """With creep to 0.1; and the level ratio afterwards is the live one within its error."""
     touched = specimens(Calibrating(replace(DOMES, exponent=exponent)), 1)
     found = calibrated(touched, Stated())
-    settings = found.settings
+    settings: Any = found.settings
     assert found.calibration.ratio == "level"
     assert settings["contact_exponent"] == exponent
     assert settings["age"] > 0
