@@ -17,6 +17,7 @@ from palpate.calibration.assessment import Assessment, Residual, assess, residua
 from palpate.calibration.fit import Array, CurveFit
 from palpate.calibration.interval import check_level
 from palpate.calibration.modulus import ParameterRow, parameter_row
+from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
@@ -61,6 +62,8 @@ class About:
         The values that were fitted, one of `palpate.calibration.specimen_fit.CHOICES`.
     notes : mapping of str
         Further entries of the file, by name.
+    provenance : palpate.calibration.provenance.Provenance
+        When, by whom, and from which probe, chip and files; a table of its own in the file.
 
     Examples
     --------
@@ -76,10 +79,11 @@ class About:
     age: str = ""
     fitted_on: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    provenance: Provenance = UNKNOWN
 
     @classmethod
-    def of_entries(cls, entries: Mapping[str, object]) -> Self:
-        """Return the origin from the table `about` of a file."""
+    def of_entries(cls, entries: Mapping[str, object], provenance: Provenance = UNKNOWN) -> Self:
+        """Return the origin from the table `about` of a file, and its provenance."""
         notes = {str(name): str(entry) for name, entry in entries.items()}
         doubts = notes.pop("doubts", "")
         return cls(
@@ -91,6 +95,7 @@ class About:
             age=notes.pop("age", ""),
             fitted_on=notes.pop("fitted on", ""),
             notes=notes,
+            provenance=provenance,
         )
 
     def entries(self) -> dict[str, str]:
@@ -222,6 +227,7 @@ class StoredCalibration:
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
             },
+            "provenance": self.about.provenance.as_dict(),
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -262,13 +268,14 @@ class StoredCalibration:
         ratio = touch["ratio"]
         if ratio not in ("hold", "level"):
             raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
+        provenance = Provenance.of_table(document.get("provenance", {}))
         return cls(
             fitted,
             ratios=_array(data, "ratios", size),
             moduli=_array(data, "moduli_MPa", size, positive=True),
             standard_errors=_array(data, "standard_errors", size),
             touches=_array(data, "touches", size, positive=True),
-            about=About.of_entries(document["about"]),
+            about=About.of_entries(document["about"], provenance),
             version=str(document["palpate"]),
             ratio=ratio,
             contact_exponent=_number(touch, "contact_exponent", 1.0, 3.0),

@@ -14,6 +14,7 @@ from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
+from palpate.cli.calibration_origin import CalibratedOrigin, StatedOrigin, stated_options
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -106,6 +107,7 @@ _LONGEST_DOUBTS = 1000  # characters
     type=click.Choice(list(map(str, Flag))),
     help="Use touches with this flag all the same; may be repeated. The file says so.",
 )
+@stated_options
 @force_option
 @recording_options
 @json_option
@@ -122,6 +124,7 @@ def calibrate_command(
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
+    stated: StatedOrigin,
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
@@ -156,17 +159,22 @@ def calibrate_command(
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
+    origin = CalibratedOrigin(runs)
+    with usage_errors():
+        provenance = origin.provenance([reading.soft, moduli], stated)
     modulus_of = _known_moduli(runs, moduli)
     chosen = _choose_ratio(runs, modulus_of, ratio, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
-    notes: list[str] = []
+    notes = _origin_notes(origin)
     for run in runs:
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
     doubts += _duplicates(runs)
-    about = replace(chosen.about, scene=tracking["scene"], accepted_flags=accept)
+    about = replace(
+        chosen.about, scene=tracking["scene"], accepted_flags=accept, provenance=provenance
+    )
     if doubts:
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
     with usage_errors():
@@ -195,6 +203,14 @@ def _analyse(file: Path, reading: SourceOptions, tracking: Keywords) -> Analysed
         run = analyse_recording(file, file.name, tracking, **reading.keywords())
     print_notes(file, [run.recording.understood, *run.recording.notes])
     return run
+
+
+def _origin_notes(origin: CalibratedOrigin) -> list[str]:
+    """Return notes on recordings whose origins differ, and print them."""
+    notes = origin.notes()
+    for note in notes:
+        print_message(note)
+    return notes
 
 
 def _has_session(run: AnalysedRecording) -> bool:
@@ -340,8 +356,7 @@ def _fit_text(
     lines = [format_table(specimen_table(specimens)), ""]
     for name, text in chosen.about.entries().items():
         lines.append(f"{name}: {text}")
-    if lines[-1]:
-        lines.append("")
+    lines += [*calibration.about.provenance.lines(), ""]
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]

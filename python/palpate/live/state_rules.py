@@ -109,6 +109,7 @@ class Facts:
     notes_wait: str = ""  # why notes, marks and session are not on the disk
     unrecorded: int = 0  # pairs that the recording does not have
     error: str = ""  # that ended the measurement
+    uncalibrated: str = ""  # why the calibration is not used
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
@@ -203,6 +204,9 @@ def _device_faults(facts: Facts) -> Iterator[View]:
     ):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
+    if facts.uncalibrated:
+        text = _sentence(facts.uncalibrated)
+        yield StatusLine("calibration", "fault", "The calibration is not used.", text), None
     yield from _recording_faults(facts, missing)
 
 

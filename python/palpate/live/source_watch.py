@@ -1,0 +1,95 @@
+"""Follows the source of a run: its chips, and whether the calibration was made for it."""
+
+from collections.abc import Collection
+from datetime import datetime
+
+from palpate.calibration import Calibration
+from palpate.calibration.origin import (
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+    refusal,
+)
+from palpate.calibration.provenance import utc_now
+from palpate.errors import CalibrationRefused
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import TouchPlan
+from palpate.sources import Gap
+from palpate.stream import Listener, Stream
+
+
+class SourceWatch(Listener):
+    """Compares the chip with that of the calibration each time that the board is opened.
+
+    The first measurement of a run is refused with an error if they differ. Later the measurement
+    goes on without the calibration, until its chip is back.
+
+    Attributes
+    ----------
+    begun_at : datetime.datetime
+        Begin of the run, UTC.
+    chips : set of str
+        Fingerprints of the chips of this run.
+    simulated : bool or None
+        Whether the source is a simulator; None: unknown.
+    """
+
+    def __init__(
+        self, measurement: LiveMeasurement, plan: TouchPlan, accept: Collection[str] = ()
+    ) -> None:
+        self._measurement = measurement
+        self._plan = plan
+        self._accept = accept
+        self._unused: Calibration | None = None
+        self._shown: set[str] = set()
+        self._has_begun = False
+        self.begun_at: datetime = utc_now()
+        self.chips: set[str] = set()
+        self.simulated: bool | None = None
+        self._reason = ""
+        measurement.listeners.append(self)
+
+    def begun(self, stream: Stream) -> None:
+        """Compare at the begin of a measurement; CalibrationRefused in the first one."""
+        self._compare(is_first=not self._has_begun)
+        self._has_begun = True
+
+    def gap(self, gap: Gap) -> None:
+        """Compare again: the board may be another one."""
+        self._compare()
+
+    @property
+    def refused(self) -> str:
+        """Why the calibration is not used; "": it is used, or there is none."""
+        return "" if self._plan.progress.calibration else self._reason
+
+    def _compare(self, *, is_first: bool = False) -> None:
+        """Use the calibration, or not."""
+        origin = ReadingsOrigin.of_device(self._measurement.device())
+        self.simulated = origin.simulated
+        if origin.chip:
+            self.chips.add(origin.chip)
+        used = self._plan.progress.calibration
+        calibration = used or self._unused
+        if calibration is None:
+            return
+        provenance = calibration.about.provenance
+        self._reason = refusal(provenance, origin, self._accept)
+        if self._reason and is_first:
+            raise CalibrationRefused(f"--calibration: {self._reason}")
+        if self._reason and used:
+            self._unused = calibration
+            self._plan.use_calibration(None)
+            self._measurement.say(f"the calibration is not used: {self._reason}")
+        elif not self._reason and not used:
+            self._plan.use_calibration(calibration)
+            self._measurement.say("the calibration is used again")
+        if not self._reason:
+            self._show([missing_remark(provenance), *origin_remarks(provenance, origin)])
+
+    def _show(self, remarks: list[str]) -> None:
+        """Show each remark once."""
+        for remark in remarks:
+            if remark and remark not in self._shown:
+                self._shown.add(remark)
+                self._measurement.say(f"calibration: {remark}")
