@@ -146,9 +146,10 @@ class Provenance:
         """Check the fields."""
         for name, at in {"date": self.date, "measured": self.measured}.items():
             _require_utc(name, at)
-        for name, text in {**self._texts(), "chips": list(self.chips)}.items():
-            for one in [text] if isinstance(text, str) else text:
-                _require_text(name, one)
+        for name, text in self._texts().items():
+            _require_text(name, text)
+        for chip in self.chips:
+            _require_text("chips", chip)
         if len(self.files) > MANY_FILES:
             raise ValueError(f"files: got {len(self.files)}, allowed: up to {MANY_FILES}")
         if self.simulated is not None and not isinstance(self.simulated, bool):

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from datetime import datetime
+from pathlib import Path
 
 from palpate.calibration import Calibration
 from palpate.calibration.origin import (
@@ -41,6 +42,7 @@ class SourceWatch(Listener):
         self._plan = plan
         self._accept = accept
         self._unused: Calibration | None = None
+        self._unused_file: Path | None = None
         self._shown: set[str] = set()
         self._has_begun = False
         self.begun_at: datetime = utc_now()
@@ -78,14 +80,26 @@ class SourceWatch(Listener):
         if self._reason and is_first:
             raise CalibrationRefused(f"--calibration: {self._reason}")
         if self._reason and used:
-            self._unused = calibration
-            self._plan.use_calibration(None)
-            self._measurement.say(f"the calibration is not used: {self._reason}")
+            self._stop_using(calibration)
         elif not self._reason and not used:
-            self._plan.use_calibration(calibration)
-            self._measurement.say("the calibration is used again")
+            self._use_again(calibration)
         if not self._reason:
             self._show([missing_remark(provenance), *origin_remarks(provenance, origin)])
+
+    def _stop_using(self, calibration: Calibration) -> None:
+        """Go on without the calibration, also in reports: the board is another one."""
+        files = self._measurement.files
+        self._unused = calibration
+        self._unused_file = files.calibration
+        files.calibration = None
+        self._plan.use_calibration(None)
+        self._measurement.say(f"the calibration is not used: {self._reason}")
+
+    def _use_again(self, calibration: Calibration) -> None:
+        """Use the calibration again: its board is back."""
+        self._measurement.files.calibration = self._unused_file
+        self._plan.use_calibration(calibration)
+        self._measurement.say("the calibration is used again")
 
     def _show(self, remarks: list[str]) -> None:
         """Show each remark once."""

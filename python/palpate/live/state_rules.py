@@ -204,9 +204,6 @@ def _device_faults(facts: Facts) -> Iterator[View]:
     ):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
-    if facts.uncalibrated:
-        text = _sentence(facts.uncalibrated)
-        yield StatusLine("calibration", "fault", "The calibration is not used.", text), None
     yield from _recording_faults(facts, missing)
 
 
@@ -356,6 +353,9 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
     if (told := slow(facts)) and not facts.slow_told:
         yield told, None
+    if facts.uncalibrated:  # last: it lasts, and would hide the others
+        text = _sentence(facts.uncalibrated)
+        yield StatusLine("calibration", "caution", "The calibration is not used.", text), None
 
 
 def slow(facts: Facts) -> StatusLine | None:
