@@ -13,10 +13,11 @@ from palpate.calibration.origin import (
 )
 from palpate.calibration.provenance import utc_now
 from palpate.errors import CalibrationRefused
+from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.sources import Gap
-from palpate.stream import Listener, Stream
+from palpate.stream import Listener
 
 
 class SourceWatch(Listener):
@@ -51,23 +52,23 @@ class SourceWatch(Listener):
         self._reason = ""
         measurement.listeners.append(self)
 
-    def begun(self, stream: Stream) -> None:
-        """Compare at the begin of a measurement; CalibrationRefused in the first one."""
-        self._compare(is_first=not self._has_begun)
+    def opened(self, device: Document) -> None:
+        """Compare when the source is open; CalibrationRefused before the first measurement."""
+        self._compare(device, is_first=not self._has_begun)
         self._has_begun = True
 
     def gap(self, gap: Gap) -> None:
         """Compare again: the board may be another one."""
-        self._compare()
+        self._compare(self._measurement.device())
 
     @property
     def refused(self) -> str:
         """Why the calibration is not used; "": it is used, or there is none."""
         return "" if self._plan.progress.calibration else self._reason
 
-    def _compare(self, *, is_first: bool = False) -> None:
+    def _compare(self, device: Document, *, is_first: bool = False) -> None:
         """Use the calibration, or not."""
-        origin = ReadingsOrigin.of_device(self._measurement.device())
+        origin = ReadingsOrigin.of_device(device)
         self.simulated = origin.simulated
         if origin.chip:
             self.chips.add(origin.chip)

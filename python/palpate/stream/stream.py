@@ -187,10 +187,11 @@ class Stream:
             self.source.__enter__()
             self._begun = True  # from here on there may be a recording to close
             device = described(self.source)
-            self._listeners.begun(self)  # a listener that refuses leaves no recording
+            self._listeners.opened(device)
             path, notes = self._first_recording
             if path is not None:
                 self._recording.start(path, notes)
+            self._listeners.begun(self)
             self._reader.start(device)
             if self._stop_requested:
                 self._reader.stop()
