@@ -7,7 +7,7 @@ from itertools import product
 import pytest
 from palpate.calibration.origin import (
     OLD,
-    Acceptance,
+    AcceptedOrigin,
     ReadingsOrigin,
     mismatches,
     missing_remark,
@@ -18,6 +18,7 @@ from palpate.calibration.origin import (
 )
 from palpate.calibration.provenance import UNKNOWN, FileChecksum, Provenance
 from palpate.errors import CalibrationRefused
+from palpate.files import Json
 from palpate.recording.sidecar import Sidecar
 
 A = "66 cc 5c 90"
@@ -39,9 +40,9 @@ def test_what_is_refused(chip: str, simulated: bool | None) -> None:
         found = mismatches(calibration, ReadingsOrigin(chip, simulated))
         expected = set()
         if kind is True and simulated is False:
-            expected = {Acceptance.SIMULATED}
+            expected = {AcceptedOrigin.SIMULATED}
         elif not (kind is False and simulated is True) and chip and of and chip not in of:
-            expected = {Acceptance.OTHER_CHIP}
+            expected = {AcceptedOrigin.OTHER_CHIP}
         assert {each.accepted_by for each in found} == expected
 
 
@@ -64,14 +65,14 @@ def test_the_refusal_says_what_to_do() -> None:
 @pytest.mark.parametrize(
     ("calibration", "origin", "accepted"),
     [
-        (REAL, replace(PROBE, chip=B), Acceptance.OTHER_CHIP),
-        (SIMULATED, PROBE, Acceptance.SIMULATED),
+        (REAL, replace(PROBE, chip=B), AcceptedOrigin.OTHER_CHIP),
+        (SIMULATED, PROBE, AcceptedOrigin.SIMULATED),
     ],
 )
 def test_what_is_accepted_is_said(
-    calibration: Provenance, origin: ReadingsOrigin, accepted: Acceptance
+    calibration: Provenance, origin: ReadingsOrigin, accepted: AcceptedOrigin
 ) -> None:
-    [other] = set(Acceptance) - {accepted}
+    [other] = set(AcceptedOrigin) - {accepted}
     assert refusal(calibration, origin, [other])
     require_origin("run.csv", calibration, origin, [str(accepted)])
     remark, *others = origin_remarks(calibration, origin, NOW)
@@ -164,7 +165,7 @@ def test_the_document_has_each_remark_once() -> None:
         ({"name": "simulated probe"}, ReadingsOrigin(simulated=True)),
     ],
 )
-def test_the_origin_of_a_device(device: dict[str, object], expected: ReadingsOrigin) -> None:
+def test_the_origin_of_a_device(device: Json, expected: ReadingsOrigin) -> None:
     assert ReadingsOrigin.of_device(device) == expected
 
 

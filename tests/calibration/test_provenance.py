@@ -3,10 +3,8 @@
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
-from typing import Any
 
 import pytest
 import tomli_w
@@ -23,6 +21,7 @@ from palpate.calibration.provenance import (
     recorded_at,
 )
 from palpate.errors import CalibrationError
+from palpate.files import Json
 from palpate.recording.sidecar import Sidecar
 from project import FOUR
 
@@ -119,7 +118,7 @@ FILE = {"name": "30OO.csv", "bytes": 81118, "sha256": CHECKSUM}
         ({"files": [FILE] * 10_001}, "files: got 10001, allowed: up to 10000"),
     ],
 )
-def test_a_table_of_another_form_is_refused(table: Mapping[str, Any], message: str) -> None:
+def test_a_table_of_another_form_is_refused(table: Json, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Provenance.of_table(table)
 
@@ -209,7 +208,7 @@ def test_operators_are_joined_within_the_limit() -> None:
         ({"clock": {"zero_utc_ns": math.nan}}, None),
     ],
 )
-def test_when_a_recording_began(entries: dict[str, Any], expected: str | None) -> None:
+def test_when_a_recording_began(entries: Json, expected: str | None) -> None:
     found = recorded_at(Sidecar(entries))
     assert (found is None) == (expected is None)
     assert str(found).startswith(str(expected))

@@ -5,12 +5,12 @@ import re
 import shutil
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
 import tomli_w
 from command_lines import document, run
 from palpate.calibration.provenance import FileChecksum
+from palpate.files import Json
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from project import FOUR, made_once
@@ -21,7 +21,7 @@ B = "61 12 5c 34"
 STATED = ("--probe", "B2", "--operator", "A. Bee", "--site", "room 3")
 
 
-def board(chip: str = A) -> dict[str, Any]:
+def board(chip: str = A) -> Json:
     """Return the description of a real board."""
     return {"converter": "AD7746", "fingerprint": chip, "full_scale_pF": 4.095755859375}
 

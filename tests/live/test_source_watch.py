@@ -11,6 +11,7 @@ from palpate import Calibration
 from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.errors import CalibrationRefused
+from palpate.files import Json
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.source_watch import SourceWatch
@@ -45,7 +46,7 @@ class Boards(Fed):
                 self._gap = None
             yield sample
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Json:
         """Return the chip, too."""
         return {**super().describe(), "fingerprint": self.chip, **self._device}
 
@@ -186,7 +187,7 @@ def test_what_is_said_once(
     running: Callable[..., Any],
     said: list[str],
     provenance: Provenance,
-    device: dict[str, Any],
+    device: Json,
     expected: list[str],
 ) -> None:
     boards = Boards(A, **device)

@@ -10,8 +10,8 @@ from palpate.calibration.provenance import (
     OF_THE_COMMAND,
     Provenance,
     field_names,
+    present_time,
     recorded_at,
-    utc_now,
 )
 from palpate.errors import CalibrationRefused
 from palpate.files import Json
@@ -25,12 +25,12 @@ _NO_INSTRUMENT = frozenset({"recording", "table of another program", "LSL stream
 """Names of descriptions that do not state the instrument."""
 
 
-class Acceptance(StrEnum):
+class AcceptedOrigin(StrEnum):
     """What a user can accept of a calibration.
 
     Examples
     --------
-    >>> list(map(str, Acceptance))
+    >>> list(map(str, AcceptedOrigin))
     ['other-chip', 'simulated']
     """
 
@@ -85,13 +85,13 @@ class Mismatch(NamedTuple):
 
     Attributes
     ----------
-    accepted_by : Acceptance
+    accepted_by : AcceptedOrigin
     text : str
     allowed : str
         What is allowed, and what to do.
     """
 
-    accepted_by: Acceptance
+    accepted_by: AcceptedOrigin
     text: str
     allowed: str
 
@@ -108,7 +108,7 @@ def mismatches(provenance: Provenance, origin: ReadingsOrigin) -> list[Mismatch]
     """
     if provenance.simulated and origin.simulated is False:
         found = Mismatch(
-            Acceptance.SIMULATED,
+            AcceptedOrigin.SIMULATED,
             "the calibration is of simulated touches, but the readings are of a probe",
             "a calibration of this probe: make one with palpate calibrate",
         )
@@ -119,7 +119,7 @@ def mismatches(provenance: Provenance, origin: ReadingsOrigin) -> list[Mismatch]
         return []
     chips = " and ".join(provenance.chips)
     found = Mismatch(
-        Acceptance.OTHER_CHIP,
+        AcceptedOrigin.OTHER_CHIP,
         f"the calibration is of the chip {chips}, but the readings are of the chip {origin.chip}",
         "readings of the same chip: calibrate with this one",
     )
@@ -136,11 +136,11 @@ def refusal(provenance: Provenance, origin: ReadingsOrigin, accept: Collection[s
     origin : ReadingsOrigin
         Of the readings.
     accept : collection of str
-        Of `Acceptance`.
+        Of `AcceptedOrigin`.
 
     Examples
     --------
-    >>> refusal(Provenance(simulated=True), ReadingsOrigin(simulated=False), [Acceptance.SIMULATED])
+    >>> refusal(Provenance(simulated=True), ReadingsOrigin(simulated=False), [AcceptedOrigin.SIMULATED])
     ''
     """
     refused = []
@@ -217,7 +217,7 @@ def origin_remarks(
         remarks.append("the readings are simulated, but the calibration is of a probe")
     remarks += _unknown_remarks(provenance, origin)
     if not provenance.simulated:
-        remarks += _age_remarks(provenance, origin, now or utc_now())
+        remarks += _age_remarks(provenance, origin, now or present_time())
     return remarks
 
 

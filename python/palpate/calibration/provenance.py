@@ -3,7 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
@@ -18,6 +18,7 @@ MANY_FILES = 10_000
 _TIME = "%Y-%m-%d %H:%M:%S UTC"
 _PART = 1 << 20  # bytes that are hashed at a time
 _DIGITS = 64  # of a SHA-256
+_FILE_NAMES = ("name", "bytes", "sha256")
 _NAMES = {
     "date": "date",
     "measured": "date of the touches",
@@ -87,10 +88,10 @@ class FileChecksum:
     @classmethod
     def of_table(cls, table: object) -> Self:
         """Return the entry of a calibration file; ValueError: it is not one."""
-        known = _known_keys("files", table, [field.name for field in fields(cls)])
-        for field in fields(cls):
-            if field.name not in known:
-                raise ValueError(f"files: got no {field.name}, allowed: one in each")
+        known = _known_keys("files", table, _FILE_NAMES)
+        for name in _FILE_NAMES:
+            if name not in known:
+                raise ValueError(f"files: got no {name}, allowed: one in each")
         return cls(**known)
 
     def as_dict(self) -> dict[str, str | int]:
@@ -186,7 +187,7 @@ class Provenance:
             if text:
                 table[name] = text
         if self.files:
-            table["files"] = [file.as_dict() for file in self.files]
+            table["files"] = list(map(FileChecksum.as_dict, self.files))
         if self.chips:
             table["chips"] = list(self.chips)
         if self.simulated is not None:
@@ -215,7 +216,10 @@ class Provenance:
         if self.measured:
             when += f"; measured: {self.measured:{_TIME}}"
         texts = {**self._texts(), "chip": " and ".join(self.chips), "touches": self._kind()}
-        parts = [f"{name}: {text}" for name, text in texts.items() if text]
+        parts = []
+        for name, text in texts.items():
+            if text:
+                parts.append(f"{name}: {text}")
         missing = self.missing()
         if missing:
             parts.append(f"not stated: {field_names(missing)}")
@@ -233,10 +237,10 @@ class Provenance:
 
 def field_names(names: Iterable[str]) -> str:
     """Return fields of a provenance as they are named in a sentence."""
-    return ", ".join(_NAMES[name] for name in names)
+    return ", ".join(map(_NAMES.__getitem__, names))
 
 
-def utc_now() -> datetime:
+def present_time() -> datetime:
     """Return the present time, UTC, in whole seconds."""
     return datetime.now(UTC).replace(microsecond=0)
 

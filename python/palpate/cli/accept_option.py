@@ -5,13 +5,13 @@ from typing import Any
 
 import click
 
-from palpate.calibration.origin import Acceptance
+from palpate.calibration.origin import AcceptedOrigin
 
 accept_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
     "--accept",
     multiple=True,
-    type=click.Choice(list(map(str, Acceptance))),
+    type=click.Choice(list(map(str, AcceptedOrigin))),
     help="Use a calibration of another chip, or of simulated touches, all the same; may be "
     "repeated. The result says so.",
 )
-"""Adds accept, a tuple of texts of `Acceptance`, to a command."""
+"""Adds accept, a tuple of texts of `AcceptedOrigin`, to a command."""

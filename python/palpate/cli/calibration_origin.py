@@ -13,8 +13,8 @@ from palpate.calibration.provenance import (
     FileChecksum,
     Provenance,
     joined_texts,
+    present_time,
     recorded_at,
-    utc_now,
 )
 from palpate.cli.shared_options import add_options, pass_as
 from palpate.files import STANDARD_INPUT
@@ -75,7 +75,8 @@ class CalibratedOrigin:
 
     def chips(self) -> list[str]:
         """Return the fingerprints of the chips."""
-        return sorted({origin.chip for origin in self._origins() if origin.chip})
+        chips = {origin.chip for origin in self._origins()}
+        return sorted(chips - {""})
 
     def notes(self) -> list[str]:
         """Return notes on recordings whose origins differ."""
@@ -105,19 +106,21 @@ class CalibratedOrigin:
             A file cannot be read any more.
         """
         paths: dict[Path, None] = {}
+        operators = []
+        begins = []
         for run in self.runs:
             for file in RecordingFacts(run).files():
                 paths[file.path] = None
+            operators.append(run.plan.operator)
+            begins.append(recorded_at(run.recording.sidecar))
         for path in files:
             if path is not None and path != STANDARD_INPUT:
                 paths[path] = None
-        begins = filter(None, (recorded_at(run.recording.sidecar) for run in self.runs))
-        operators = joined_texts(run.plan.operator for run in self.runs)
         return Provenance(
-            date=utc_now(),
-            measured=min(begins, default=None),
+            date=present_time(),
+            measured=min(filter(None, begins), default=None),
             probe=stated.probe,
-            operator=stated.operator or operators,
+            operator=stated.operator or joined_texts(operators),
             site=stated.site,
             files=tuple(map(FileChecksum.of, paths)),
             chips=tuple(self.chips()),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
-from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, utc_now
+from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, present_time
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
@@ -115,7 +115,7 @@ class GuidedCalibration:
                 self._measurement.say(f"{path.name}: no checksum: {error.strerror}")
         operator = self._plan.operator or self._files.stated("operator")
         return Provenance(
-            date=utc_now(),
+            date=present_time(),
             measured=self._watch.begun_at,
             probe=joined_texts([self._files.stated("probe")]),
             operator=joined_texts([operator]),

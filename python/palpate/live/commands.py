@@ -54,7 +54,7 @@ class Workbench:
     """What a page shows and may order; made before the measurement starts, which it does not close.
 
     `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
-    `accept`: what is accepted of the calibration, of `palpate.calibration.origin.Acceptance`.
+    `accept`: what is accepted of the calibration, of `palpate.calibration.origin.AcceptedOrigin`.
     """
 
     def __init__(

@@ -11,7 +11,7 @@ from palpate.calibration.origin import (
     origin_remarks,
     refusal,
 )
-from palpate.calibration.provenance import utc_now
+from palpate.calibration.provenance import present_time
 from palpate.errors import CalibrationRefused
 from palpate.live.feed import Document
 from palpate.live.measurement import LiveMeasurement
@@ -46,7 +46,7 @@ class SourceWatch(Listener):
         self._unused_file: Path | None = None
         self._shown: set[str] = set()
         self._has_begun = False
-        self.begun_at: datetime = utc_now()
+        self.begun_at: datetime = present_time()
         self.chips: set[str] = set()
         self.simulated: bool | None = None
         self._reason = ""

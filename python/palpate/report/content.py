@@ -13,7 +13,12 @@ from palpate._core import __version__
 from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import ModulusUnit
-from palpate.calibration.origin import Acceptance, ReadingsOrigin, missing_remark, origin_remarks
+from palpate.calibration.origin import (
+    AcceptedOrigin,
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+)
 from palpate.calibration.plot import MeasuredObject
 from palpate.display.markup import element
 from palpate.display.text import counted
@@ -62,7 +67,7 @@ class ReportOptions:
     notes : sequence of str
         For the head of the report.
     accept : sequence of str
-        What is accepted of the calibration, of `palpate.calibration.origin.Acceptance`.
+        What is accepted of the calibration, of `palpate.calibration.origin.AcceptedOrigin`.
 
     Raises
     ------
@@ -91,8 +96,8 @@ class ReportOptions:
         if self.unit not in list(ModulusUnit):
             raise ValueError(f"unit: {unlike(self.unit, list(ModulusUnit))}")
         for name in self.accept:
-            if name not in list(Acceptance):
-                raise ValueError(f"accept: {unlike(name, list(Acceptance))}")
+            if name not in list(AcceptedOrigin):
+                raise ValueError(f"accept: {unlike(name, list(AcceptedOrigin))}")
 
     @property
     def style(self) -> ModulusStyle:
