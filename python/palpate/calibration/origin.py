@@ -222,12 +222,11 @@ def origin_remarks(
 
 
 def provenance_document(provenance: Provenance, remarks: Iterable[str]) -> Json:
-    """Return the part of a JSON document about the calibration that was used."""
+    """Return the part of a JSON document about the calibration that was used, without its files."""
+    stated = provenance.as_dict()
+    stated.pop("files", None)
     every = [missing_remark(provenance), *remarks]
-    return {
-        "provenance": provenance.as_dict(),
-        "remarks": list(dict.fromkeys(filter(None, every))),
-    }
+    return {"provenance": stated, "remarks": list(dict.fromkeys(filter(None, every)))}
 
 
 def _unknown_remarks(provenance: Provenance, origin: ReadingsOrigin) -> list[str]:

@@ -10,8 +10,9 @@ from palpate.calibration.origin import AcceptedOrigin
 accept_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
     "--accept",
     multiple=True,
+    metavar="NAME",
     type=click.Choice(list(map(str, AcceptedOrigin))),
-    help="Use a calibration of another chip, or of simulated touches, all the same; may be "
-    "repeated. The result says so.",
+    help="Use a calibration all the same: other-chip, it is of another chip; simulated, its touches "
+    "are simulated. May be repeated; the result says so.",
 )
 """Adds accept, a tuple of texts of `AcceptedOrigin`, to a command."""

@@ -125,8 +125,8 @@ def live_command(
     it needs no network. Files are written only with --record, and by the buttons Record, Report and
     Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid
     beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed
-    properly). Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an
-    extra is missing.
+    properly). Exit codes: 2, the calibration is of another chip, or simulated; 3, no device; 4, a
+    file cannot be written, or a recording failed; 6, an extra is missing.
 
     \b
     Example:
