@@ -49,16 +49,16 @@ def test_what_is_refused(chip: str, simulated: bool | None) -> None:
 def test_the_refusal_says_what_to_do() -> None:
     origin = replace(PROBE, chip=B)
     assert refusal(REAL, origin) == (
-        f"the calibration is of the chip {A}, but the readings are of the chip {B}, allowed: "
-        "readings of the same chip: calibrate with this one, or --accept other-chip to use it "
-        "anyway"
+        f"the calibration was made with the chip {A}, but the readings are from {B}, allowed: "
+        "readings from the same chip; calibrate with this one, or use it anyway with "
+        "--accept other-chip"
     )
     assert refusal(SIMULATED, PROBE) == (
-        "the calibration is of simulated touches, but the readings are of a probe, allowed: a "
-        "calibration of this probe: make one with palpate calibrate, or --accept simulated to use "
-        "it anyway"
+        "the calibration was made from simulated touches, but the readings are from a probe, "
+        "allowed: a calibration of this probe; make one with palpate calibrate, or use it anyway "
+        "with --accept simulated"
     )
-    with pytest.raises(CalibrationRefused, match=r"^run\.csv: the calibration is of simulated"):
+    with pytest.raises(CalibrationRefused, match=r"^run\.csv: the calibration was made from sim"):
         require_origin("run.csv", SIMULATED, PROBE)
 
 
@@ -76,7 +76,7 @@ def test_what_is_accepted_is_said(
     assert refusal(calibration, origin, [other])
     require_origin("run.csv", calibration, origin, [str(accepted)])
     remark, *others = origin_remarks(calibration, origin, NOW)
-    assert remark.endswith(f"; used because of --accept {accepted}")
+    assert remark.endswith(f"; used anyway because of --accept {accepted}")
     assert others == []
 
 
@@ -88,22 +88,22 @@ def test_what_is_accepted_is_said(
         (UNKNOWN, NOTHING, []),
         (UNKNOWN, PROBE, []),
         (UNKNOWN, SIMULATOR, []),
-        (REAL, SIMULATOR, ["the readings are simulated, but the calibration is of a probe"]),
-        (REAL, replace(SIMULATOR, chip=B), ["the readings are simulated, but the calibration is of a probe"]),
+        (REAL, SIMULATOR, ["the readings are simulated, but the calibration was made with a probe"]),
+        (REAL, replace(SIMULATOR, chip=B), ["the readings are simulated, but the calibration was made with a probe"]),
         (
             SIMULATED,
             NOTHING,
-            ["the calibration is of simulated touches; whether the readings are is not stated"],
+            ["the calibration was made from simulated touches, and the readings do not state whether a probe made them"],
         ),
         (
             REAL,
             NOTHING,
-            ["not compared with the calibration: the readings do not state their chip and whether they are simulated"],
+            ["the readings do not state their chip and whether they are simulated: not compared with the calibration"],
         ),
         (
             REAL,
             replace(PROBE, chip=""),
-            ["not compared with the calibration: the readings do not state their chip"],
+            ["the readings do not state their chip: not compared with the calibration"],
         ),
         (replace(REAL, chips=()), replace(PROBE, chip=""), []),
     ],
@@ -116,7 +116,7 @@ def test_an_old_calibration_is_said() -> None:
     """By the date of the readings, else by the present time; of a simulation never."""
     old = replace(REAL, measured=NOW - OLD - timedelta(days=1))
     text = (
-        "the calibration is of 2025-11-28, more than a year before the readings: check it on a "
+        "the calibration is from 2025-11-28, more than a year before the readings: check it on a "
         "specimen of known modulus, or calibrate again"
     )
     assert origin_remarks(old, PROBE, NOW) == [text]
@@ -131,7 +131,7 @@ def test_an_old_calibration_is_said() -> None:
 def test_a_date_in_the_future_is_said() -> None:
     [remark] = origin_remarks(REAL, PROBE, NOW - timedelta(days=2))
     assert remark == (
-        "the calibration is of 2026-11-29, in the future: check the clock of the computer"
+        "the calibration is dated 2026-11-29, in the future: check the clock of the computer"
     )
     assert origin_remarks(REAL, PROBE, NOW - timedelta(hours=14)) == []
 

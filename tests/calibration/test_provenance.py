@@ -148,7 +148,7 @@ def test_a_date_is_utc_in_whole_seconds(date: datetime) -> None:
 def test_the_lines() -> None:
     assert WHOLE.lines() == [
         "calibrated: 2026-11-29 19:20:49 UTC, from 1 file; measured: 2026-11-28 08:00:00 UTC",
-        "probe: B2; operator: A. Bee; site: room 3; chip: 66 cc 5c 90; touches: of a probe",
+        "probe: B2; operator: A. Bee; site: room 3; chip: 66 cc 5c 90; touches: measured with a probe",
     ]
     when, what = Provenance(site="room 3", chips=("a", "b")).lines()
     assert when == "calibrated: date not stated, from 0 files"

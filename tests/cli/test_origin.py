@@ -89,7 +89,7 @@ def test_what_is_not_stated_comes_from_the_session_or_is_missing(
     options = [*output(measured)[:2], "-o", tmp_path / "p.toml"]
     result = run("calibrate", *specimens(measured), *options)
     assert (
-        "operator: C. Dee; chip: 66 cc 5c 90; touches: of a probe; not stated: probe, site\n"
+        "operator: C. Dee; chip: 66 cc 5c 90; touches: measured with a probe; not stated: probe, site\n"
         in (result.stdout)
     )
     found = document("calibrate", *specimens(measured), *options, "--force")
@@ -119,7 +119,7 @@ def test_simulated_and_real_recordings_are_not_mixed(measured: Path, tmp_path: P
     result = run("calibrate", *specimens(tmp_path), *output(tmp_path))
     assert result.exit_code == 2
     assert (
-        f"got simulated recordings ({first.name}) and recordings of a probe ({second.name}, "
+        f"got simulated recordings ({first.name}) and recordings from a probe ({second.name}, "
         in (result.stderr)
     )
     assert "allowed: recordings of one kind" in result.stderr
@@ -129,8 +129,8 @@ def test_simulated_and_real_recordings_are_not_mixed(measured: Path, tmp_path: P
 @pytest.mark.parametrize(
     ("kind", "expected", "text"),
     [
-        ("ten", True, "others are, so the calibration is taken as simulated"),
-        ("measured", None, "whether they are simulated is not stated"),
+        ("ten", True, "so the calibration counts as simulated"),
+        ("measured", None, "no sidecar states whether they are simulated"),
     ],
 )
 def test_recordings_that_do_not_state_it(
@@ -143,7 +143,7 @@ def test_recordings_that_do_not_state_it(
     result = run("calibrate", *specimens(tmp_path), *output(tmp_path), "--json")
     found = json.loads(result.stdout)
     assert found["provenance"].get("simulated") is expected
-    [note] = [note for note in found["notes"] if note.startswith(f"{first.name}: whether")]
+    [note] = [note for note in found["notes"] if note.startswith(f"{first.name}: no sidecar")]
     assert note.endswith(text)
     assert note in result.stderr
 
@@ -152,7 +152,7 @@ def test_recordings_of_two_chips_are_named(measured: Path, tmp_path: Path) -> No
     shutil.copytree(measured / "ten", tmp_path / "ten")
     real(specimens(tmp_path)[0], B)
     result = run("calibrate", *specimens(tmp_path), *output(tmp_path))
-    assert f"the recordings are of 2 chips: {B}, {A}\n" in result.stderr
+    assert f"the recordings are from 2 chips: {B}, {A}\n" in result.stderr
     made = tomllib.loads((tmp_path / "probe.toml").read_text())["provenance"]
     assert made["chips"] == [B, A]
 
@@ -187,7 +187,7 @@ def test_a_calibration_that_was_not_made_for_it_is_refused(
         before = sorted(tmp_path.iterdir())
         result = run(*words, *options)
         assert result.exit_code == 2
-        assert f"or --accept {accepted} to use it anyway" in result.stderr
+        assert f"or use it anyway with --accept {accepted}" in result.stderr
         assert result.stdout == ""
         assert sorted(tmp_path.iterdir()) == before
     refused = json.loads(run(*words, "--json").stdout)["error"]
@@ -204,7 +204,7 @@ def test_what_is_accepted_is_used_and_said(
         real(path, B)
         probe = measured / "probe.toml"
     words = (path, "--calibration", probe, "--accept", accepted)
-    text = f"; used because of --accept {accepted}"
+    text = f"; used anyway because of --accept {accepted}"
     replayed = run("replay", *words)
     assert (replayed.exit_code, replayed.stderr.count(text)) == (0, 1)
     found = document("replay", *words)
@@ -227,7 +227,7 @@ def test_a_folder_of_recordings_is_refused_one_by_one(measured: Path, tmp_path: 
     real(tmp_path / "other.csv", B)
     result = run("replay", tmp_path, "--calibration", measured / "probe.toml")
     assert result.exit_code == 2
-    assert result.stderr.startswith(f"Error: {tmp_path / 'other.csv'}: the calibration is of the")
+    assert result.stderr.startswith(f"Error: {tmp_path / 'other.csv'}: the calibration was made")
     assert "mean of 4 touches" in result.stdout
     found = document("replay", tmp_path, "--calibration", measured / "probe.toml")
     assert [each.get("error", {}).get("code") for each in found] == [None, 2]
@@ -243,7 +243,7 @@ def test_a_recording_without_a_sidecar_is_said_and_not_refused(
     assert "the readings do not state their chip and whether they are simulated" in of_chip.stderr
     of_nothing = run("replay", path, "--calibration", simulated / "probe.toml")
     assert of_nothing.exit_code == 0
-    assert "the calibration is of simulated touches; whether the readings are is not stated" in (
+    assert "the calibration was made from simulated touches, and the readings do not state" in (
         of_nothing.stderr
     )
 
@@ -252,7 +252,9 @@ def test_a_real_calibration_on_simulated_readings_is_said(simulated: Path, measu
     path = simulated / "gel" / "gel.csv"
     result = run("replay", path, "--calibration", measured / "probe.toml")
     assert result.exit_code == 0
-    assert "the readings are simulated, but the calibration is of a probe\n" in result.stderr
+    assert (
+        "the readings are simulated, but the calibration was made with a probe\n" in result.stderr
+    )
 
 
 def test_an_old_calibration_and_an_earlier_file_are_said(measured: Path, tmp_path: Path) -> None:
@@ -260,7 +262,7 @@ def test_an_old_calibration_and_an_earlier_file_are_said(measured: Path, tmp_pat
     path = real(gel(measured, tmp_path), started="2028-01-27T11:02:00+01:00")
     old = run("replay", path, "--calibration", measured / "probe.toml")
     assert old.exit_code == 0
-    assert "the calibration is of 2026-11-27, more than a year before the readings" in old.stderr
+    assert "the calibration is from 2026-11-27, more than a year before the readings" in old.stderr
     values = tomllib.loads((measured / "probe.toml").read_text())
     del values["provenance"]
     earlier = tmp_path / "earlier.toml"
@@ -275,7 +277,7 @@ def test_the_report_states_the_provenance(measured: Path, tmp_path: Path) -> Non
     path = gel(measured, tmp_path)
     probe = ("--calibration", measured / "probe.toml")
     run("report", path, *probe, "-o", tmp_path / "gel.html")
-    line = "Probe: B2; operator: A. Bee; site: room 3; chip: 66 cc 5c 90; touches: of a probe."
+    line = "Probe: B2; operator: A. Bee; site: room 3; chip: 66 cc 5c 90; touches: measured with a probe."
     assert line in (tmp_path / "gel.html").read_text(encoding="utf-8")
     found = document("report", path, *probe, "-o", tmp_path / "json.html")
     assert found["calibration"]["provenance"]["probe"] == "B2"

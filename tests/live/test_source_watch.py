@@ -114,14 +114,14 @@ def test_a_measurement_with_another_calibration_does_not_begin(
 ) -> None:
     """Nothing is written; it begins if it is accepted, and says so."""
     used = calibration(provenance)
-    text = rf"^--calibration: .*or --accept {accepted} to"
+    text = rf"^--calibration: .*anyway with --accept {accepted}$"
     with pytest.raises(CalibrationRefused, match=text), running(Boards(chip), used):
         pass
     assert list(tmp_path.iterdir()) == []
     with running(Boards(chip), used, [accepted]) as bench:
         assert calibrated(bench)
         assert bench.measurement.files.accept == (accepted,)
-    assert [text for text in said if text.endswith(f"; used because of --accept {accepted}")]
+    assert [text for text in said if text.endswith(f"; used anyway because of --accept {accepted}")]
 
 
 def test_another_board_ends_the_use_of_a_calibration(
@@ -137,7 +137,7 @@ def test_another_board_ends_the_use_of_a_calibration(
         exchange(bench, boards, B)
         shown = bench.waited("calibration")
         assert shown["line"]["title"] == "The calibration is not used."
-        assert f"but the readings are of the chip {B}, allowed: " in shown["line"]["text"]
+        assert f"but the readings are from {B}, allowed: " in shown["line"]["text"]
         assert not calibrated(bench)
         assert watch_of(bench).refused
         assert files.calibration is None
@@ -178,7 +178,7 @@ def test_a_new_calibration_takes_the_place_of_a_refused_one(running: Callable[..
 @pytest.mark.parametrize(
     ("provenance", "device", "expected"),
     [
-        (OF_A, {"simulated": {}}, ["the readings are simulated, but the calibration is of a probe"]),
+        (OF_A, {"simulated": {}}, ["the readings are simulated, but the calibration was made with a probe"]),
         (Provenance(simulated=True), {"simulated": {}}, []),
         (UNKNOWN, {}, []),
     ],

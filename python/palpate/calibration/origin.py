@@ -104,13 +104,13 @@ def mismatches(provenance: Provenance, origin: ReadingsOrigin) -> list[Mismatch]
     >>> made = Provenance(chips=("66 cc 5c 90",), simulated=False)
     >>> [found] = mismatches(made, ReadingsOrigin("61 12 5c 34", simulated=False))
     >>> found.text
-    'the calibration is of the chip 66 cc 5c 90, but the readings are of the chip 61 12 5c 34'
+    'the calibration was made with the chip 66 cc 5c 90, but the readings are from 61 12 5c 34'
     """
     if provenance.simulated and origin.simulated is False:
         found = Mismatch(
             AcceptedOrigin.SIMULATED,
-            "the calibration is of simulated touches, but the readings are of a probe",
-            "a calibration of this probe: make one with palpate calibrate",
+            "the calibration was made from simulated touches, but the readings are from a probe",
+            "a calibration of this probe; make one with palpate calibrate",
         )
         return [found]
     if provenance.simulated is False and origin.simulated:
@@ -120,8 +120,8 @@ def mismatches(provenance: Provenance, origin: ReadingsOrigin) -> list[Mismatch]
     chips = " and ".join(provenance.chips)
     found = Mismatch(
         AcceptedOrigin.OTHER_CHIP,
-        f"the calibration is of the chip {chips}, but the readings are of the chip {origin.chip}",
-        "readings of the same chip: calibrate with this one",
+        f"the calibration was made with the chip {chips}, but the readings are from {origin.chip}",
+        "readings from the same chip; calibrate with this one",
     )
     return [found]
 
@@ -146,8 +146,8 @@ def refusal(provenance: Provenance, origin: ReadingsOrigin, accept: Collection[s
     refused = []
     for found in mismatches(provenance, origin):
         if found.accepted_by not in accept:
-            option = f"--accept {found.accepted_by}"
-            refused.append(f"{found.text}, allowed: {found.allowed}, or {option} to use it anyway")
+            anyway = f"use it anyway with --accept {found.accepted_by}"
+            refused.append(f"{found.text}, allowed: {found.allowed}, or {anyway}")
     return "; ".join(refused)
 
 
@@ -208,13 +208,13 @@ def origin_remarks(
     Examples
     --------
     >>> origin_remarks(Provenance(simulated=False), ReadingsOrigin(simulated=True))
-    ['the readings are simulated, but the calibration is of a probe']
+    ['the readings are simulated, but the calibration was made with a probe']
     """
     remarks = []
     for found in mismatches(provenance, origin):
-        remarks.append(f"{found.text}; used because of --accept {found.accepted_by}")
+        remarks.append(f"{found.text}; used anyway because of --accept {found.accepted_by}")
     if provenance.simulated is False and origin.simulated:
-        remarks.append("the readings are simulated, but the calibration is of a probe")
+        remarks.append("the readings are simulated, but the calibration was made with a probe")
     remarks += _unknown_remarks(provenance, origin)
     if not provenance.simulated:
         remarks += _age_remarks(provenance, origin, now or present_time())
@@ -234,8 +234,8 @@ def _unknown_remarks(provenance: Provenance, origin: ReadingsOrigin) -> list[str
     if origin.simulated:
         return []
     if origin.simulated is None and provenance.simulated:
-        text = "the calibration is of simulated touches; whether the readings are is not stated"
-        return [text]
+        text = "the calibration was made from simulated touches, and the readings do not state"
+        return [f"{text} whether a probe made them"]
     unknown = []
     if not origin.chip and provenance.chips:
         unknown.append("their chip")
@@ -243,7 +243,8 @@ def _unknown_remarks(provenance: Provenance, origin: ReadingsOrigin) -> list[str
         unknown.append("whether they are simulated")
     if not unknown:
         return []
-    return [f"not compared with the calibration: the readings do not state {' and '.join(unknown)}"]
+    names = " and ".join(unknown)
+    return [f"the readings do not state {names}: not compared with the calibration"]
 
 
 def _age_remarks(provenance: Provenance, origin: ReadingsOrigin, now: datetime) -> list[str]:
@@ -253,11 +254,11 @@ def _age_remarks(provenance: Provenance, origin: ReadingsOrigin, now: datetime) 
         return []
     date = f"{made:%Y-%m-%d}"
     if made > now + _DAY:
-        text = f"the calibration is of {date}, in the future: check the clock of the computer"
+        text = f"the calibration is dated {date}, in the future: check the clock of the computer"
         return [text]
     at = origin.measured or now
     if abs(at - made) <= OLD:
         return []
     side = "before" if at > made else "after"
-    text = f"the calibration is of {date}, more than a year {side} the readings"
+    text = f"the calibration is from {date}, more than a year {side} the readings"
     return [f"{text}: check it on a specimen of known modulus, or calibrate again"]

@@ -129,7 +129,7 @@ class Provenance:
     >>> for line in made.lines():
     ...     print(line)
     calibrated: 2026-11-29 00:00:00 UTC, from 0 files
-    probe: B2; touches: of a probe; not stated: date of the touches, operator, site, files, chip
+    probe: B2; touches: measured with a probe; not stated: date of the touches, operator, site, files, chip
     >>> Provenance.of_table(made.as_dict()) == made
     True
     """
@@ -229,7 +229,7 @@ class Provenance:
         """Return what made the touches; "": unknown."""
         if self.simulated is None:
             return ""
-        return "simulated, no probe was used" if self.simulated else "of a probe"
+        return "simulated, no probe was used" if self.simulated else "measured with a probe"
 
     def _texts(self) -> dict[str, str]:
         return {"probe": self.probe, "operator": self.operator, "site": self.site}

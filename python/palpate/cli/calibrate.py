@@ -136,9 +136,10 @@ def calibrate_command(
     begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and
     the scatter from touch to touch. One that is only short is used if it has a standard error; with
     another flag it is left out, and the flag is printed. What is wrong with a recording appears on
-    standard error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, not a
-    table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
-    verdict says why, or a recording is not as it was written).
+    standard error and in the notes of --json. Exit codes: 2, simulated recordings and recordings
+    from a probe together; 4, not a recording, a damaged one, not a table of moduli, no calibration
+    possible, or an output exists; 5, written, but not reliable (the verdict says why, or a
+    recording is not as it was written).
 
     \b
     Example:

@@ -66,7 +66,7 @@ class CalibratedOrigin:
         if names[True] and names[False]:
             allowed = "recordings of one kind"
             raise click.UsageError(
-                f"FILE: got simulated recordings ({listed(names[True])}) and recordings of a probe "
+                f"FILE: got simulated recordings ({listed(names[True])}) and recordings from a probe "
                 f"({listed(names[False])}), allowed: {allowed}"
             )
         if names[True]:
@@ -85,14 +85,14 @@ class CalibratedOrigin:
         unknown = listed(names[None])
         if names[None] and names[True]:
             notes.append(
-                f"{unknown}: whether they are simulated is not stated; others are, so the "
-                "calibration is taken as simulated"
+                f"{unknown}: no sidecar states whether they are simulated; the other recordings are "
+                "simulated, so the calibration counts as simulated"
             )
         elif names[None] and names[False]:
-            notes.append(f"{unknown}: whether they are simulated is not stated")
+            notes.append(f"{unknown}: no sidecar states whether they are simulated")
         chips = self.chips()
         if len(chips) > 1:
-            notes.append(f"the recordings are of {len(chips)} chips: {listed(chips)}")
+            notes.append(f"the recordings are from {len(chips)} chips: {listed(chips)}")
         return notes
 
     def provenance(self, files: Iterable[Path | None], stated: StatedOrigin) -> Provenance:

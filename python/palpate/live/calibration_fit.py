@@ -105,7 +105,7 @@ class GuidedCalibration:
     def _provenance(self) -> Provenance:
         """Return where the touches of this run come from.
 
-        The checksum of a recording that goes on is that of its rows so far.
+        The checksum of a recording that goes on covers its rows so far.
         """
         files = []
         for path in self._files.recordings():
