@@ -15,7 +15,15 @@ import palpate
 from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
 from palpate.calibration.assessment import calibration_doubts
+from palpate.calibration.origin import (
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+    provenance_document,
+    require_origin,
+)
 from palpate.cli import touch_table
+from palpate.cli.accept_option import accept_option
 from palpate.cli.exit_codes import ErrorReport, ExitCode, usage_errors
 from palpate.cli.output import (
     json_option,
@@ -66,6 +74,7 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     type=InputFile(),
     help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.",
 )
+@accept_option
 @click.option(
     "--offline",
     "is_offline",
@@ -95,6 +104,7 @@ def replay_command(
     reading: SourceOptions,
     tracker: TrackerOptions,
     calibration: Path | None,
+    accept: tuple[str, ...],
     is_offline: bool,
     windows: Windows | None,
     jobs: int,
@@ -113,8 +123,9 @@ def replay_command(
     has a column for the file, and --json is a list; a file that fails is an Error: line and an
     error in the list, and the others go on. Ctrl-C prints what is done.
 
-    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, the recording is not as it
-    was written, or the calibration is not reliable.
+    Exit codes: 2, the calibration is of another chip, or simulated; 4, not a recording, or a
+    damaged one; 5, no touch found, the recording is not as it was written, or the calibration is
+    not reliable.
 
     \b
     Example:
@@ -130,7 +141,8 @@ def replay_command(
     loaded = None
     if calibration:
         loaded = palpate.Calibration.load(calibration)
-    options = ReplayOptions(reading, tracker, loaded, is_offline, windows)
+        print_notes(calibration, [missing_remark(loaded.about.provenance)])
+    options = ReplayOptions(reading, tracker, loaded, is_offline, windows, accept)
     paths: dict[Path, None] = {}
     are_several = False
     for argument in files:
@@ -160,6 +172,7 @@ class ReplayOptions:
     calibration: "Calibration | None" = None
     is_offline: bool = False
     windows: Windows | None = None
+    accept: Collection[str] = ()
 
 
 @dataclass(frozen=True)
@@ -186,6 +199,8 @@ class Replay:
     """How a table of another program is read, or that the recording is simulated."""
     warnings: Sequence[str]
     """Notes that are not in the document: on the calibration, and why there is no touch."""
+    origin_remarks: Sequence[str]
+    """Remarks on the origins of calibration and recording."""
     is_as_written: bool
     """Whether the recording has no doubts."""
 
@@ -252,6 +267,9 @@ class Replay:
             document["unit"] = self.unit
         if self.options.windows:
             document["windows"] = self.options.windows
+        if self.options.calibration is not None:
+            provenance = self.options.calibration.about.provenance
+            document["calibration"] = provenance_document(provenance, self.origin_remarks)
         document["touches"] = self._touch_records()
         if self.is_level:
             document["ratio_used"] = "level_ratio"
@@ -287,9 +305,12 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     ------
     RecordingError, ValueError, TypeError
         As from `palpate.touches`.
+    CalibrationRefused
+        The calibration is of another chip, or simulated.
     """
     calibration = options.calibration
     recording = recorded(file, **options.reading.keywords())
+    remarks = _origin_remarks(recording, options)
     tracking = options.tracker.for_recording(recording, calibration)
     offline = moduli = None
     if options.is_offline:
@@ -301,7 +322,7 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     warnings = []
     if calibration is not None:
         moduli = touch_table.TouchModuli.of(calibration, touches)
-        warnings += calibration_doubts(calibration, tracking["scene"])
+        warnings += [*calibration_doubts(calibration, tracking["scene"]), *remarks]
     if not touches:
         reason = _why_no_touch(recording, tracking["scene"], was_retaken=found.retaken > 0)
         warnings.append(f"no touch found: {reason}")
@@ -321,8 +342,19 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
         offline=offline,
         understood=recording.understood or simulation_note(recording),
         warnings=warnings,
+        origin_remarks=remarks,
         is_as_written=not recording.doubts,
     )
+
+
+def _origin_remarks(recording: OpenedRecording, options: ReplayOptions) -> list[str]:
+    """Return remarks on the origins of calibration and recording; refuse what does not match."""
+    if options.calibration is None:
+        return []
+    provenance = options.calibration.about.provenance
+    origin = ReadingsOrigin.of_sidecar(recording.sidecar)
+    require_origin(str(recording.path), provenance, origin, options.accept)
+    return origin_remarks(provenance, origin)
 
 
 @dataclass(frozen=True)
@@ -400,6 +432,7 @@ _Results = dict[Path, Replay | Exception]
 _PRIORITY = (
     ExitCode.UNEXPECTED,
     ExitCode.MISSING_EXTRA,
+    ExitCode.USAGE,
     ExitCode.NO_DEVICE,
     ExitCode.BAD_DATA,
     ExitCode.NOT_RELIABLE,

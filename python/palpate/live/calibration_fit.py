@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, present_time
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
@@ -17,6 +18,7 @@ from palpate.flags import advice, sentences
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
+from palpate.live.source_watch import SourceWatch
 from palpate.recording.csv_reader import RecordingFile
 from palpate.repeatability import objections
 from palpate.report import CalibrationHead, calibration_page
@@ -37,8 +39,9 @@ class GuidedCalibration:
     goes on with it.
     """
 
-    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan) -> None:
+    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan, watch: SourceWatch) -> None:
         self._measurement, self._plan = measurement, plan
+        self._watch = watch
         self._files = measurement.files
         self._on, self._saved, self._lacked = False, "", True
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
@@ -86,6 +89,8 @@ class GuidedCalibration:
         if lacking := too_few(known := self._plan.known()):
             raise RefusedCommand(lacking)
         _, specimens, found = self._fit(known)
+        about = replace(found.about, provenance=self._provenance())
+        found = replace(found, about=about)
         path = self._files.free("probe.toml")
         found.save(path)
         self._files.made(path, "calibration")
@@ -117,6 +122,29 @@ class GuidedCalibration:
             f"{TITLE}: {title}" if title else TITLE,
             tuple(facts),
             left_out=tuple(_left_out(known, self._plan.rows, recording)),
+        )
+
+    def _provenance(self) -> Provenance:
+        """Return where the touches of this run come from.
+
+        The checksum of a recording that goes on covers its rows so far.
+        """
+        files = []
+        for path in self._files.recordings():
+            try:
+                files.append(FileChecksum.of(path))
+            except OSError as error:
+                self._measurement.say(f"{path.name}: no checksum: {error.strerror}")
+        operator = self._plan.operator or self._files.stated("operator")
+        return Provenance(
+            date=present_time(),
+            measured=self._watch.begun_at,
+            probe=joined_texts([self._files.stated("probe")]),
+            operator=joined_texts([operator]),
+            site=joined_texts([self._files.stated("site")]),
+            files=tuple(files),
+            chips=tuple(sorted(self._watch.chips)),
+            simulated=self._watch.simulated,
         )
 
     def use(self, found: Calibration, path: Path) -> None:

@@ -134,6 +134,17 @@ class TouchPlan(Listener):
         with self._lock:
             return self.progress.known()
 
+    @property
+    def operator(self) -> str:
+        """Who measures; "": not stated."""
+        return self._plan.operator
+
+    def use_calibration(self, calibration: Calibration | None) -> None:
+        """Use another calibration for all touches; None: no calibration."""
+        with self._lock:
+            self.progress.calibration = calibration
+            self._changed()
+
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
         with self._lock:

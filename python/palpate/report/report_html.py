@@ -9,6 +9,7 @@ from pathlib import Path
 from palpate import number_format
 from palpate._core import __version__
 from palpate.calibration.model import Calibration
+from palpate.calibration.origin import ReadingsOrigin, provenance_document, require_origin
 from palpate.calibration.plot import curve_picture
 from palpate.calibration.specimen_files import read_moduli
 from palpate.calibration.specimen_fit import SpecimenTouches, specimen_table
@@ -39,12 +40,15 @@ class WrittenReport:
         Why it is not to be relied on; empty: nothing is known against it.
     results : dict
         The results as plain numbers and text.
+    remarks : tuple of str
+        Remarks on the origins of the calibration and of the recordings.
     """
 
     path: Path
     verdict: str
     doubts: tuple[str, ...]
     results: dict[str, object]
+    remarks: tuple[str, ...] = ()
 
 
 def write_report(
@@ -78,6 +82,8 @@ def write_report(
     ------
     RecordingError, CalibrationError
         A file is damaged, or of another kind.
+    CalibrationRefused
+        The calibration is of another chip than a recording, or simulated.
     ValueError
         No recording, or a table whose meaning is ambiguous.
     MissingExtra
@@ -105,8 +111,12 @@ def write_report(
         "specimens": [result.as_dict() for result in found.results],
         "repeatability": repeatability and repeatability.as_dict(),
     }
+    remarks = tuple(session.origin_remarks)
+    if found.calibration:
+        provenance = found.calibration.about.provenance
+        results["calibration"] = provenance_document(provenance, remarks)
     verdict = " ".join([*session.named, session.verdict])
-    return WrittenReport(Path(path), verdict, tuple(session.doubts), results)
+    return WrittenReport(Path(path), verdict, tuple(session.doubts), results, remarks)
 
 
 def _found(recordings: Sequence[_PathLike], options: ReportOptions, progress: Progress) -> Findings:
@@ -124,6 +134,8 @@ def _found(recordings: Sequence[_PathLike], options: ReportOptions, progress: Pr
     for name, path in _named(paths).items():
         run = analyse_recording(path, name, progress=progress)
         if calibration:
+            origin = ReadingsOrigin.of_sidecar(run.recording.sidecar)
+            require_origin(name, calibration.about.provenance, origin, options.accept)
             run = analyse_again(run, calibration.for_tracking(run.tracking))
         runs.append(run)
     return findings(runs, calibration, moduli)

@@ -187,6 +187,7 @@ class Stream:
             self.source.__enter__()
             self._begun = True  # from here on there may be a recording to close
             device = described(self.source)
+            self._listeners.opened(device)
             path, notes = self._first_recording
             if path is not None:
                 self._recording.start(path, notes)
