@@ -281,7 +281,10 @@ class Calibration(StoredCalibration, Plotted):
         percent = number_format.error(100 * self.touch_spread)
         if self.error_share < 1:
             share = number_format.error(self.error_share)
-            return f"{share} of the standard errors of the level ratios, as much as they scattered"
+            return (
+                f"scatter from touch to touch ({percent} %) and {share} of the standard errors of "
+                "the level ratios, as much as they scattered"
+            )
         if self.fitted.touch_freedom:
             return f"scatter from touch to touch ({percent} %)"
         return (

@@ -40,6 +40,7 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
+from palpate.cli.touch_moduli import TouchModuli
 from palpate.cli.trends import SpecimenTrend, by_specimen, specimen_trends
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
@@ -191,7 +192,7 @@ class Replay:
     """The session's entry for each touch; None without a session."""
     is_level: bool
     """Whether the level ratio is used."""
-    moduli: touch_table.TouchModuli | None
+    moduli: TouchModuli | None
     trends: Sequence[SpecimenTrend]
     """Trends that are not in the sentence on the mean."""
     offline: "Sequence[OfflineTouch] | None"
@@ -276,10 +277,7 @@ class Replay:
         if self.trends:
             document["trends"] = [trend.as_dict() for trend in self.trends]
         if self.moduli is not None:
-            agreement = self.moduli.agreement
-            of_mean = self.moduli.of_mean
-            document["agreement"] = agreement and agreement.as_dict()
-            document["modulus_of_mean"] = of_mean and of_mean.as_dict()
+            document |= self.moduli.as_dict()
         return document
 
     def _touch_records(self) -> list[dict[str, object]]:
@@ -321,7 +319,8 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     entries = plan.matched(touches, recording.survey.period_s)
     warnings = []
     if calibration is not None:
-        moduli = touch_table.TouchModuli.of(calibration, touches)
+        moduli = TouchModuli.of(calibration, touches, by_specimen(touches, entries))
+        calibration = moduli.calibration
         warnings += [*calibration_doubts(calibration, tracking["scene"]), *remarks]
     if not touches:
         reason = _why_no_touch(recording, tracking["scene"], was_retaken=found.retaken > 0)
@@ -400,12 +399,10 @@ class _ReplayedSession:
         return with_scatter(found, self.scatter())
 
     def trends(self) -> list[SpecimenTrend]:
-        """Return the trends that the sentence on the mean of all touches does not contain."""
-        trends = specimen_trends(self.touches, self.entries, self.agreement)
-        if self.calibration is None:
-            return list(trends)
-        groups = by_specimen(self.touches, self.entries)
-        return list(trends) if len(groups) > 1 else []
+        """Return the trends; with a calibration the sentences on the means contain them."""
+        if self.calibration is not None:
+            return []
+        return list(specimen_trends(self.touches, self.entries, self.agreement))
 
 
 def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) -> str:
