@@ -27,7 +27,6 @@ from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
 from palpate.calibration.ranges import differences_of
 from palpate.calibration.touch_modulus import (
-    DIFFERENCE_NAMES,
     RatioAtExponent,
     modulus_at,
     ratio_at,
@@ -687,8 +686,9 @@ class Calibration(StoredCalibration, Plotted):
         Returns
         -------
         list of UncertaintyPart
-            Those of `budget`; before "together" the parts by what differs from the calibration, and
-            by the exponents of the contact that it leaves open.
+            Those of `budget`; before "together" two more: "difference from the calibration", by
+            tilt, depth and speed of the press, and "open contact exponent", by the exponents that
+            the calibration leaves open.
 
         Raises
         ------
@@ -704,8 +704,7 @@ class Calibration(StoredCalibration, Plotted):
         measured = MeasuredRatio(ratio, ratio * likeliest.noise, likeliest.touches)
         parts = variances(likeliest.fit.fitted, measured, np.array(log(modulus)))
         squares = _squares(parts, linearity)
-        for name, error in likeliest.differences._asdict().items():
-            squares[DIFFERENCE_NAMES[name]] = (ratio * error) ** 2
+        squares["difference from the calibration"] = (ratio * hypot(*likeliest.differences)) ** 2
         squares["open contact exponent"] = (ratio * spread_of(ratios)) ** 2
         return _parts(squares, ratio, probe.slope(ratio) / modulus)
 

@@ -74,12 +74,17 @@ class FileChecksum:
             raise ValueError(f"sha256: got {quoted(self.sha256)}, allowed: {allowed}")
 
     @classmethod
-    def of(cls, path: Path) -> Self:
-        """Return the checksum of a file as it is now; OSError: it cannot be read."""
+    def of(cls, path: Path, most: int | None = None) -> Self:
+        """Return the checksum of a file as it is now, of its first `most` bytes; default: all.
+
+        OSError: it cannot be read.
+        """
         digest = hashlib.sha256()
         done = 0
         with open_regular(path) as file:
             size = os.fstat(file.fileno()).st_size
+            if most is not None:
+                size = min(size, most)
             while part := file.read(min(_PART, size - done)):
                 digest.update(part)
                 done += len(part)
@@ -93,6 +98,11 @@ class FileChecksum:
             if name not in known:
                 raise ValueError(f"files: got no {name}, allowed: one in each")
         return cls(**known)
+
+    def is_of(self, path: Path) -> bool:
+        """Return whether a file begins with these bytes; OSError: it cannot be read."""
+        found = FileChecksum.of(path, self.bytes)
+        return (found.bytes, found.sha256) == (self.bytes, self.sha256)
 
     def as_dict(self) -> dict[str, str | int]:
         """Return the entry of a calibration file."""

@@ -19,6 +19,7 @@ from palpate.calibration.origin import (
     origin_remarks,
 )
 from palpate.calibration.plot import MeasuredObject
+from palpate.calibration.provenance import Provenance
 from palpate.display.markup import element
 from palpate.display.text import counted
 from palpate.messages import unlike
@@ -40,6 +41,17 @@ from palpate.report.tables import (
     row_of_touch,
     touch_columns,
 )
+
+
+def _touches_of_the_fit(found: Findings, provenance: Provenance) -> int:
+    """Return how many touches are in recordings from which the calibration was made."""
+    count = 0
+    for run in found.runs:
+        path = run.recording.path
+        if any(file.name == path.name and file.is_of(path) for file in provenance.files):
+            count += len(run.found.touches)
+    return count
+
 
 _MOST_NAMED = 3  # specimens in the first sentence
 Progress = Callable[[str], None]
@@ -280,8 +292,9 @@ class Session:
         if found.calibration is None:
             yield "No calibration was given, so there are ratios, and no moduli."
             return
-        fitted = found.calibration.ratios
-        of_fit = sum(one.ratio in fitted for one in found.touches)  # with the same bits
+        if found.learned:
+            yield found.learned
+        of_fit = _touches_of_the_fit(found, found.calibration.about.provenance)
         if of_fit:
             yield (
                 f"{of_fit} of these touches are data of the calibration itself: for them that is "

@@ -11,8 +11,10 @@ import numpy as np
 
 from palpate import number_format
 from palpate.ad7746.registers import linearity_pF
+from palpate.calibration.learning import learned_from
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, UncertaintyPart
+from palpate.calibration.ranges import wider
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
@@ -266,6 +268,7 @@ class Findings:
     results: list[SpecimenResult]
     calibration: Calibration | None
     scatter: Scatter  # from touch to touch, of the calibration, or of these touches
+    learned: str = ""  # what the repeated touches show of the contact exponent
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
         """Return the repeatability of the kept touches, or of all; None: there is no touch.
@@ -291,10 +294,16 @@ def findings(
     touches = list(_touches(runs, calibration, known, ratio_of))
     groups = _groups(runs, touches, calibration, known)
     scatter = _scatter(groups, calibration, ratio_of)
+    learned = ""
+    if calibration:
+        objects = {group.name: [one.touch for one in group.kept] for group in groups}
+        found = learned_from(calibration, objects)
+        calibration = found.calibration
+        learned = found.sentence
     results = []
     for group in groups:
         results.append(group.result(calibration, scatter))
-    return Findings(runs, touches, results, calibration, scatter)
+    return Findings(runs, touches, results, calibration, scatter, learned)
 
 
 def _groups(
@@ -407,6 +416,8 @@ def _touches(
                 against = calibration.objections(touch)
             left_out = tuple(filter(None, [by_hand, *sentences(against, known)]))
             advised = tuple(map(str, known))
+            if calibration:
+                advised += tuple(map(wider, calibration.differences(touch)))
             yield ReportedTouch(number, run, touch, specimen, left_out, advised, ratio_of)
 
 
