@@ -22,7 +22,7 @@ from bench.accuracy.another_hand_rows import (
     Row,
 )
 from bench.accuracy.another_hand_scores import Bounds, Estimate, Figures, Score, Share
-from bench.accuracy.other_probe import RIGID, Recorded, Way, stiffening, touch
+from bench.accuracy.other_probe import RIGID, Array, Recorded, Way, stiffening, touch
 from bench.accuracy.other_sessions import (
     DOMES,
     HAND,
@@ -42,9 +42,9 @@ SEED = 3
 STILL = Way(tremor=0.0, noise=0.0)
 
 
-def depth_pF(recording: Recorded) -> np.ndarray:
+def depth_pF(recording: Recorded) -> Array:
     """Return the change of the hard channel."""
-    return recording.hard - recording.hard[0]
+    return np.asarray(recording.hard - recording.hard[0])
 
 
 # The simulator

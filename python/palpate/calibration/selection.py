@@ -314,8 +314,9 @@ def _ratio_error(
     """Return the error of one kind of ratio, with the exponent with which the touches scatter least."""
     groups: dict[float, list[TouchEvidence]] = {}
     for name, touch in touches:
-        has_ratio = touch.ratio > 0 and RATIOS[kind](touch)[0] > 0
-        if name in moduli and has_ratio and not is_too_oblique(touch):
+        if name is None or name not in moduli or is_too_oblique(touch):
+            continue
+        if touch.ratio > 0 and RATIOS[kind](touch)[0] > 0:
             evidence = evidence_of(touch, kind, exponents)
             groups.setdefault(moduli[name], []).append(evidence)
     count = sum(map(len, groups.values()))

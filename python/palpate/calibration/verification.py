@@ -143,7 +143,7 @@ def agreement_probability(
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    total = float(sum(parts))
+    total = float(parts.total)
     freedom = float(degrees_of_freedom(fit, parts))
     distance = abs(measured.ratio - float(curve(fit.parameters, x))) / sqrt(total)
     return 2 * float(need("scipy.special", "science").stdtr(freedom, -distance))

@@ -16,6 +16,7 @@ from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import read_moduli, session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
+from palpate.cli.calibration_origin import CalibratedOrigin, StatedOrigin, stated_options
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -47,7 +48,8 @@ from palpate.flags import FEWEST, Flag
 from palpate.materials import DUROMETER_POINTS, RELATION_UNCERTAINTY, KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
-from palpate.report import calibration_page
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import left_out_touches
 from palpate.report.findings import (
     AnalysedRecording,
     analyse_again,
@@ -88,7 +90,7 @@ def _parse_percent(
 )
 @click.option(
     "--moduli-uncertainty",
-    "stated",
+    "uncertainty",
     callback=_parse_percent,
     metavar="PERCENT",
     help="Standard uncertainty (k = 1) of each modulus that has none of its own, as 5%.  "
@@ -136,13 +138,14 @@ def _parse_percent(
     type=click.Choice(list(map(str, Flag))),
     help="Use touches with this flag all the same; may be repeated. The file says so.",
 )
+@stated_options
 @force_option
 @recording_options
 @json_option
 def calibrate_command(
     files: tuple[Path, ...],
     moduli: Path | None,
-    stated: float | None,
+    uncertainty: float | None,
     output: Path,
     plot: Path | None,
     report: Path | None,
@@ -153,6 +156,7 @@ def calibrate_command(
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
+    stated: StatedOrigin,
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
@@ -164,9 +168,10 @@ def calibrate_command(
     begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and
     the scatter from touch to touch. One that is only short is used if it has a standard error; with
     another flag it is left out, and the flag is printed. What is wrong with a recording appears on
-    standard error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, not a
-    table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
-    verdict says why, or a recording is not as it was written).
+    standard error and in the notes of --json. Exit codes: 2, simulated recordings and recordings
+    from a probe together; 4, not a recording, a damaged one, not a table of moduli, no calibration
+    possible, or an output exists; 5, written, but not reliable (the verdict says why, or a
+    recording is not as it was written).
 
     \b
     Example:
@@ -186,13 +191,16 @@ def calibrate_command(
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
-    modulus_of = _with_stated(_known_moduli(runs, moduli), stated)
+    origin = CalibratedOrigin(runs)
+    with usage_errors():
+        provenance = origin.provenance([reading.soft, moduli], stated)
+    modulus_of = _with_stated(_known_moduli(runs, moduli), uncertainty)
     _print_hardnesses(modulus_of)
     chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
-    notes: list[str] = []
+    notes = _origin_notes(origin)
     for run in runs:
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
@@ -201,7 +209,8 @@ def calibrate_command(
         chosen.about,
         scene=tracking["scene"],
         accepted_flags=accept,
-        notes=_about_moduli(modulus_of, specimens, stated),
+        notes=_about_moduli(modulus_of, specimens, uncertainty),
+        provenance=provenance,
     )
     if doubts:
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
@@ -213,7 +222,10 @@ def calibrate_command(
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(calibration, specimens).encode())
+            left_out = left_out_touches(runs, modulus_of, accept, chosen.ratio_of)
+            head = CalibrationHead.of_recordings(runs, moduli=moduli, left_out=left_out)
+            page = calibration_page(calibration, specimens, head)
+            write_file(report, page.encode(errors="replace"))
         calibration.save(output)
     document = {
         "calibration": str(output),
@@ -233,6 +245,14 @@ def _analyse(file: Path, reading: SourceOptions, tracking: Keywords) -> Analysed
         run = analyse_recording(file, file.name, tracking, **reading.keywords())
     print_notes(file, [run.recording.understood, *run.recording.notes])
     return run
+
+
+def _origin_notes(origin: CalibratedOrigin) -> list[str]:
+    """Return notes on recordings whose origins differ, and print them."""
+    notes = origin.notes()
+    for note in notes:
+        print_message(note)
+    return notes
 
 
 def _has_session(run: AnalysedRecording) -> bool:
@@ -437,8 +457,8 @@ def _fit_text(
     lines = [format_table(specimen_table(specimens)), ""]
     for name, text in chosen.about.entries().items():
         lines.append(f"{name}: {text}")
-    if lines[-1]:
-        lines.append("")
+    lines += [*calibration.about.provenance.lines(), ""]
+    lines.append(f"{'parameter':15} {'value':>12}   95 % interval")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]
