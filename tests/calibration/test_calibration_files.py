@@ -129,6 +129,7 @@ def test_a_file_keeps_everything(
     saved = replace(
         calibration(),
         ratio="level",
+        contact_exponent=fits[0].contact_exponent,
         exponent_fits=fits,
         ranges=ranges,
         verifications=verifications,
@@ -243,6 +244,10 @@ def of_all(weight: float) -> Callable[[dict[str, Any]], None]:
         (exponent(log_weight=0.5), "log_weight: got 0.5"),
         (exponent(parameters=[1.0, 0.0, 2.0]), "allowed: soft_ratio < rigid_ratio"),
         (exponent(touch_freedom=-1), "touch_freedom: got -1"),
+        (
+            lambda table: table["touch"].update(contact_exponent=1.05),
+            "contact_exponent: got 1.05, allowed: one of [[exponents]]",
+        ),
         (of_all(-3.0), "log_weight: got at most -3, allowed: 0 for the likeliest"),
         (of_ranges(tilt=-0.1), "tilt: got -0.1"),
         (of_ranges(tilt=nan), "tilt: got nan"),
