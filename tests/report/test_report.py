@@ -14,11 +14,13 @@ from bs4 import BeautifulSoup
 from command_lines import document, run
 from faulty_tables import jumped
 from palpate import report
+from palpate.calibration.specimen_files import write_session
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.materials import shore_a_of_modulus
 from palpate.recording.session import Entry, Plan
 from palpate.report.report_html import _render
 from palpate.samples import Status
+from palpate.simulation import hand
 from project import FOUR, copied, made_once
 from report_session import HOSTILE, change, recorded, specimens, with_session
 
@@ -148,19 +150,26 @@ def test_the_calibration_is_shown_with_its_data(
 
 
 def test_the_report_of_a_calibration_has_a_head_and_reasons(folder: Path, tmp_path: Path) -> None:
-    """Of ten recordings without a session, and of sessions in three recordings."""
+    """Of ten recordings and an oblique one without a session, and of sessions in four recordings."""
     path = tmp_path / "p.html"
     table = folder / "ten" / "moduli.csv"
-    words: list[str | Path] = ["--moduli", table, "--report", path, "-o"]
-    assert run("calibrate", *specimens(folder), *words, tmp_path / "p.toml").exit_code == 0
+    words: list[str | Path] = ["--moduli", table, "--ratio", "hold", "--report", path, "-o"]
+    oblique = hand.session(5, hand=hand.Hand(oblique=0.0, tilt_deg=0.5), moduli={"40 A": 1.54})
+    write_session(tmp_path / "oblique", {"40 A": oblique["40 A"].block()}, {"40 A": 1.54})
+    [extra] = (tmp_path / "oblique").glob("40A*.csv")
+    extra = copied(tmp_path / "40A-2.csv", extra)
+    made = run("calibrate", *specimens(folder), extra, *words, tmp_path / "p.toml")
+    assert made.exit_code == 0
     page = Page(path)
     assert page.text[""].strip().startswith("Calibration of a probe")
     assert "Simulated data: no probe was used." in page.text[""]
-    assert page.row("", "Recordings")[1] == "10 recordings"
+    assert page.row("", "Recordings")[1] == "11 recordings"
     assert page.row("", "Check")[1] == "complete, clean end"
-    [left_out] = page.rows["Touches that are left out"][1:]
-    assert left_out[1:3] == ["70A.csv", "70 A"]
-    assert left_out[3].startswith("offset: the soft bump is reached ")
+    left_out = page.rows["Touches that are left out"][1:]
+    assert len(left_out) >= 2
+    for row in left_out:
+        assert row[1:3] == ["40A-2.csv", "40 A"]
+        assert row[3].startswith("offset: the soft bump is reached ")
     for file in (specimens(folder)[0], table):
         assert page.row("Sources", file.name)[1].split() == [
             "sha256",

@@ -207,10 +207,13 @@ def choose_ratio(
     measured_exponent = given.get("contact_exponent", float(possible[-1]))
     ages = [given["age"]] if "age" in given else AGES_S
     avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
+    measured = {}
+    for age_s in ages:
+        accepted = {*accept, *avoidable}
+        measured[age_s] = _measured_with(tracks, measured_exponent, age_s, accepted)
     compared = []
     for kind in RATIOS:
-        for age_s in ages:
-            touches = _measured_with(tracks, measured_exponent, age_s, {*accept, *avoidable})
+        for age_s, touches in measured.items():
             compared.append(_ratio_error(kind, age_s, touches, moduli, possible))
     compared = _with_enough_specimens(compared)
     chosen = _simplest([each for each in compared if ratio in (None, each.ratio)])
