@@ -30,6 +30,7 @@ class Way:
     fall: float = 0.3
     after: float = 2.5
     exponent: float = 1.0
+    soft_exponent: float = 0.0  # of the soft bump; 0: the same
     tremor: float = 0.03
     angle: float = 0.0
     trembling: float = 0.0
@@ -43,6 +44,9 @@ class Way:
     gap: float = 0.0  # the hard bump is reached first, share of the depth
     creep: tuple[float, float] = (0.0, 0.0)  # of the soft bump within 2 s, and within 20 s
     object_creep: float = 0.0  # of the ratio within 2 s, which ends at the lift
+    layer: float = 0.0  # share by which the object is stiffer at a depth of 1 mm
+    law: float = 2.0  # it grows with the depth to this power
+    gain: float = 1.0  # of the hard channel
     bend: float = 0.0  # of both gauges, 1/pF
     period: float = 0.026
     code: float = 1 / 2**24 * 8.192
@@ -104,6 +108,25 @@ def crept(force: Array, share: float, time_s: float) -> Array:
     return share * out
 
 
+def stiffening(way: Way, depth: Array, bump: float) -> Array:
+    """Return the factor of the force on a bump of this stiffness (soft bump: 1) by a layer.
+
+    Bump and object are springs in series: force ~ bump object / (bump + object). The object, which
+    gives the ratio r = RIGID (1 + object) / (RIGID + object), is stiffer by layer d^law.
+    """
+    thick = (way.ratio - 1) / (1 - way.ratio / RIGID)
+    stiffer = thick * (1 + way.layer * depth**way.law)
+    return stiffer / thick * (bump + thick) / (bump + stiffer)
+
+
+def _depth(way: Way, stiff: float) -> float:
+    """Return the depth of a level press with `way.total`, mm, on an object that stiffens."""
+    thick = (way.total / ((1 + way.ratio) * stiff)) ** (1 / way.exponent)
+    depth = np.linspace(0, thick, 1000)
+    each = way.ratio * stiffening(way, depth, RIGID) + stiffening(way, depth, 1.0)
+    return float(np.interp(way.total, each * stiff * depth**way.exponent, depth))
+
+
 def touch(way: Way, seed: int) -> Recorded:
     """Return the readings of one touch."""
     random = np.random.default_rng((seed, 77))
@@ -114,6 +137,8 @@ def touch(way: Way, seed: int) -> Recorded:
     r0 = way.ratio
     stiff = SOFT_pF_per_mm * (1 - 1 / r0) / (1 - 1 / RIGID)  # soft bump and object in series
     depth0 = (way.total / ((1 + r0) * stiff)) ** (1 / way.exponent)
+    if way.layer:
+        depth0 = _depth(way, stiff)
     depth = (
         depth0
         * minimum_jerk((t - way.before) / way.rise)
@@ -141,12 +166,13 @@ def touch(way: Way, seed: int) -> Recorded:
         + way.lifted_angle * lifting
     )
     half = SPACING_mm * np.tan(np.radians(angle)) / 2
-    hard = (
-        ratio
-        * stiff
-        * np.clip(depth + half + way.gap * depth0 * (depth > 0), 0, None) ** way.exponent
-    )
-    soft = stiff * np.clip(depth - half, 0, None) ** way.exponent
+    hard_depth = np.clip(depth + half + way.gap * depth0 * (depth > 0), 0, None)
+    soft_depth = np.clip(depth - half, 0, None)
+    hard = ratio * stiff * hard_depth**way.exponent
+    soft = stiff * soft_depth ** (way.soft_exponent or way.exponent)
+    if way.layer:
+        hard *= stiffening(way, hard_depth, RIGID)
+        soft *= stiffening(way, soft_depth, 1.0)
     off = (t < way.before) | (t > release + way.fall)
     hard[off] = soft[off] = 0
     soft = (
@@ -155,6 +181,7 @@ def touch(way: Way, seed: int) -> Recorded:
         else soft
     )
     channels = [values * (1 + way.bend * values) for values in (hard, soft)]
+    channels[0] *= way.gain
     common = (
         way.pink * np.cumsum(random.standard_normal(len(t))) * np.sqrt(STEP_s) if way.pink else 0.0
     )

@@ -23,7 +23,7 @@ using Core = palpate::HandheldTracker<double>;
 using Run = palpate::runs::Run<Core>;
 
 constexpr std::size_t most_text = 1 << 15, shortest_row = 16;  // "0,0,0,0,0,0,0,0" and a line end
-constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 31;
+constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 33;
 constexpr std::size_t most_judged = 64, judgement_numbers = 5;
 
 /// The touches that ended, or were revised, in order; in a block each sample may end and revise one.
@@ -88,6 +88,8 @@ struct Touches {
                           r.level.ratio,
                           r.level.standard_error,
                           r.contact_exponent,
+                          r.depth,
+                          r.rise,
                           r.age,
                           r.before.ratio,
                           r.before.standard_error,

@@ -14,7 +14,7 @@ const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
   "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "tilt", "shift", "alarm_share", "saturated", "refused", "outliers",
-  "level_ratio", "level_standard_error", "contact_exponent", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
+  "level_ratio", "level_standard_error", "contact_exponent", "depth_pF", "rise_s", "age_s", "ratio_before", "before_standard_error", "ratio_after", "after_standard_error"];
 
 export class Core {
   static async of(compiled) {
@@ -204,8 +204,10 @@ function adviceOn(touch) {
 }
 
 // Why a touch does not count, as palpate.repeatability says; "": it does.
-function whyOf({ flags, samples, refused, saturated, outliers, standard_error: error, revised, age_s: age }) {
-  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: error !== null && (revised || age > 0), creep: age > 0, late: error !== null && samples >= FEWEST, outliers: 8 * outliers <= samples + refused + saturated, tilt: true, changed: true };
+function whyOf({ flags, samples, refused, saturated, outliers, standard_error: error, revised, age_s: age, offset, drift, curve, shift }) {
+  // An error of less than a third of the scatter from touch to touch excludes nothing.
+  const small = (share) => share !== null && Math.abs(share) < 0.03 / 3;
+  const harmless = { short: error !== null && samples >= FEWEST && !age, drift: small(drift) || (error !== null && (revised || age > 0)), creep: age > 0 || small(shift), offset: small(offset), curve: small(curve), late: error !== null && samples >= FEWEST, outliers: 8 * outliers <= samples + refused + saturated, tilt: true, changed: true };
   const found = flags.find((flag) => !harmless[flag]);
   return found ? `${found}: ${ADVICE[found]}` : "";
 }

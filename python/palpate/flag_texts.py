@@ -255,3 +255,13 @@ def explain_gap(_: "Touch") -> str:
         "or before it; so the baseline may have been measured in contact: lift the probe, and touch "
         "again"
     )
+
+
+def explain_stiffens(touch: "Touch") -> str:
+    """Explain that the ratio grows with depth."""
+    return (
+        f"the ratio grows by {_per_cent(touch.effects['stiffening'])} from a light contact to full "
+        "depth: the object is thin or layered, or stiffens when it is strained. The ratio is the one "
+        "at full depth, so a modulus is only an upper bound: touch a thicker piece, or press less "
+        "deep"
+    )

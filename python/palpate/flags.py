@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Literal, Self
 
 from palpate import flag_texts
@@ -48,6 +48,20 @@ def _if_whole_and_not_revised(touch: "Touch") -> bool:
     return _if_whole(touch) and not corrected
 
 
+def _unknown(_: "Touch") -> float:
+    return inf
+
+
+def _effect(name: str) -> Callable[["Touch"], float]:
+    """Return a function that gives the size of an effect of a touch, as a share of the ratio."""
+
+    def size(touch: "Touch") -> float:
+        share = abs(touch.effects.get(name, inf))
+        return share if isfinite(share) else inf
+
+    return size
+
+
 @dataclass(frozen=True)
 class Meaning:
     """The meaning of a flag: its advice, and its effect on results.
@@ -58,6 +72,9 @@ class Meaning:
         Advice on a touch with this flag: the likely cause, its size, and the remedy.
     excludes : callable
         Whether the flag keeps this touch out of means, fits and reports, unless it is accepted.
+    error : callable
+        Largest relative error of the ratio by the effect; inf: unknown. A flag whose error is less
+        than a third of the uncertainty of the ratio does not exclude a touch.
     no_ratio : bool
         Whether the ratio has no meaning at all.
     misfit : bool
@@ -71,6 +88,7 @@ class Meaning:
 
     explain: Callable[["Touch"], str]
     excludes: Callable[["Touch"], bool] = _always
+    error: Callable[["Touch"], float] = _unknown
     no_ratio: bool = False
     misfit: bool = False
     avoided_by: Literal["level", "age", ""] = ""
@@ -78,7 +96,9 @@ class Meaning:
 
 
 class Flag(StrEnum):
-    """A warning about the result of a touch, with its meaning; the core decides which touch has it.
+    """A warning about the result of a touch, with its meaning.
+
+    The core decides which touch has it, except for `STIFFENS`.
 
     Attributes
     ----------
@@ -114,6 +134,10 @@ class Flag(StrEnum):
     GAP
         `Tracker.gap` ended the touch; or the baseline was measured after a gap, and no release has
         shown yet that this was without contact.
+    STIFFENS
+        Known after the release: the ratio grows with depth, because the object is thin or layered,
+        or stiffens when it is strained. A `Tracker` alone does not test this: `palpate.touches`,
+        `Stream` and `palpate replay` do.
 
     Examples
     --------
@@ -146,20 +170,30 @@ class Flag(StrEnum):
     ONE_SIDED = "one-sided", Meaning(flag_texts.explain_one_sided, no_ratio=True)
     OFFSET = (
         "offset",
-        Meaning(flag_texts.explain_offset, misfit=True, avoided_by="level", hint="hold upright"),
+        Meaning(
+            flag_texts.explain_offset,
+            error=_effect("offset"),
+            misfit=True,
+            avoided_by="level",
+            hint="hold upright",
+        ),
     )
     DRIFT = (
         "drift",
         Meaning(
             flag_texts.explain_drift,
             _if_whole_and_not_revised,
+            error=_effect("drift"),
             misfit=True,
             avoided_by="age",
             hint="hold still",
         ),
     )
     LAG = "lag", Meaning(flag_texts.explain_lag, misfit=True, hint="press slowly")
-    CURVE = "curve", Meaning(flag_texts.explain_curve, misfit=True, hint="press less")
+    CURVE = (
+        "curve",
+        Meaning(flag_texts.explain_curve, error=_effect("curve"), misfit=True, hint="press less"),
+    )
     TILT = "tilt", Meaning(flag_texts.explain_tilt, _never)
     CHANGED = "changed", Meaning(flag_texts.explain_changed, _never)
     STEP = "step", Meaning(flag_texts.explain_step, misfit=True)
@@ -167,11 +201,17 @@ class Flag(StrEnum):
     CREEP = (
         "creep",
         Meaning(
-            flag_texts.explain_creep, _if_whole, misfit=True, avoided_by="age", hint="wait longer"
+            flag_texts.explain_creep,
+            _if_whole,
+            error=_effect("shift"),
+            misfit=True,
+            avoided_by="age",
+            hint="wait longer",
         ),
     )
     BASELINE = "baseline", Meaning(flag_texts.explain_baseline, no_ratio=True, misfit=True)
     GAP = "gap", Meaning(flag_texts.explain_gap)
+    STIFFENS = "stiffens", Meaning(flag_texts.explain_stiffens, _never)
 
 
 class Suspicion(StrEnum):

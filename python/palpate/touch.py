@@ -45,6 +45,11 @@ class Touch:
         Standard deviation of `level_ratio`.
     contact_exponent : float
         Exponent of force against depth with which `level_ratio` was computed; 0: there is none.
+    depth_pF : float
+        Change of the soft channel where the press had settled: how deep it was; nan in other
+        scenes, or if the press has not settled.
+    rise_s : float
+        Seconds from the contact to there.
     age_s : float
         Seconds from the moment when the press had settled to the end of the touch, if it ends at an
         age; 0: it ends at its length.
@@ -68,7 +73,8 @@ class Touch:
         the share of the mean depth by which the soft bump is reached first; `drift` during the
         touch, share of the mean output; `lag` of the soft channel, ms (nan without times); `curve`,
         share of the mean output; `tilt`, the ratio above the level ratio, share of it; `shift` of
-        the ratio by the revision, share.
+        the ratio by the revision, share; with the flag "stiffens" only `stiffening`, the growth of
+        the ratio from zero to full depth, share of that at zero depth.
     alarm_share : float
         Share of the samples with the alarm on.
     saturated : int
@@ -106,6 +112,8 @@ class Touch:
     level_ratio: float
     level_standard_error: float
     contact_exponent: float
+    depth_pF: float
+    rise_s: float
     age_s: float
     ratio_before: float
     before_standard_error: float

@@ -26,6 +26,8 @@ the modulus in the middle of the range. The simulated hand (`palpate.simulation.
 by the same share, so simulations do not confirm it. A calibration, or a session with repeated
 touches, replaces it by a measurement.
 """
+LEVEL_SCATTER = 0.006
+"""The same of the level ratio, which a tilt does not change: creep and alignment cause so much."""
 RatioOf = Callable[["Touch"], tuple[float, float]]
 """A ratio of a touch with its standard error (nan: not known): `hold_ratio`, `level_ratio`, or
 `Calibration.ratio_of`."""

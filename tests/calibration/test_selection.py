@@ -16,6 +16,7 @@ from command_lines import document, run
 from example_touch import example_touch
 from palpate import Calibration
 from palpate.calibration.calibration_file import About
+from palpate.calibration.provenance import present_time
 from palpate.calibration.selection import Track, choose_ratio, fitted_exponent
 from palpate.calibration.specimen_files import write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, error_share, fit_specimens
@@ -29,7 +30,11 @@ from palpate.repeatability import objections
 from palpate.simulation import hand
 from palpate.uncertainty import level_ratio
 
-from bench.accuracy.session import WAY, fitted, measure, session
+from bench.accuracy.another_hand import figures_of
+from bench.accuracy.another_hand_rows import REFERENCE, WHOLE_HOLD
+from bench.accuracy.another_hand_scores import Share
+from bench.accuracy.other_sessions import DOMES, Calibrating, specimens
+from bench.accuracy.session_calibration import Stated, calibrated
 
 TILTED = hand.Hand(oblique=0.0, tilt_deg=0.5)
 MODULI = {name: SORBOTHANE_MPA[name] for name in ("30 OO", "60 OO", "40 A", "70 A")}
@@ -64,35 +69,29 @@ def tracks(runs: dict[str, Any], **settings: float) -> list[Track]:
 
 def test_a_whole_session_with_domes_that_creep() -> None:
     """On three sessions: 60 touches, 15 means; of these one may be missed by chance."""
-    found = measure(range(3))
-    error, holds, of_mean, means_hold = found.numbers
-    assert (found.missing, error < 2.5, of_mean < 1.5, holds >= 92, means_hold >= 92) == (
-        0,
-        True,
-        True,
-        True,
-        True,
-    )
-    hold = measure(range(3), kind="hold", contact_exponent=1.0, age=0.0)
-    assert hold.numbers[0] > 5 * error
+    found = figures_of(REFERENCE, 3)
+    assert found.shares[Share.WITHOUT] == 0
+    assert found.rms < 2.5
+    assert found.mean_rms < 1.5
+    assert found.coverage >= 92
+    assert found.mean_coverage >= 92
+    assert figures_of(WHOLE_HOLD, 3).rms > 5 * found.rms
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_the_exponent_by_the_scatter(exponent: float) -> None:
     """With creep to 0.1; and the level ratio afterwards is the live one within its error."""
-    specimens, _ = session(1, replace(WAY, exponent=exponent))
-    _, chosen = fitted(specimens)
-    assert (chosen.ratio, chosen.settings["contact_exponent"]) == ("level", exponent)
-    assert chosen.settings["age"] > 0
-    every = tracks({f"{E}": each for E, each in specimens.items()})
-    assert fitted_exponent(every, chosen.settings["age"], ("creep",)) == pytest.approx(
-        exponent, abs=0.1
-    )
-    settings: Any = chosen.settings
-    for each in specimens.values():
-        for one, live in zip(
-            palpate.offline(each, **settings), palpate.touches(each, **settings), strict=True
-        ):
+    touched = specimens(Calibrating(replace(DOMES, exponent=exponent)), 1)
+    found = calibrated(touched, Stated())
+    settings: Any = found.settings
+    assert found.calibration.ratio == "level"
+    assert settings["contact_exponent"] == exponent
+    assert settings["age"] > 0
+    every = tracks({str(one.label_MPa): one.recording for one in touched})
+    assert fitted_exponent(every, settings["age"], ("creep",)) == pytest.approx(exponent, abs=0.1)
+    for each in touched:
+        offline = palpate.offline(each.recording, **settings)
+        for one, live in zip(offline, found.touches(each), strict=True):
             assert one.level_ratio == pytest.approx(
                 live.level_ratio, abs=3 * live.level_standard_error
             )
@@ -254,8 +253,8 @@ def test_a_replay_shows_the_ratio_of_the_session(tilted: Path, tmp_path: Path) -
 
 def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     """One recording with the touches on all specimens; without it, the ratio of the hold."""
-    specimens, _ = session(2)
-    whole = reduce(add, specimens.values())
+    touched = specimens(Calibrating(), 2)
+    whole = reduce(add, [one.recording for one in touched])
     np.savetxt(tmp_path / "table.csv", np.column_stack([whole.t_hard_s, whole.hard, whole.soft]), delimiter=",", header="time s,hard pF,soft pF", comments="")  # fmt: skip
     path = tmp_path / "run.csv"
     assert (
@@ -266,17 +265,19 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     )
     touches = iter(enumerate(palpate.touches(palpate.read(path)), 1))
     known = [
-        KnownSpecimen(f"{E}", E, tuple((*next(touches), True) for _ in range(4))) for E in specimens
+        KnownSpecimen(str(E), E, tuple((*next(touches), True) for _ in range(4)))
+        for E in (one.label_MPa for one in touched)
     ]
     used, plan = (
         list[Calibration](),
-        SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str),
+        SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str, operator=""),
     )
+    watch: Any = SimpleNamespace(chips=set(), simulated=None, begun_at=present_time())
     for recorder in (SimpleNamespace(path=path), None):
         bench = SimpleNamespace(
             files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None
         )
-        GuidedCalibration(bench, plan).save_calibration()  # type: ignore[arg-type]
+        GuidedCalibration(bench, plan, watch).save_calibration()  # type: ignore[arg-type]
         used.append(plan.progress.calibration)
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0

@@ -12,7 +12,7 @@ from palpate.materials import KnownModulus
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan
 from project import FOUR, made_once
-from report_session import recorded, specimens
+from report_session import recorded, softened, specimens
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +64,23 @@ def test_replay_adds_the_modulus(folder: Path) -> None:
     assert all("(calibration)" in line for line in lines[1:5])
     assert lines[5].startswith("mean of 4 touches: 4.20")
     assert re.fullmatch(
-        r"The intervals include the scatter from touch to touch \(2\.\d %\)\.", lines[6]
+        r"The intervals are of 95 %, and include the scatter from touch to touch \(2\.\d %\)\.",
+        lines[6],
     )
     [(low, high)] = re.findall(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[5])
     assert float(low) < 1.1 < float(high)
+
+
+def test_replay_adds_the_trend_below_the_mean(folder: Path, tmp_path: Path) -> None:
+    given = ("replay", softened(tmp_path), "--calibration", folder / "probe.toml")
+    mean, trend, intervals = run(*given).stdout.splitlines()[-3:]
+    assert mean.startswith("mean of 4 touches: 4.02")
+    assert "if all are on one object: 1.0" in mean
+    assert trend.startswith("the ratio falls by 7.1 % from the first touch to the last (trend, ")
+    assert intervals.startswith("The intervals are of 95 %")
+    found = document(*given)
+    assert found["agreement"]["trend"]["change"] == pytest.approx(-0.071, abs=0.003)
+    assert "trends" not in found
 
 
 def test_an_object_beyond_and_touches_on_several_objects(folder: Path, tmp_path: Path) -> None:

@@ -49,6 +49,8 @@ NUMBERS = (
     *(
         "level_ratio",
         "level_standard_error",
+        "depth_pF",
+        "rise_s",
         "ratio_before",
         "before_standard_error",
         "ratio_after",

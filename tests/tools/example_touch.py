@@ -19,6 +19,8 @@ _VALUES: dict[str, Any] = {
     "level_ratio": nan,
     "level_standard_error": nan,
     "contact_exponent": 1.0,
+    "depth_pF": nan,
+    "rise_s": nan,
     "age_s": 0.0,
     "ratio_before": nan,
     "before_standard_error": nan,

@@ -14,7 +14,7 @@ from palpate.calibration.fit import (
     CurveFit,
     MeanRatios,
     curve,
-    slope,
+    slope_by_log_modulus,
     specimen_means,
     variance_by_moduli,
 )
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from palpate.calibration.calibration_file import StoredCalibration
 
 DOUBT = 0.01  # probability below which a misfit is significant
+LEAST_MISFIT = 0.003  # scatter of the specimens that is no objection: creep and gauges cause it
+MOST_SCATTER = 1.5 * TOUCH_SCATTER  # of level ratios from touch to touch
 LOOSE = 0.2  # relative half width of the 95 % interval above which a parameter is not determined
 USUAL_MODULUS_UNCERTAINTY = 0.15  # a durometer and a relation; above it, a modulus is rather wrong
 _FAR = 2.5  # standard errors
@@ -145,7 +147,7 @@ def explaining_uncertainty(fit: CurveFit, rows: Sequence[Residual]) -> float:
     distance = np.array([row.ratio - row.fitted for row in rows])
     by_touches = np.array([row.touch_error for row in rows]) ** 2
     x = np.log([row.modulus for row in rows])
-    by_moduli = slope(fit.parameters, x) ** 2
+    by_moduli = slope_by_log_modulus(fit.parameters, x) ** 2
 
     def squares(uncertainty: float) -> Array:
         return np.asarray(distance**2 / (by_touches + by_moduli * uncertainty**2))
@@ -159,6 +161,15 @@ def explaining_uncertainty(fit: CurveFit, rows: Sequence[Residual]) -> float:
     found = float(brentq(excess, 0.0, USUAL_MODULUS_UNCERTAINTY))
     largest = float(squares(found).max())
     return found if largest < _OUTLYING * fit.specimen_freedom else nan
+
+
+def _too_scattered(fit: CurveFit) -> str:
+    """Return the objection that the level ratios differ by more than a tilt explains."""
+    return (
+        f"The level ratio scatters from touch to touch by {_percent(fit.touch_variance)} %, which "
+        "no tilt of the probe explains. Is a touch under the wrong specimen, or do the bumps have "
+        "different shapes?"
+    )
 
 
 def _undetermined(
@@ -256,12 +267,14 @@ def _percent(variance: float) -> str:
     return number_format.error(100 * variance**0.5)
 
 
-def assess(fit: CurveFit, rows: Sequence[Residual], values: int) -> Assessment:
-    """Return the assessment of a fit to this number of values."""
+def assess(fit: CurveFit, rows: Sequence[Residual], values: int, kind: str) -> Assessment:
+    """Return the assessment of a fit to this number of values of a kind, "hold" or "level"."""
     objections = []
     probability = _misfit_probability(fit)
-    if probability < DOUBT:
+    if probability < DOUBT and fit.specimen_variance > LEAST_MISFIT**2:
         objections.append(_curve_misfit(fit, probability, rows))
+    if kind == "level" and fit.touch_variance > MOST_SCATTER**2:
+        objections.append(_too_scattered(fit))
     rigid = float(fit.parameters[0])
     t = float(need("scipy.special", "science").stdtrit(fit.curve_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5

@@ -5,24 +5,30 @@ curve, the distances of the specimens from it, and the verdict on the fit.
 """
 
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from math import exp
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from math import exp, isfinite
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from palpate.calibration.assessment import Assessment, Residual, assess, residuals
+from palpate.calibration.evidence import EXPONENTS
+from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit
 from palpate.calibration.interval import check_level
 from palpate.calibration.modulus import ParameterRow, parameter_row
+from palpate.calibration.provenance import UNKNOWN, Provenance
+from palpate.calibration.ranges import Range, Ranges
+from palpate.calibration.verification import Verification
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
 from palpate.messages import quoted, shortened
 
-_SCHEMA = 1
+_SCHEMA = 2
+_SCHEMAS = (1, _SCHEMA)  # 1: one curve for one exponent, without ranges
 _UNITS = {
     "modulus": "MPa",
     "modulus_uncertainty": "relative to the modulus, k = 1",
@@ -62,6 +68,8 @@ class About:
         The values that were fitted, one of `palpate.calibration.specimen_fit.CHOICES`.
     notes : mapping of str
         Further entries of the file, by name.
+    provenance : palpate.calibration.provenance.Provenance
+        When, by whom, and from which probe, chip and files; a table of its own in the file.
 
     Examples
     --------
@@ -77,10 +85,11 @@ class About:
     age: str = ""
     fitted_on: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    provenance: Provenance = UNKNOWN
 
     @classmethod
-    def of_entries(cls, entries: Mapping[str, object]) -> Self:
-        """Return the origin from the table `about` of a file."""
+    def of_entries(cls, entries: Mapping[str, object], provenance: Provenance = UNKNOWN) -> Self:
+        """Return the origin from the table `about` of a file, and its provenance."""
         notes = {str(name): str(entry) for name, entry in entries.items()}
         doubts = notes.pop("doubts", "")
         return cls(
@@ -92,6 +101,7 @@ class About:
             age=notes.pop("age", ""),
             fitted_on=notes.pop("fitted on", ""),
             notes=notes,
+            provenance=provenance,
         )
 
     def entries(self) -> dict[str, str]:
@@ -129,6 +139,9 @@ class StoredCalibration:
     contact_exponent: float = 1.0
     age_s: float = 0.0
     error_share: float = 1.0
+    exponent_fits: tuple[ExponentFit, ...] = ()
+    ranges: Ranges = field(default_factory=Ranges)
+    verifications: tuple[Verification, ...] = ()
 
     @property
     def probe(self) -> Elasticity:
@@ -158,7 +171,7 @@ class StoredCalibration:
     @property
     def assessment(self) -> Assessment:
         """What speaks against the fit; prints as the verdict."""
-        return assess(self.fitted, self.residuals, len(self.ratios))
+        return assess(self.fitted, self.residuals, len(self.ratios), self.ratio)
 
     @property
     def verdict(self) -> str:
@@ -196,8 +209,8 @@ class StoredCalibration:
     def as_dict(self) -> Table:
         """Return the contents of the file that `save` writes, as plain numbers and text."""
         scatter = asdict(self.fitted)
-        parameters = scatter.pop("parameters")
-        covariance = scatter.pop("covariance")
+        del scatter["parameters"]
+        del scatter["covariance"]
         return {
             "schema": _SCHEMA,
             "palpate": self.version,
@@ -209,8 +222,7 @@ class StoredCalibration:
                 "soft_ratio": self.probe.soft_ratio,
                 "calibrated_MPa": list(self.range),
                 "verdict": self.verdict,
-                "parameters": parameters.tolist(),
-                "covariance": covariance.tolist(),
+                **_curve_table(self.fitted),
                 "covariance_of": ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"],
             },
             "touch": {
@@ -220,6 +232,9 @@ class StoredCalibration:
                 "error_share": self.error_share,
             },
             "scatter": scatter,
+            "exponents": list(map(_exponent_table, self.exponent_fits)),
+            "ranges": _ranges_table(self.ranges),
+            **_verification_table(self.verifications),
             "data": {
                 "moduli_MPa": self.moduli.tolist(),
                 "modulus_uncertainties": self.modulus_uncertainties.tolist(),
@@ -228,6 +243,7 @@ class StoredCalibration:
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
             },
+            "provenance": self.about.provenance.as_dict(),
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -259,8 +275,9 @@ class StoredCalibration:
 
     @classmethod
     def _of_document(cls, document: Table) -> Self:
-        if document["schema"] != _SCHEMA:
-            raise ValueError(f"schema: got {quoted(document['schema'])}, allowed: {_SCHEMA}")
+        if document["schema"] not in _SCHEMAS:
+            allowed = " or ".join(map(str, _SCHEMAS))
+            raise ValueError(f"schema: got {quoted(document['schema'])}, allowed: {allowed}")
         fitted = _fit(document["fit"], document["scatter"])
         data = document["data"]
         size = (len(data["ratios"]),)
@@ -268,6 +285,12 @@ class StoredCalibration:
         ratio = touch["ratio"]
         if ratio not in ("hold", "level"):
             raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
+        tables = document.get("exponents", ())
+        fits = tuple(map(_exponent_fit, tables)) or _fits_of_one(fitted, ratio)
+        exponent = _number(touch, "contact_exponent", 1.0, 3.0)
+        if ratio == "level" and exponent not in [fit.contact_exponent for fit in fits]:
+            raise ValueError(f"contact_exponent: got {exponent}, allowed: one of [[exponents]]")
+        provenance = Provenance.of_table(document.get("provenance", {}))
         return cls(
             fitted,
             ratios=_array(data, "ratios", size),
@@ -276,13 +299,76 @@ class StoredCalibration:
             touches=_array(data, "touches", size, positive=True),
             modulus_uncertainties=_uncertainties(data, "modulus_uncertainties", size),
             common_uncertainties=_uncertainties(data, "common_uncertainties", size),
-            about=About.of_entries(document["about"]),
+            about=About.of_entries(document["about"], provenance),
             version=str(document["palpate"]),
             ratio=ratio,
-            contact_exponent=_number(touch, "contact_exponent", 1.0, 3.0),
+            contact_exponent=exponent,
             age_s=_number(touch, "age_s", 0.0, _RANGE),
             error_share=_number(touch, "error_share", 0.0, 1.0),
+            exponent_fits=fits,
+            ranges=_ranges(document.get("ranges", {})),
+            verifications=tuple(map(Verification.of_dict, document.get("verifications", ()))),
         )
+
+
+def _verification_table(verifications: Sequence[Verification]) -> Table:
+    """Return the table of the comparisons; an empty one is left out."""
+    if not verifications:
+        return {}
+    return {"verifications": [one.as_dict() for one in verifications]}
+
+
+def _curve_table(fitted: CurveFit) -> Table:
+    return {"parameters": fitted.parameters.tolist(), "covariance": fitted.covariance.tolist()}
+
+
+def _exponent_table(fit: ExponentFit) -> Table:
+    table = {**asdict(fit), **asdict(fit.fitted), **_curve_table(fit.fitted)}
+    del table["fitted"]
+    return table
+
+
+def _exponent_fit(table: Table) -> ExponentFit:
+    return ExponentFit(
+        _number(table, "contact_exponent", 1.0, 3.0),
+        _fit(table, table),
+        depth_slope=_number(table, "depth_slope", -_RANGE, _RANGE),
+        depth_slope_error=_number(table, "depth_slope_error", 0.0, _RANGE),
+        log_weight=_number(table, "log_weight", -_RANGE, 0.0),
+    )
+
+
+def _fits_of_one(fitted: CurveFit, ratio: str) -> tuple[ExponentFit, ...]:
+    """Return the fits of a file with one curve: it does not say which exponents are possible."""
+    if ratio == "hold":
+        return (ExponentFit(1.0, fitted),)
+    return tuple(ExponentFit(float(exponent), fitted) for exponent in EXPONENTS)
+
+
+def _ranges_table(ranges: Ranges) -> Table:
+    """Return the ranges that are known."""
+    table: Table = {}
+    if isfinite(ranges.tilt):
+        table["tilt"] = ranges.tilt
+    if ranges.depth_pF.is_known:
+        table["depth_pF"] = list(ranges.depth_pF)
+        table["middle_pF"] = ranges.middle_pF
+    if ranges.rise_s.is_known:
+        table["rise_s"] = list(ranges.rise_s)
+    return table
+
+
+def _ranges(table: Table) -> Ranges:
+    ranges = Ranges()
+    if "tilt" in table:
+        ranges = replace(ranges, tilt=_number(table, "tilt", 0.0, _RANGE))
+    if "depth_pF" in table:
+        depth = Range(*_array(table, "depth_pF", (2,)).tolist())
+        middle = _number(table, "middle_pF", -_RANGE, _RANGE)
+        ranges = replace(ranges, depth_pF=depth, middle_pF=middle)
+    if "rise_s" in table:
+        ranges = replace(ranges, rise_s=Range(*_array(table, "rise_s", (2,)).tolist()))
+    return ranges
 
 
 def _fit(fit: Table, scatter: Table) -> CurveFit:

@@ -201,7 +201,7 @@ def gradient(parameters: Array, x: Array) -> Array:
     return np.stack([share, by_log_half, 1 - share])
 
 
-def slope(parameters: Array, x: Array) -> Array:
+def slope_by_log_modulus(parameters: Array, x: Array) -> Array:
     """Return the derivative of `curve` with respect to x."""
     rigid, log_half, soft = parameters
     share = _share(x - log_half)
@@ -210,7 +210,7 @@ def slope(parameters: Array, x: Array) -> Array:
 
 def variance_by_moduli(parameters: Array, x: Array, modulus_uncertainty: Array) -> Array:
     """Return the variance of the ratios at x by the relative uncertainty of their moduli."""
-    return np.asarray((slope(parameters, x) * modulus_uncertainty) ** 2)
+    return np.asarray((slope_by_log_modulus(parameters, x) * modulus_uncertainty) ** 2)
 
 
 def _share(x: Array) -> Array:
@@ -262,7 +262,7 @@ def fit_curve(
     total = around.total(excess, level, known)
     slopes = gradient(parameters, x)[free]
     covariance = _covariance(slopes, total)
-    shift = covariance @ (slopes / total) @ (slope(parameters, x) * errors.common)
+    shift = covariance @ (slopes / total) @ (slope_by_log_modulus(parameters, x) * errors.common)
     covariance = covariance + np.outer(shift, shift)
     whole = np.zeros((3, 3))
     whole[np.ix_(free, free)] = covariance
@@ -422,6 +422,14 @@ def _least_squares(
             "channels are exchanged"
         )
     return found
+
+
+def leverages(fit: CurveFit, x: Array, rows: MeanRatios) -> Array:
+    """Return the leverage of each row, one a specimen: the share of itself in its fitted ratio."""
+    slopes = gradient(fit.parameters, x)
+    level = curve(fit.parameters, x)
+    variance = rows.variance(max(fit.touch_variance, SMALLEST_VARIANCE), level)
+    return np.asarray(np.einsum("ij,ik,kj->j", slopes, fit.covariance, slopes) / variance)
 
 
 def _covariance(slopes: Array, total: Array) -> Array:

@@ -97,6 +97,11 @@ class Variances(NamedTuple):
     specimen: Array  # scatter of specimens around the curve
     curve: Array  # error of the fitted curve
 
+    @property
+    def total(self) -> Array:
+        """The sum of the parts."""
+        return np.asarray(self.noise + self.touch + self.specimen + self.curve)
+
 
 def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
     """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
@@ -113,8 +118,16 @@ def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
 
 def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
-    noise, touch, specimen, fitted = variances(fit, measured, x)
-    total = noise + touch + specimen + fitted
+    parts = variances(fit, measured, x)
+    t = need("scipy.special", "science").stdtrit(
+        degrees_of_freedom(fit, parts), 0.5 + measured.level / 2
+    )
+    return np.asarray(t * np.sqrt(parts.total))
+
+
+def degrees_of_freedom(fit: CurveFit, variances: Variances) -> Array:
+    """Return the degrees of freedom of the sum of variances: Welch and Satterthwaite."""
+    _, touch, specimen, fitted = variances
     # Terms of one estimate are fully correlated; the error of the curve is of both estimates. Its
     # part by the uncertainty of the moduli was not estimated.
     estimated = (1 - fit.modulus_share) * fitted
@@ -125,9 +138,7 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     by_touch = touch + specimen + estimated - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        freedom = np.minimum(total**2 / parts, 1e9)
-    t = need("scipy.special", "science").stdtrit(freedom, 0.5 + measured.level / 2)
-    return np.asarray(t * np.sqrt(total))
+        return np.asarray(np.minimum(variances.total**2 / parts, 1e9))
 
 
 def _crossing(

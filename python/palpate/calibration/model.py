@@ -1,8 +1,8 @@
 """The calibration of a probe: fitted to specimens, it converts a ratio to a modulus."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import exp, inf, isfinite, isnan, log, nan, sqrt
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, hypot, inf, isfinite, isnan, log, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,12 @@ from palpate import number_format
 from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
 from palpate.calibration.calibration_file import About, StoredCalibration
+from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of, is_too_oblique
+from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
 from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
 from palpate.calibration.interval import (
     MeasuredRatio,
+    Variances,
     allowance,
     bounds,
     check_level,
@@ -22,14 +25,32 @@ from palpate.calibration.interval import (
 )
 from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
+from palpate.calibration.ranges import differences_of
+from palpate.calibration.touch_modulus import (
+    DIFFERENCE_NAMES,
+    RatioAtExponent,
+    modulus_at,
+    ratio_at,
+    spread_of,
+    union,
+)
+from palpate.calibration.verification import Verification, agreement_probability
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
+from palpate.flags import Flag
 from palpate.plotted import Plotted
 from palpate.repeatability import Agreement, agreement, objections
 from palpate.touch import Touch
-from palpate.uncertainty import Scatter
+from palpate.uncertainty import LEVEL_SCATTER, Scatter
 
-_LARGEST = 690.0  # exp of it is still finite
+_TOO_OBLIQUE = (
+    f"held too obliquely: the hold differs from the level ratio by more than {MOST_TILTED:g} of "
+    "it, so one bump has hardly any contact: hold the probe upright"
+)
+_STIFFENS = (
+    "the object stiffens with depth: it is thin, layered, or stiffens by strain, so only an upper "
+    "bound of its modulus is known"
+)
 _BELOW = 2.0  # a drawing begins at the smallest calibrated modulus divided by this
 _ABOVE = 4.0  # and ends at the largest multiplied by this
 
@@ -45,14 +66,29 @@ def _outside(probe: Elasticity, ratio: float) -> str:
     return ""
 
 
-def _modulus_at(x: float) -> float:
-    """Return the modulus at x = log(E / MPa); inf if a float cannot hold it."""
-    return inf if x >= _LARGEST else exp(x)
-
-
 def _check_touches(touches: float) -> None:
     if not touches >= 1:
         raise ValueError(f"touches: got {touches}, allowed: 1 or more")
+
+
+def _squares(parts: Variances, linearity: float) -> dict[str, float]:
+    """Return the variances of a ratio by name."""
+    return {
+        "noise": float(parts.noise),
+        "linearity": linearity**2,
+        "scatter from touch to touch": float(parts.touch),
+        "scatter of specimens": float(parts.specimen),
+        "fitted curve": float(parts.curve),
+    }
+
+
+def _parts(squares: dict[str, float], ratio: float, slope: float) -> list[UncertaintyPart]:
+    """Return the parts of a budget and their sum; `slope`: of log E against the ratio."""
+    budget = []
+    for name, square in [*squares.items(), ("together", sum(squares.values()))]:
+        error = 100 * sqrt(square)
+        budget.append(UncertaintyPart(name, error / ratio, error * slope))
+    return budget
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,7 +201,13 @@ class Calibration(StoredCalibration, Plotted):
         rows = MeanRatios(data.ratios, data.standard_errors, data.touches, specimen)
         errors = ModulusErrors(data.modulus_uncertainties[first], data.common_uncertainties[first])
         fitted = fit_curve(np.log(known), rows, soft_ratio, errors)
-        return cls(fitted, *data, about=about or About(), version=__version__)
+        return cls(
+            fitted,
+            *data,
+            about=about or About(),
+            version=__version__,
+            exponent_fits=(ExponentFit(1.0, fitted),),
+        )
 
     def __repr__(self) -> str:
         """Return the specimens, the range and the rigid ratio, in one line."""
@@ -280,7 +322,10 @@ class Calibration(StoredCalibration, Plotted):
             calibrated["contact_exponent"] = self.contact_exponent
         if measured != calibrated:
             return other_settings(measured, calibrated)
-        if isfinite(touch.level_ratio if by_level else touch.ratio):
+        if is_too_oblique(touch):
+            return _TOO_OBLIQUE
+        ratio = touch.level_ratio if by_level else touch.ratio
+        if isfinite(ratio) and ratio > 0:
             return ""
         if by_level:
             return (
@@ -291,13 +336,17 @@ class Calibration(StoredCalibration, Plotted):
 
     def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count: flags, and `refusal`; empty if it does."""
-        against = [*objections(touch, self.accepted), self.refusal(touch)]
+        scatter = self.touch_scatter.share
+        if self.ratio == "level":
+            scatter = max(scatter, LEVEL_SCATTER)
+        against = [*objections(touch, self.accepted, scatter=scatter), self.refusal(touch)]
         return tuple(filter(None, against))
 
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
         """Return the ratio of a touch that this calibration converts, and its standard error.
 
-        Both are nan if the touch has none: measured with another exponent or age, or without a
+        The standard error contains what differs from the touches that calibrated, and the exponents
+        of the contact that are left open. Both are nan if the touch has none: measured with another exponent or age, or without a
         level ratio; see `refusal`. An unknown standard error is nan.
 
         Examples
@@ -305,22 +354,217 @@ class Calibration(StoredCalibration, Plotted):
         >>> import palpate
         >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
         >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
-        >>> found.ratio_of(touch) == (touch.ratio, touch.standard_error)
+        >>> found.ratio_of(touch)[0] == touch.ratio
         True
         """
         if self.refusal(touch):
             return nan, nan
-        if self.ratio == "level":
-            return touch.level_ratio, self.error_share * touch.level_standard_error
-        return touch.ratio, touch.standard_error
+        ratio = touch.level_ratio if self.ratio == "level" else touch.ratio
+        error = touch.level_standard_error if self.ratio == "level" else touch.standard_error
+        [evidence] = self._evidence([touch])
+        exponents = [fit.contact_exponent for fit in self.exponent_fits]
+        number = exponents.index(self.contact_exponent) if self.ratio == "level" else 0
+        differences = differences_of(
+            evidence,
+            number,
+            exponents[number],
+            self.ranges,
+            kind=self.ratio,
+            depth_slope_error=self.exponent_fits[number].depth_slope_error,
+        )
+        possible = [fit.is_possible for fit in self.exponent_fits]
+        of_exponents = float(np.sqrt(np.mean(evidence.derived[possible] ** 2)))
+        further = ratio * hypot(*differences, of_exponents)
+        return ratio, hypot(self.error_share * error, further)
 
     def modulus_of(self, touch: Touch) -> Modulus:
-        """Return the modulus of an object from a touch: `modulus` of its `ratio_of`."""
+        """Return the modulus of an object from a touch.
+
+        Its interval is the union of those for all exponents of the contact that the calibration
+        leaves open. It is wider for a touch that differs from those that calibrated; `differences`
+        says how.
+        """
         refused = self.refusal(touch)
         if refused:
             return Modulus(nan, nan, nan, refused)
-        ratio, error = self.ratio_of(touch)
-        return self.modulus(ratio, error if isfinite(error) else None)
+        return self.mean_modulus([touch])
+
+    def mean_modulus(self, touches: Sequence[Touch], *, level: float = 0.95) -> Modulus:
+        """Return the modulus of an object from the mean of several touches on it.
+
+        Parameters
+        ----------
+        touches : sequence of Touch
+            One or more. Those without a ratio for this calibration do not count.
+        level : float, in (0, 1)
+            As in `modulus`.
+
+        Returns
+        -------
+        Modulus
+
+        Raises
+        ------
+        ValueError
+            No touch has a ratio for this calibration, or the level is out of its range.
+        """
+        check_level(level)
+        counted = self._counted(touches)
+        ratios = self._ratios_at(counted)
+        value_x, low_x, high_x = union(ratios, level)
+        low = modulus_at(low_x)
+        high = modulus_at(high_x)
+        if 2 * sum(Flag.STIFFENS in touch.flags for touch in counted) >= len(counted):
+            return Modulus(nan, 0.0, high, _STIFFENS, extrapolated=True)
+        if isnan(value_x):
+            reason = self._reason_outside(ratios, low)
+            return Modulus(nan, low, high, reason, extrapolated=True)
+        value = modulus_at(value_x)
+        softest, stiffest = self.range
+        return Modulus(value, low, high, extrapolated=not softest <= value <= stiffest)
+
+    def _counted(self, touches: Sequence[Touch]) -> list[Touch]:
+        """Return the touches that have a ratio for this calibration."""
+        counted = [touch for touch in touches if not self.refusal(touch)]
+        if not counted:
+            raise ValueError(
+                f"touches: got {len(touches)} without a ratio for this calibration, allowed: at "
+                "least one with it; Calibration.refusal says why not"
+            )
+        return counted
+
+    def _evidence(self, touches: Sequence[Touch]) -> list[TouchEvidence]:
+        exponents = np.array([fit.contact_exponent for fit in self.exponent_fits])
+        return [evidence_of(touch, self.ratio, exponents) for touch in touches]
+
+    def _ratios_at(self, touches: Sequence[Touch]) -> list[RatioAtExponent]:
+        """Return the mean ratio of touches for each possible exponent."""
+        evidence = self._evidence(touches)
+        ratios = []
+        for number, fit in enumerate(self.exponent_fits):
+            if fit.is_possible:
+                ratios.append(
+                    ratio_at(
+                        evidence,
+                        fit,
+                        number,
+                        self.ranges,
+                        kind=self.ratio,
+                        error_share=self.error_share,
+                    )
+                )
+        return ratios
+
+    def _reason_outside(self, ratios: Sequence[RatioAtExponent], low: float) -> str:
+        """Return why the mean of touches has no modulus."""
+        for one in ratios:
+            rigid, log_half, soft = one.fit.fitted.parameters.tolist()
+            reason = _outside(Elasticity(rigid, exp(log_half), soft), one.ratio)
+            if reason:
+                break
+        if isnan(low):
+            reason += "; the difference is larger than the uncertainty"
+        return reason
+
+    def differences(self, touch: Touch) -> list[str]:
+        """Return sentences about how a touch differs from those that calibrated; empty: it does not.
+
+        Its interval is wider for it.
+        """
+        if self.refusal(touch):
+            return []
+        [evidence] = self._evidence([touch])
+        return self.ranges.differences(evidence)
+
+    def learned(self, groups: Iterable[Sequence[Touch]]) -> "Calibration":
+        """Return the calibration with what repeated touches show of the contact exponent.
+
+        Touches of the hand that measures, held at different angles, scatter least at the right
+        exponent. This narrows the range that the calibration leaves open, and with it the
+        intervals of oblique touches.
+
+        Parameters
+        ----------
+        groups : iterable of sequence of Touch
+            Touches on one object each, of any modulus.
+
+        Returns
+        -------
+        Calibration
+        """
+        if len(self.exponent_fits) < 2:
+            return self
+        evidence = []
+        for touches in groups:
+            counted = [touch for touch in touches if not self.objections(touch)]
+            if len(counted) > 1:
+                evidence.append(self._evidence(counted))
+        if not evidence:
+            return self
+        fits = weighted(self.exponent_fits, scatter_evidence(evidence, self.error_share))
+        return replace(self, exponent_fits=fits)
+
+    @property
+    def possible_exponents(self) -> tuple[float, float]:
+        """Smallest and largest exponent of the contact that the touches leave open."""
+        possible = [fit.contact_exponent for fit in self.exponent_fits if fit.is_possible]
+        return min(possible), max(possible)
+
+    def verify(
+        self,
+        touches: Sequence[Touch],
+        modulus: float,
+        modulus_uncertainty: float = 0.0,
+        *,
+        specimen: str = "",
+        date: str = "",
+    ) -> Verification:
+        """Return whether touches on a specimen of known modulus agree with this calibration.
+
+        Parameters
+        ----------
+        touches : sequence of Touch
+            On the specimen. Those that do not count are left out; see `objections`.
+        modulus : float, MPa
+            Of the specimen.
+        modulus_uncertainty : float
+            Its relative standard uncertainty, 0 or more.
+        specimen, date : str
+            For the sentence and the file.
+
+        Returns
+        -------
+        Verification
+
+        Raises
+        ------
+        ValueError
+            No touch counts, or a value is out of its range.
+        """
+        if not 0 < modulus < inf:
+            raise ValueError(f"modulus: got {modulus}, allowed: a positive number, MPa")
+        if not 0 <= modulus_uncertainty < inf:
+            raise ValueError(
+                f"modulus_uncertainty: got {modulus_uncertainty}, allowed: 0 or more, relative"
+            )
+        counted = [touch for touch in touches if not self.objections(touch)]
+        if not counted:
+            raise ValueError(f"touches: got {len(touches)}, none counts, allowed: at least one")
+        probabilities = [
+            agreement_probability(
+                one.fit.fitted, one.measured(0.95), log(modulus), modulus_uncertainty
+            )
+            for one in self._ratios_at(counted)
+        ]
+        return Verification(
+            specimen,
+            date,
+            modulus,
+            modulus_uncertainty,
+            self.mean_modulus(counted),
+            len(counted),
+            max(probabilities),
+        )
 
     def modulus(
         self,
@@ -372,8 +616,8 @@ class Calibration(StoredCalibration, Plotted):
         _check_touches(touches)
         check_level(level)
         low_x, high_x = bounds(self.fitted, MeasuredRatio(ratio, error, touches, level))
-        low = _modulus_at(low_x)
-        high = _modulus_at(high_x)
+        low = modulus_at(low_x)
+        high = modulus_at(high_x)
         reason = _outside(self.probe, ratio)
         if reason:
             if isnan(low):
@@ -423,20 +667,44 @@ class Calibration(StoredCalibration, Plotted):
         modulus = self.probe.modulus(ratio)
         measured = MeasuredRatio(ratio, standard_error or 0.0, touches)
         parts = variances(self.fitted, measured, np.array(log(modulus)))
-        squares = {
-            "noise": parts.noise,
-            "linearity": linearity**2,
-            "scatter from touch to touch": float(parts.touch),
-            "scatter of specimens": float(parts.specimen),
-            "fitted curve": float(parts.curve),
-        }
-        squares["together"] = sum(squares.values())
-        slope = self.probe.slope(ratio) / modulus
-        budget = []
-        for name, square in squares.items():
-            error = 100 * sqrt(square)
-            budget.append(UncertaintyPart(name, error / ratio, error * slope))
-        return budget
+        return _parts(_squares(parts, linearity), ratio, self.probe.slope(ratio) / modulus)
+
+    def budget_of(
+        self, touches: Sequence[Touch], *, linearity: float = 0.0
+    ) -> list[UncertaintyPart]:
+        """Return the parts of the uncertainty of a modulus from the mean of touches.
+
+        Parameters
+        ----------
+        touches : sequence of Touch
+            On one object. Those without a ratio for this calibration do not count.
+        linearity : float
+            As in `budget`.
+
+        Returns
+        -------
+        list of UncertaintyPart
+            Those of `budget`; before "together" the parts by what differs from the calibration, and
+            by the exponents of the contact that it leaves open.
+
+        Raises
+        ------
+        ValueError
+            No modulus corresponds to the ratio, or no touch counts.
+        """
+        ratios = self._ratios_at(self._counted(touches))
+        likeliest = max(ratios, key=lambda one: one.fit.log_weight)
+        rigid, log_half, soft = likeliest.fit.fitted.parameters.tolist()
+        probe = Elasticity(rigid, exp(log_half), soft)
+        ratio = likeliest.ratio
+        modulus = probe.modulus(ratio)
+        measured = MeasuredRatio(ratio, ratio * likeliest.noise, likeliest.touches)
+        parts = variances(likeliest.fit.fitted, measured, np.array(log(modulus)))
+        squares = _squares(parts, linearity)
+        for name, error in likeliest.differences._asdict().items():
+            squares[DIFFERENCE_NAMES[name]] = (ratio * error) ** 2
+        squares["open contact exponent"] = (ratio * spread_of(ratios)) ** 2
+        return _parts(squares, ratio, probe.slope(ratio) / modulus)
 
     def agreement(self, touches: Sequence[Touch]) -> Agreement:
         """Return whether touches agree, and their mean, with the scatter of this calibration.

@@ -1,9 +1,12 @@
-"""Selects the ratio that scatters least on the specimens: hold or level, exponent, age."""
+"""Selects the ratio that predicts specimens left out best: hold or level, at an age; and exponents.
+
+The hold of a level probe scatters least, but a hand that measures later tilts the probe: the error
+of the hold is at least `TOUCH_SCATTER`, the scatter that a hand is assumed to have.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,22 +14,30 @@ import numpy as np
 from palpate import number_format
 from palpate._core import Tracker
 from palpate.calibration.calibration_file import About
+from palpate.calibration.evidence import (
+    BUMPS,
+    EXPONENTS,
+    TouchEvidence,
+    evidence_of,
+    is_too_oblique,
+)
+from palpate.calibration.exponent_fits import FEWEST, POSSIBLE, scatter_evidence
+from palpate.calibration.fit import Array, MeanRatios, curve, fit_curve, leverages
+from palpate.errors import CalibrationError
 from palpate.flags import Flag
-from palpate.offline_touches import offline
+from palpate.messages import unlike
 from palpate.recording_protocol import RecordingProtocol
-from palpate.repeatability import objections, within_groups
+from palpate.repeatability import objections
 from palpate.touch import Touch
 from palpate.tracking import tracked
-from palpate.uncertainty import RATIOS, RatioOf
+from palpate.uncertainty import RATIOS, TOUCH_SCATTER, RatioOf
 
 AGES_S = (0.0, 0.5, 0.8, 1.3, 2.0)
 """Ages that are compared; 0: the whole touch."""
-EXPONENTS = (1.0, 1.5)
+TRACKED_EXPONENTS = (1.0, 1.5)
 """Exponents of the contact that a tracker has."""
-_GRID = np.linspace(1, 2, 51)
-_GAIN = 0.1  # a choice that is not the simplest one has to reduce the scatter by more
-_MOST_LOST = 0.1  # share of the touches
-_FEWEST = 3  # degrees of freedom
+_GAIN = 0.1  # a choice that is not the simplest one has to reduce the error by more
+_FEWEST_SPECIMENS = 4  # for the error of a specimen that is left out: two parameters are fitted
 
 
 class Track(NamedTuple):
@@ -48,45 +59,57 @@ class Track(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RatioScatter:
-    """Scatter within the specimens of one ratio of the touches.
+class RatioError:
+    """Error of a ratio of the touches on specimens that are left out of the calibration.
 
     Attributes
     ----------
     ratio : str
         "hold" or "level".
-    contact_exponent, age_s : float
-        Settings of the tracker.
-    scatter : float
-        Relative standard deviation within the specimens; inf: unknown.
+    age_s : float
+        Setting of the tracker.
+    error : float
+        Relative standard deviation of the ratio of a touch from the curve through the other
+        specimens; inf: they show no curve.
     touches, freedom : int
-        Touches that have this ratio, and degrees of freedom of the scatter.
+        Touches that have this ratio, and degrees of freedom of the error.
+    likelihood : numpy.ndarray
+        Logarithm of the likelihood of each exponent of the contact, at most 0.
 
     Examples
     --------
-    >>> hold = RatioScatter("hold", 1.0, 0.0, 0.030, touches=40, freedom=30)
-    >>> RatioScatter("level", 1.0, 0.0, 0.002, touches=40, freedom=30).is_better_than(hold)
-    True
+    >>> hold = RatioError("hold", 0.0, 0.001, touches=40, freedom=30, likelihood=np.zeros(1))
+    >>> hold.percent, hold.expected
+    ('0.10 %', 0.03)
     """
 
     ratio: str
-    contact_exponent: float
     age_s: float
-    scatter: float
+    error: float
     touches: int
     freedom: int
+    likelihood: Array
 
-    def is_better_than(self, other: "RatioScatter") -> bool:
-        """Return whether the scatter is significantly less than the one of another ratio."""
+    @property
+    def expected(self) -> float:
+        """Error with any hand that measures: the hold has at least the scatter of a hand."""
+        return max(self.error, TOUCH_SCATTER) if self.ratio == "hold" else self.error
+
+    def is_better_than(self, other: "RatioError") -> bool:
+        """Return whether the error of a mean of all presses is significantly less.
+
+        A press without the ratio does not reduce the error of the mean.
+        """
         gain = max(_GAIN, 1 / sqrt(2 * max(self.freedom, 1)))
-        return self.scatter < (1 - gain) * other.scatter
+        own = self.expected / sqrt(max(self.touches, 1))
+        return own < (1 - gain) * other.expected / sqrt(max(other.touches, 1))
 
     @property
     def percent(self) -> str:
-        """The scatter as text."""
-        if not isfinite(self.scatter):
+        """The error as text."""
+        if not isfinite(self.error):
             return "an unknown amount"
-        return f"{number_format.error(100 * self.scatter)} %"
+        return f"{number_format.error(100 * self.error)} %"
 
 
 @dataclass(frozen=True)
@@ -99,6 +122,8 @@ class RatioChoice:
         "hold" or "level".
     settings : dict
         Of the tracker: contact_exponent and age, s; empty in a scene that has none.
+    exponents : tuple of float or None
+        Exponents that the contact may have; None: all.
     about : palpate.calibration.calibration_file.About
         The reasons as sentences; the other fields are empty.
 
@@ -110,6 +135,7 @@ class RatioChoice:
 
     ratio: str
     settings: Mapping[str, float]
+    exponents: tuple[float, ...] | None = None
     about: About = field(default_factory=About)
 
     @property
@@ -120,22 +146,28 @@ class RatioChoice:
 
 def choose_ratio(
     tracks: Sequence[Track],
+    moduli: Mapping[str, float],
     *,
     ratio: str | None = None,
+    bumps: str | None = None,
     accept: Collection[str] = (),
 ) -> RatioChoice:
-    """Return the ratio, exponent and age whose ratios scatter least within the specimens.
+    """Return the ratio and the age that predict specimens left out best.
 
-    One that is not the simplest (the hold, an exponent of 1, the whole touch) has to reduce the
-    scatter by more than a tenth, and by more than its own error, 1 / sqrt(2 v) with v degrees of
-    freedom; and nine tenths of the touches must have it. An exponent or an age that the settings of
-    the tracks have is kept.
+    One that is not the simplest (the hold, the whole touch) has to reduce the error by more than a
+    tenth, and by more than its own error, 1 / sqrt(2 v) with v degrees of freedom. An exponent or
+    an age that the settings of the tracks have is kept.
 
     Parameters
     ----------
     tracks : sequence of Track
+    moduli : mapping of float, MPa
+        Modulus of each specimen.
     ratio : str, optional
         "hold" or "level"; default: chosen.
+    bumps : str, optional
+        Shape of the bumps, "flat" or "domes": their contact exponent is 1 or 1.5. Default: the
+        exponents that repeated touches leave open, from 1 to 1.5.
     accept : collection of str
         Flags that do not exclude a touch.
 
@@ -147,126 +179,98 @@ def choose_ratio(
     --------
     >>> import palpate
     >>> from palpate.simulation.hand import session
-    >>> runs = session(0, moduli={"gel": 1.1, "rubber": 3.0})
+    >>> moduli = {"gel": 1.1, "rubber": 3.0}
     >>> tracks = []
-    >>> for name, run in runs.items():
+    >>> for name, run in session(0, moduli=moduli).items():
     ...     touches = palpate.touches(run)
     ...     tracks.append(Track(run, {}, {touch.start: name for touch in touches}))
-    >>> found = choose_ratio(tracks)
+    >>> found = choose_ratio(tracks, moduli)
     >>> found.ratio, dict(found.settings)
     ('hold', {'contact_exponent': 1.0, 'age': 0.0})
     """
+    if bumps is not None and bumps not in BUMPS:
+        raise ValueError(f"bumps: {unlike(bumps, BUMPS)}")
     if not all(map(_has_exponent, tracks)):
         return RatioChoice("hold", {})
     given: dict[str, float] = {}
     for track in tracks:
         given |= track.tracking
-    exponents = [given["contact_exponent"]] if "contact_exponent" in given else EXPONENTS
+    possible = EXPONENTS if bumps is None else np.array([BUMPS[bumps]])
+    measured_exponent = given.get("contact_exponent", float(possible[-1]))
     ages = [given["age"]] if "age" in given else AGES_S
     avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
-    accepted = {*accept, *avoidable}
-    compared = _compared(tracks, exponents, ages, accepted)
-    holds = {each.age_s: each for each in compared if each.ratio == "hold"}
-    allowed = []
-    for each in compared:
-        # Touches that were all level follow any exponent: it has to be better than the hold.
-        is_shown = each.contact_exponent == exponents[0] or each.is_better_than(holds[each.age_s])
-        if is_shown and ratio in (None, each.ratio):
-            allowed.append(each)
-    chosen = _simplest(allowed)
-    exponent = ""
-    if chosen.ratio == "level":
-        exponent = f"{chosen.contact_exponent:g}, "
-        if len(exponents) == 1:
-            exponent += "as given"
-        elif chosen.is_better_than(holds[chosen.age_s]):
-            best = fitted_exponent(tracks, chosen.age_s, accepted)
-            exponent += f"as the scatter is least at {best:.2f}"
-        elif chosen.freedom < _FEWEST:
-            exponent += "assumed: too few touches are repeated to show it"
-        else:
-            exponent += "assumed: the touches were too level to show it"
+    compared = []
+    for kind in RATIOS:
+        for age_s in ages:
+            touches = _measured_with(tracks, measured_exponent, age_s, {*accept, *avoidable})
+            compared.append(_ratio_error(kind, age_s, touches, moduli, possible))
+    chosen = _simplest([each for each in compared if ratio in (None, each.ratio)])
     about = About(
         ratio=_about_ratio(chosen, compared, is_given=ratio is not None),
-        contact_exponent=exponent,
+        contact_exponent=_about_exponent(chosen, possible, bumps),
         age=_about_age(chosen, compared),
     )
-    settings = {"contact_exponent": chosen.contact_exponent, "age": chosen.age_s}
-    return RatioChoice(chosen.ratio, settings, about)
+    # If all are equally likely, the last one: the ratios at the others then have less noise.
+    likeliest = float(possible[::-1][np.argmax(chosen.likelihood[::-1])])
+    exponent = min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
+    settings = {
+        "contact_exponent": given.get("contact_exponent", exponent),
+        "age": chosen.age_s,
+    }
+    return RatioChoice(chosen.ratio, settings, tuple(possible.tolist()), about)
 
 
-def _about_ratio(chosen: RatioScatter, compared: Sequence[RatioScatter], *, is_given: bool) -> str:
-    """Return why the kind of ratio was chosen: beside the best one of the other kind and this age."""
-    others = [e for e in compared if e.ratio != chosen.ratio and e.age_s == chosen.age_s]
-    other = min(others, key=lambda each: each.scatter)
-    name = chosen.ratio
-    if is_given:
-        name += ", as given"
-    if chosen.freedom < _FEWEST:
-        return f"{name}, as too few touches are repeated to compare it with {other.ratio}"
-    scatter = f"which scatters by {chosen.percent} within the specimens"
-    return f"{name}, {scatter}; {other.ratio} {other.percent}{_missing(other, compared)}"
+def _about_ratio(chosen: RatioError, compared: Sequence[RatioError], *, is_given: bool) -> str:
+    """Return why the kind of ratio was chosen: compared with the best one of the other kind."""
+    others = [e for e in compared if e.ratio != chosen.ratio]
+    other = min(others, key=lambda each: each.error)
+    name = f"{chosen.ratio}, as given" if is_given else chosen.ratio
+    if chosen.freedom < FEWEST:
+        return f"{name}: there are too few touches to compare it with {other.ratio}"
+    counts = ""
+    most = max(each.touches for each in compared)
+    for each in (chosen, other):
+        if each.touches < most:
+            counts += f"; {each.touches} of {most} touches have a {each.ratio} ratio"
+    text = (
+        f"{name}: its error on a specimen left out is {chosen.percent}; {other.ratio} "
+        f"{other.percent}{counts}"
+    )
+    if chosen.ratio == "level" and other.error < other.expected:
+        text += f", but a hand is assumed to scatter it by {100 * TOUCH_SCATTER:g} %"
+    return text
 
 
-def _about_age(chosen: RatioScatter, compared: Sequence[RatioScatter]) -> str:
-    """Return why the age was chosen: beside the same ratio of the whole touch, if it was compared."""
+def _about_exponent(chosen: RatioError, possible: Array, bumps: str | None) -> str:
+    """Return which exponents of the contact are possible, and why; "": the ratio has none."""
+    if chosen.ratio != "level":
+        return ""
+    if bumps is not None:
+        return f"{possible[0]:g}, as stated: {bumps}"
+    if not chosen.likelihood.any():
+        shown = "the touches were too level to show it"
+        if chosen.freedom < FEWEST:
+            shown = "too few touches are repeated to show it"
+        return f"{possible[0]:g} to {possible[-1]:g}: {shown}"
+    left = possible[chosen.likelihood >= POSSIBLE]
+    likeliest = possible[np.argmax(chosen.likelihood)]
+    span = f"{left[0]:g}" if len(left) == 1 else f"{left[0]:g} to {left[-1]:g}"
+    return f"{span}: repeated touches scatter least with {likeliest:g}"
+
+
+def _about_age(chosen: RatioError, compared: Sequence[RatioError]) -> str:
+    """Return why the age was chosen: compared with the same ratio of the whole touch."""
     if not chosen.age_s:
         return ""
     for each in compared:
-        is_same = (each.ratio, each.contact_exponent) == (chosen.ratio, chosen.contact_exponent)
-        if is_same and not each.age_s:
-            whole = f"{each.percent}{_missing(each, compared)}"
-            return f"{chosen.age_s:g} s; the whole touch scatters by {whole}"
+        if each.ratio == chosen.ratio and not each.age_s:
+            return f"{chosen.age_s:g} s; of the whole touch the error is {each.percent}"
     return f"{chosen.age_s:g} s, as given"
-
-
-def _missing(one: RatioScatter, compared: Sequence[RatioScatter]) -> str:
-    """Return a remark if too few of the touches have a ratio."""
-    most = _most_touches(compared)
-    if not _is_rare(one, most):
-        return ""
-    return f" ({one.touches} of {most} touches have it, the others a flag against it)"
 
 
 def _has_exponent(track: Track) -> bool:
     """Return whether the scene of a recording has a contact exponent."""
     return "contact_exponent" in Tracker(track.tracking.get("scene", "handheld")).settings
-
-
-def fitted_exponent(tracks: Sequence[Track], age_s: float, accept: Collection[str]) -> float:
-    """Return the exponent, 1 to 2 in steps of 0.02, with the least scatter within specimens."""
-    touches = []
-    for track in tracks:
-        for touch in offline(track.recording, **track.settings(1.0, age_s)):
-            name = track.specimen_of(touch.live, accept)
-            touches.append((name, touch))
-    variances = []
-    for exponent in _GRID:
-        variance, _, _ = within_groups((name, touch.level(exponent)) for name, touch in touches)
-        variances.append(variance)
-    return float(_GRID[np.argmin(np.sqrt(variances))])
-
-
-def _compared(
-    tracks: Sequence[Track],
-    exponents: Sequence[float],
-    ages: Sequence[float],
-    accept: Collection[str],
-) -> list[RatioScatter]:
-    """Return each ratio with its scatter, the simplest first."""
-    pairs = list(product(exponents, ages))
-    measured = {pair: _measured_with(tracks, *pair, accept) for pair in pairs}
-    compared = []
-    for kind, (exponent, age_s) in product(RATIOS, pairs):
-        if kind == "hold" and exponent != exponents[0]:
-            continue
-        touches = measured[exponent, age_s]
-        variance, freedom, used = within_groups(
-            (name, RATIOS[kind](touch)) for name, touch in touches
-        )
-        scatter = sqrt(variance)
-        compared.append(RatioScatter(kind, exponent, age_s, scatter, len(used), freedom))
-    return compared
 
 
 def _measured_with(
@@ -285,20 +289,79 @@ def _measured_with(
     return touches
 
 
-def _simplest(compared: Sequence[RatioScatter]) -> RatioScatter:
-    """Return the first ratio than which no other one scatters significantly less."""
-    most = _most_touches(compared)
-    known = [e for e in compared if not _is_rare(e, most) and e.freedom >= _FEWEST]
+def _ratio_error(
+    kind: str,
+    age_s: float,
+    touches: Sequence[tuple[str | None, Touch]],
+    moduli: Mapping[str, float],
+    exponents: Array,
+) -> RatioError:
+    """Return the error of one kind of ratio, with the exponent with which the touches scatter least."""
+    groups: dict[float, list[TouchEvidence]] = {}
+    for name, touch in touches:
+        if (
+            name is not None
+            and name in moduli
+            and RATIOS[kind](touch)[0] > 0
+            and not is_too_oblique(touch)
+        ):
+            evidence = evidence_of(touch, kind, exponents)
+            groups.setdefault(moduli[name], []).append(evidence)
+    count = sum(map(len, groups.values()))
+    if not groups:
+        return RatioError(kind, age_s, inf, 0, 0, np.zeros(len(exponents)))
+    likelihood = scatter_evidence(list(groups.values()), 1.0)
+    number = int(np.argmax(likelihood))
+    log_ratios = {
+        modulus: np.array([touch.log_ratio[number] for touch in group])
+        for modulus, group in groups.items()
+    }
+    error, freedom = prediction_error(log_ratios)
+    return RatioError(kind, age_s, error, count, freedom, likelihood)
+
+
+def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
+    """Return the error of a touch on a specimen left out, and its degrees of freedom.
+
+    Parameters
+    ----------
+    log_ratios : mapping of numpy.ndarray
+        Logarithms of the ratios of the touches, by the modulus of their specimen, MPa.
+
+    Returns
+    -------
+    error : float
+        Standard deviation of log(ratio): the scatter within the specimens, and the distance of
+        each specimen from the curve through the others. The largest distance does not count: one
+        specimen with a wrong modulus does not decide. inf: there is no curve.
+    freedom : int
+    """
+    counts = np.array([len(group) for group in log_ratios.values()])
+    squares = sum(float(((group - group.mean()) ** 2).sum()) for group in log_ratios.values())
+    freedom = int(counts.sum()) - len(counts)
+    within = squares / freedom if freedom else 0.0
+    if len(counts) < _FEWEST_SPECIMENS:
+        return (sqrt(within), freedom) if freedom else (inf, 0)
+    x = np.log(list(log_ratios))
+    means = np.exp([group.mean() for group in log_ratios.values()])
+    rows = MeanRatios(means, np.zeros(len(x)), counts.astype(float), np.arange(len(x)))
+    try:
+        fitted = fit_curve(x, rows, 1.0)
+    except CalibrationError:
+        return inf, freedom
+    rest = np.log(means / curve(fitted.parameters, x))
+    left_out = rest / (1 - leverages(fitted, x, rows))
+    distances = np.sort(left_out**2)[:-1]
+    # The distance of a specimen contains the error of its own mean.
+    of_means = within * float(np.mean(1 / counts))
+    square = max(within - of_means, 0.0) + float(distances.mean())
+    return sqrt(square), freedom + len(x) - 3
+
+
+def _simplest(compared: Sequence[RatioError]) -> RatioError:
+    """Return the first ratio than which no other one has a significantly smaller error."""
+    known = [each for each in compared if each.freedom >= FEWEST and isfinite(each.error)]
     for one in known:
         if not any(each.is_better_than(one) for each in known):
             return one
     return compared[0]
-
-
-def _most_touches(compared: Sequence[RatioScatter]) -> int:
-    return max(each.touches for each in compared)
-
-
-def _is_rare(one: RatioScatter, most: int) -> bool:
-    """Return whether less than nine tenths of the touches have a ratio."""
-    return one.touches < (1 - _MOST_LOST) * most

@@ -1,17 +1,35 @@
 """Touches on the specimens of a calibration: combined ratios, their table, and the fit."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from math import isfinite, nan, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from palpate import number_format
 from palpate.calibration.calibration_file import About
+from palpate.calibration.evidence import (
+    EXPONENTS,
+    OF_GROWTH,
+    TILT_COSTS,
+    TouchEvidence,
+    evidence_of,
+    mean_evidence,
+    tilt_growth,
+)
+from palpate.calibration.exponent_fits import (
+    FEWEST,
+    ExponentFit,
+    depth_slope,
+    scatter_evidence,
+    weighted,
+)
 from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
+from palpate.calibration.ranges import Ranges
 from palpate.errors import CalibrationError
 from palpate.materials import KnownModulus
 from palpate.messages import unlike
@@ -19,6 +37,9 @@ from palpate.repeatability import most_reliable, objections, usable
 from palpate.touch import Touch
 from palpate.uncertainty import RatioOf, hold_ratio, level_ratio
 
+_SHARES = np.linspace(0.1, 1, 19)
+_SCATTERS = np.geomspace(1e-5, 0.1, 41)  # relative
+_IMPOSSIBLE = -1e3  # logarithm of a likelihood
 # Data of a fit: all touches; their mean, plain or weighted; or the most reliable touch.
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 
@@ -226,16 +247,25 @@ def combined_ratio(
     >>> combined_ratio(four, "mean").touches
     4.0
     """
+    chosen, weights = _selected(touches, by, accept, ratio_of)
+    each = list(map(_single_ratio, map(ratio_of, chosen)))
+    return weighted_mean(each, weights)
+
+
+def _selected(
+    touches: Sequence[Touch], by: str, accept: Collection[str], ratio_of: RatioOf
+) -> tuple[list[Touch], Array]:
+    """Return the touches that make one ratio, and their weights."""
     if by not in ("mean", "weighted"):
         best = most_reliable(touches, by=by, scatter=None, accept=accept, ratio_of=ratio_of)
-        return _single_ratio(ratio_of(best))
-    each = list(map(_single_ratio, map(ratio_of, usable(touches, accept, ratio_of))))
-    weights = np.ones(len(each))
+        return [best], np.ones(1)
+    chosen = usable(touches, accept, ratio_of)
+    weights = np.ones(len(chosen))
     if by == "weighted":
-        errors = np.array([one.standard_error for one in each])
+        errors = np.array([_single_ratio(ratio_of(touch)).standard_error for touch in chosen])
         if (errors > 0).all():
             weights = 1 / errors**2
-    return weighted_mean(each, weights)
+    return chosen, weights
 
 
 def weighted_mean(each: Sequence[CombinedRatio], weights: Array) -> CombinedRatio:
@@ -264,6 +294,7 @@ def fit_specimens(
     specimens: Sequence[SpecimenTouches],
     *,
     by: str = "all",
+    exponents: ArrayLike | None = None,
     soft_ratio: float | None = 1.0,
     about: About | None = None,
 ) -> Calibration:
@@ -276,6 +307,9 @@ def fit_specimens(
     by : str
         One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to
         touch.
+    exponents : array_like, shape (n,), optional
+        Exponents that the contact may have; for level ratios. Default: all of
+        `palpate.calibration.evidence.EXPONENTS`.
     soft_ratio, about
         As in `Calibration.fit`.
 
@@ -304,8 +338,55 @@ def fit_specimens(
     """
     if by not in CHOICES:
         raise ValueError(f"by: {unlike(by, CHOICES)}")
-    kinds = {specimen.ratio_of for specimen in specimens}
+    kind, measured_exponent, age_s = _settings_of(specimens)
+    possible = np.array([measured_exponent])
+    if kind == "level":
+        given = EXPONENTS if exponents is None else np.asarray(exponents, float)
+        possible = np.union1d(given, possible)
+    if not specimens:
+        raise CalibrationError(
+            "specimens: got none with a usable touch, allowed: 3 or more of different moduli"
+        )
+    data = _SpecimenData.of(specimens, by, kind, possible)
+    likelihood = scatter_evidence(data.groups, 1.0)
+    if exponents is not None and kind == "level":
+        likelihood = np.where(np.isin(possible, exponents), likelihood, _IMPOSSIBLE)
+    own = int(np.flatnonzero(possible == measured_exponent)[0])
+    share = 1.0
+    if kind == "level":
+        shown = likelihood[own] < likelihood.max()
+        share = error_share(data.groups, int(np.argmax(likelihood)) if shown else own)
+    fits = []
+    calibrations = []
+    for number, exponent in enumerate(possible):
+        ratios, errors, slope, slope_error = data.ratios(number, exponent, kind, share)
+        found = Calibration.fit(
+            ratios,
+            data.moduli,
+            standard_errors=errors,
+            touches=[row.touches for row in data.rows],
+            modulus_uncertainties=data.modulus_uncertainties,
+            common_uncertainties=data.common_uncertainties,
+            soft_ratio=soft_ratio,
+            about=replace(about or About(), fitted_on=by),
+        )
+        calibrations.append(found)
+        fits.append(ExponentFit(float(exponent), found.fitted, slope, slope_error))
+    return replace(
+        calibrations[own],
+        ratio=kind,
+        contact_exponent=measured_exponent,
+        age_s=age_s,
+        error_share=share,
+        exponent_fits=weighted(fits, likelihood),
+        ranges=Ranges.of([touch for group in data.groups for touch in group]),
+    )
+
+
+def _settings_of(specimens: Sequence[SpecimenTouches]) -> tuple[str, float, float]:
+    """Return kind, exponent and age of the ratios of the usable touches: they have to be the same."""
     used = list(chain.from_iterable(specimen.usable for specimen in specimens))
+    kinds = {specimen.ratio_of for specimen in specimens}
     ages = {touch.age_s for touch in used}
     exponents = {touch.contact_exponent for touch in used}
     by_level = level_ratio in kinds
@@ -313,67 +394,110 @@ def fit_specimens(
         raise CalibrationError(
             "touches: got several ages, exponents or kinds of ratio, allowed: one of each"
         )
-    share = 1.0
+    age_s = max(ages, default=0.0)
     if by_level:
-        share = error_share([level_ratio(touch) for touch in each.usable] for each in specimens)
-    ratios = []
-    moduli = []
-    errors = []
-    touches = []
-    own = []
-    common = []
-    for specimen in specimens:
-        for row in _ratios(specimen, by):
-            ratios.append(row.ratio)
-            moduli.append(specimen.modulus)
-            errors.append(share * row.standard_error)
-            touches.append(row.touches)
-            own.append(specimen.modulus_uncertainty)
-            common.append(specimen.common_uncertainty)
-    found = Calibration.fit(
-        ratios,
-        moduli,
-        standard_errors=errors,
-        touches=touches,
-        modulus_uncertainties=own,
-        common_uncertainties=common,
-        soft_ratio=soft_ratio,
-        about=replace(about or About(), fitted_on=by),
-    )
-    return replace(
-        found,
-        ratio="level" if by_level else "hold",
-        contact_exponent=max(exponents) if by_level else 1.0,
-        age_s=max(ages, default=0.0),
-        error_share=share,
-    )
+        return "level", max(exponents), age_s
+    return "hold", 1.0, age_s
 
 
-def _ratios(specimen: SpecimenTouches, by: str) -> list[CombinedRatio]:
-    """Return the values of a specimen that are fitted."""
-    if by == "all":
-        return list(map(_single_ratio, map(specimen.ratio_of, specimen.usable)))
-    return [specimen.choose(by)]
+@dataclass(frozen=True)
+class _SpecimenData:
+    """Evidence of the specimens: of each usable touch, and of each row of the fit.
 
-
-def error_share(specimens: Iterable[Sequence[tuple[float, float]]]) -> float:
-    """Return the scatter within specimens as a share of the standard errors; at most 1.
-
-    The standard error of a level ratio is a bound of what a wrong model costs; how much of it is
-    the same in each touch, so that the calibrated curve has it, shows in the scatter: R. T. Birge,
-    Physical Review 40 (1932) 207. With few degrees of freedom v it is larger by v / (v - 2), as in
-    `Scatter.of`.
+    Attributes
+    ----------
+    groups : list of list of TouchEvidence
+        Of the usable touches of each specimen.
+    rows : list of TouchEvidence
+        The values that are fitted.
+    specimen : numpy.ndarray of int
+        Number of the specimen of each row.
+    moduli : numpy.ndarray, MPa
+        Of each row.
+    modulus_uncertainties, common_uncertainties : numpy.ndarray
+        As in `Calibration.fit`.
     """
-    squares = 0.0
-    freedom = 0
-    for known in specimens:
-        if len(known) < 2:
-            continue
-        ratios, errors = np.array(known, float).T
-        weights = 1 / np.maximum(errors, 1e-9 * ratios) ** 2
-        mean = np.average(ratios, weights=weights)
-        squares += float(weights @ (ratios - mean) ** 2)
-        freedom += len(known) - 1
-    if freedom <= 2:
+
+    groups: list[list[TouchEvidence]]
+    rows: list[TouchEvidence]
+    specimen: NDArray[np.intp]
+    moduli: Array
+    modulus_uncertainties: Array
+    common_uncertainties: Array
+
+    @classmethod
+    def of(
+        cls, specimens: Sequence[SpecimenTouches], by: str, kind: str, exponents: Array
+    ) -> "_SpecimenData":
+        """Return the evidence of specimens."""
+        groups = []
+        rows = []
+        numbers = []
+        for number, specimen in enumerate(specimens):
+            groups.append([evidence_of(touch, kind, exponents) for touch in specimen.usable])
+            own = groups[-1]
+            if by != "all":
+                chosen, weights = _selected(
+                    specimen.touches, by, specimen.accept, specimen.ratio_of
+                )
+                each = [evidence_of(touch, kind, exponents) for touch in chosen]
+                own = [mean_evidence(each, weights)]
+            rows += own
+            numbers += [number] * len(own)
+        of_row = [specimens[number] for number in numbers]
+        return cls(
+            groups,
+            rows,
+            np.array(numbers),
+            moduli=np.array([specimen.modulus for specimen in of_row]),
+            modulus_uncertainties=np.array([one.modulus_uncertainty for one in of_row]),
+            common_uncertainties=np.array([one.common_uncertainty for one in of_row]),
+        )
+
+    def ratios(
+        self, number: int, exponent: float, kind: str, share: float
+    ) -> tuple[Array, Array, float, float]:
+        """Return ratio and standard error of each row at the median depth, and the slope by depth."""
+        log_ratios = np.array([row.log_ratio[number] for row in self.rows])
+        depths = np.array([row.depth_pF for row in self.rows])
+        tilts = float(tilt_growth(exponent)) * np.array([row.tilt for row in self.rows])
+        by_tilt = TILT_COSTS[kind].within * np.nan_to_num(tilts)
+        own = share * np.array([row.standard_error for row in self.rows])
+        by_growth = OF_GROWTH * np.array([row.derived[number] for row in self.rows])
+        variances = own**2 + by_tilt**2 + by_growth**2
+        slope, slope_error = depth_slope(log_ratios, variances, depths, self.specimen)
+        if np.isfinite(depths).all():
+            log_ratios = log_ratios - slope * (depths - np.median(self._depths))
+        ratios = np.exp(log_ratios)
+        return ratios, ratios * np.sqrt(variances), slope, slope_error
+
+    @property
+    def _depths(self) -> list[float]:
+        """Depth of each usable touch, pF."""
+        return [touch.depth_pF for touch in chain.from_iterable(self.groups)]
+
+
+def error_share(groups: Sequence[Sequence[TouchEvidence]], number: int) -> float:
+    """Return the share of the standard errors that shows in the scatter within specimens.
+
+    `number`: place of the exponent. The standard error of a level ratio is a bound of what a wrong
+    model costs; much of it is the same in each touch, so that the calibrated curve has it. The
+    variance of a touch within its specimen is (share * standard error)^2 and a scatter that is the
+    same for all: both by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika
+    58, 1971), on a grid. 1: the touches are too few.
+    """
+    repeated = [group for group in groups if len(group) > 1]
+    if sum(len(group) - 1 for group in repeated) < FEWEST:
         return 1.0
-    return min(float(np.sqrt(squares / (freedom - 2))), 1.0)
+    shares, scatters = np.meshgrid(_SHARES, _SCATTERS)
+    log_likelihood: Array = np.zeros(shares.shape)
+    for group in repeated:
+        log_ratios = np.array([touch.log_ratio[number] for touch in group])[:, None, None]
+        errors = np.array([touch.standard_error for touch in group])[:, None, None]
+        variances = (shares * errors) ** 2 + scatters**2
+        weights = 1 / variances
+        total = weights.sum(axis=0)
+        mean = (weights * log_ratios).sum(axis=0) / total
+        squares = (weights * (log_ratios - mean) ** 2).sum(axis=0)
+        log_likelihood -= (np.log(variances).sum(axis=0) + np.log(total) + squares) / 2
+    return float(shares.flat[np.argmax(log_likelihood)])

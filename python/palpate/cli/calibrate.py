@@ -10,10 +10,12 @@ from pathlib import Path
 import click
 
 from palpate import Calibration, Touch
+from palpate.calibration.evidence import BUMPS
 from palpate.calibration.plot import save_plot
-from palpate.calibration.selection import EXPONENTS, RatioChoice, Track, choose_ratio
+from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
+from palpate.cli.calibration_origin import CalibratedOrigin, StatedOrigin, stated_options
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -53,7 +55,8 @@ from palpate.flags import FEWEST, Flag
 from palpate.materials import KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
-from palpate.report import calibration_page
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import left_out_touches
 from palpate.report.findings import (
     AnalysedRecording,
     analyse_again,
@@ -76,7 +79,7 @@ _LONGEST_DOUBTS = 1000  # characters
 )
 @click.option(
     "--moduli-uncertainty",
-    "stated",
+    "uncertainty",
     callback=parse_percent,
     metavar="PERCENT",
     help="Standard uncertainty (k = 1) of each modulus that has none of its own, as 5%.  "
@@ -98,17 +101,19 @@ _LONGEST_DOUBTS = 1000  # characters
     "--ratio",
     type=click.Choice([*RATIOS]),
     help="Ratio of a touch: hold, or level, over the swept depth.  "
-    "[default: the one that scatters less]",
+    "[default: by the error on specimens left out]",
 )
 @click.option(
-    "--contact-exponent",
-    type=click.Choice([f"{exponent:g}" for exponent in EXPONENTS]),
-    help="Of force against depth: 1, flat bumps; 1.5, domes.  [default: by the scatter]",
+    "--bumps",
+    type=click.Choice([*BUMPS]),
+    help="Shape of the bumps: flat (force ~ depth) or domes (force ~ depth^1.5).  [default: what "
+    "repeated touches leave open]",
 )
 @click.option(
     "--age",
     type=click.FloatRange(min=0),
-    help="End of a touch, s from where it has settled; 0: its length.  [default: by the scatter]",
+    help="End of a touch, s from where it has settled; 0: its length.  [default: by the error on "
+    "specimens left out]",
 )
 @click.option(
     "--free-soft-ratio",
@@ -122,23 +127,25 @@ _LONGEST_DOUBTS = 1000  # characters
     type=click.Choice(list(map(str, Flag))),
     help="Use touches with this flag all the same; may be repeated. The file says so.",
 )
+@stated_options
 @force_option
 @recording_options
 @json_option
 def calibrate_command(
     files: tuple[Path, ...],
     moduli: Path | None,
-    stated: float | None,
+    uncertainty: float | None,
     output: Path,
     plot: Path | None,
     report: Path | None,
     by: str,
     ratio: str | None,
-    contact_exponent: str | None,
+    bumps: str | None,
     age: float | None,
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
+    stated: StatedOrigin,
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
@@ -150,9 +157,10 @@ def calibrate_command(
     begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and
     the scatter from touch to touch. One that is only short is used if it has a standard error; with
     another flag it is left out, and the flag is printed. What is wrong with a recording appears on
-    standard error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, not a
-    table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
-    verdict says why, or a recording is not as it was written).
+    standard error and in the notes of --json. Exit codes: 2, simulated recordings and recordings
+    from a probe together; 4, not a recording, a damaged one, not a table of moduli, no calibration
+    possible, or an output exists; 5, written, but not reliable (the verdict says why, or a
+    recording is not as it was written).
 
     \b
     Example:
@@ -167,19 +175,21 @@ def calibrate_command(
         need("matplotlib", "science")
     if report:
         need("jinja2", "report")
-    exponent = float(contact_exponent) if contact_exponent else None
-    tracking = tracker.with_settings(contact_exponent=exponent, age=age).keywords()
+    tracking = tracker.with_settings(age=age).keywords()
     runs = []
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
-    modulus_of = with_stated(moduli_of(runs, moduli), stated)
+    origin = CalibratedOrigin(runs)
+    with usage_errors():
+        provenance = origin.provenance([reading.soft, moduli], stated)
+    modulus_of = with_stated(moduli_of(runs, moduli), uncertainty)
     print_hardnesses(modulus_of)
-    chosen = _choose_ratio(runs, modulus_of, ratio, accept)
+    chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
-    notes: list[str] = []
+    notes = _origin_notes(origin)
     for run in runs:
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
@@ -188,17 +198,23 @@ def calibrate_command(
         chosen.about,
         scene=tracking["scene"],
         accepted_flags=accept,
-        notes=about_moduli(modulus_of, specimens, stated),
+        notes=about_moduli(modulus_of, specimens, uncertainty),
+        provenance=provenance,
     )
     if doubts:
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
     with usage_errors():
         soft_ratio = None if free_soft_ratio else 1.0
-        calibration = fit_specimens(specimens, by=by, soft_ratio=soft_ratio, about=about)
+        calibration = fit_specimens(
+            specimens, by=by, exponents=chosen.exponents, soft_ratio=soft_ratio, about=about
+        )
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(calibration, specimens).encode())
+            left_out = left_out_touches(runs, modulus_of, accept, chosen.ratio_of)
+            head = CalibrationHead.of_recordings(runs, moduli=moduli, left_out=left_out)
+            page = calibration_page(calibration, specimens, head)
+            write_file(report, page.encode(errors="replace"))
         calibration.save(output)
     document = {
         "calibration": str(output),
@@ -220,10 +236,19 @@ def _analyse(file: Path, reading: SourceOptions, tracking: Keywords) -> Analysed
     return run
 
 
+def _origin_notes(origin: CalibratedOrigin) -> list[str]:
+    """Return notes on recordings whose origins differ, and print them."""
+    notes = origin.notes()
+    for note in notes:
+        print_message(note)
+    return notes
+
+
 def _choose_ratio(
     runs: Sequence[AnalysedRecording],
     moduli: Mapping[str, KnownModulus],
     ratio: str | None,
+    bumps: str | None,
     accept: Collection[str],
 ) -> RatioChoice:
     """Return which ratio of the touches to use."""
@@ -235,7 +260,8 @@ def _choose_ratio(
                 specimens[touch.start] = name
         tracks.append(Track(run.recording, run.tracking, specimens))
     with usage_errors():
-        return choose_ratio(tracks, ratio=ratio, accept=accept)
+        known = {name: one.modulus for name, one in moduli.items()}
+        return choose_ratio(tracks, known, ratio=ratio, bumps=bumps, accept=accept)
 
 
 def _usable_specimens(
@@ -350,8 +376,8 @@ def _fit_text(
     lines = [format_table(specimen_table(specimens)), ""]
     for name, text in chosen.about.entries().items():
         lines.append(f"{name}: {text}")
-    if lines[-1]:
-        lines.append("")
+    lines += [*calibration.about.provenance.lines(), ""]
+    lines.append(f"{'parameter':15} {'value':>12}   95 % interval")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]

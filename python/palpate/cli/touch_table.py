@@ -21,7 +21,7 @@ HEADER = (
     "touch",
     " start_s",
     "samples",
-    "      ratio ± uncertainty",
+    "ratio ± uncertainty (k=1)",
     "covariance",
     "alarm",
     " result",
@@ -166,20 +166,19 @@ class TouchModuli:
         agreement = calibration.agreement(usable)
         if not agreement.agree:
             return cls(calibration, moduli, agreement, None)
-        of_mean = calibration.modulus(
-            agreement.ratio, agreement.own_error, touches=agreement.effective
-        )
+        of_mean = calibration.mean_modulus(usable)
         return cls(calibration, moduli, agreement, of_mean)
 
     def sentences(self) -> list[str]:
         """Return a sentence on the mean, and one on the intervals; none without touches."""
         if not self.moduli:
             return []
-        sentences = []
-        if self.agreement:
-            sentence = str(self.agreement)
-            if self.of_mean:
-                sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
-            sentences.append(sentence)
-        sentences.append(f"The intervals include the {self.calibration.scatter}.")
+        sentences: list[str] = []
+        if self.agreement and self.of_mean:
+            modulus = modulus_cell(self.of_mean)
+            mean = f"{self.agreement.mean_text}, if all are on one object: {modulus}"
+            sentences += filter(None, [mean, self.agreement.trend_text])
+        elif self.agreement:
+            sentences.append(str(self.agreement))
+        sentences.append(f"The intervals are of 95 %, and include the {self.calibration.scatter}.")
         return sentences

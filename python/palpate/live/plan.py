@@ -134,6 +134,17 @@ class TouchPlan(Listener):
         with self._lock:
             return self.progress.known()
 
+    @property
+    def operator(self) -> str:
+        """Who measures; "": not stated."""
+        return self._plan.operator
+
+    def use_calibration(self, calibration: Calibration | None) -> None:
+        """Use another calibration for all touches; None: no calibration."""
+        with self._lock:
+            self.progress.calibration = calibration
+            self._changed()
+
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
         with self._lock:
@@ -503,8 +514,7 @@ class Progress:
         scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
         for one, touches in kept.items():
             if used and one.known:
-                found = used.agreement(touches)
-                modulus = used.modulus(found.ratio, found.own_error, touches=found.effective)
+                modulus = used.mean_modulus(touches)
                 inside.append(modulus.agrees_with(one.known))
         left_out = sum(bool(done.why) for of in self._on.values() for done in of)
         counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}

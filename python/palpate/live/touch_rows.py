@@ -130,9 +130,7 @@ class TouchTable:
         if found and found.touches > 1:
             modulus = None
             if self.calibration and found.agree:
-                modulus = self.calibration.modulus(
-                    found.ratio, found.own_error, touches=found.effective
-                ).as_dict()
+                modulus = self.calibration.mean_modulus(alike).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
         rows = [self._row(*one) for one in zip(count(1), touches, known)]
         now, means = self._scatter_now(), self._plan.progress.means

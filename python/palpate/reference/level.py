@@ -77,6 +77,19 @@ class Sweep:
         """Forget the pairs before a hand-over."""
         self.begin = len(self.pairs)
 
+    def press(self) -> tuple[float, float]:
+        """Return the depth of the press, pF, and the seconds from the contact to where it had settled; nan: it had not."""
+        count, highest, _ = self.settled()
+        if not count:
+            return np.nan, np.nan
+        grown = 0.0
+        height = 0.0
+        for _, soft, time_s, _ in self.pairs[:count]:
+            if soft > GROWS * height:
+                height = soft
+                grown = time_s
+        return highest, grown
+
     def settled(self) -> tuple[int, float, float]:
         """Return the number of pairs until the press has settled, its height, pF, and the time, s; 0: it has not."""
         highest, grown = 0.0, 0.0

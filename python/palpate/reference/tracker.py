@@ -254,6 +254,8 @@ class Touch:
         None: the baseline after it is not known.
     level_ratio, level_standard_error, tilt : float
         Over the swept depth; the ratio above it, share of it.
+    depth_pF, rise_s : float
+        Change of the soft channel where the press had settled, and the time from the contact to there.
     after : (float, float)
         Ratio and standard error after a change that was not confirmed.
     tilted : bool
@@ -288,6 +290,8 @@ class Touch:
     revision: Revised | None = None
     level_ratio: float = np.nan
     level_standard_error: float = np.nan
+    depth_pF: float = np.nan
+    rise_s: float = np.nan
     tilt: float = 0.0
     before: tuple[float, float] = (np.nan, np.nan)
     after: tuple[float, float] = (np.nan, np.nan)
@@ -711,8 +715,15 @@ class _Tracker:
         tilt = touch.ratio / level - 1
         tilted = abs(touch.ratio - level) > TILTED * np.hypot(own, error) and abs(tilt) > LEAST_BENT
         tilt = tilt if np.isfinite(tilt) else 0.0
+        depth, rise = touch.sweep.press()
         return replace(
-            result, level_ratio=level, level_standard_error=error, tilt=tilt, tilted=bool(tilted)
+            result,
+            level_ratio=level,
+            level_standard_error=error,
+            depth_pF=depth,
+            rise_s=rise,
+            tilt=tilt,
+            tilted=bool(tilted),
         )
 
     def _find_slow(self, samples: int) -> None:

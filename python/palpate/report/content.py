@@ -7,12 +7,17 @@ from functools import cached_property
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
 
 from palpate._core import __version__
 from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import ModulusUnit
+from palpate.calibration.origin import (
+    AcceptedOrigin,
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+)
 from palpate.calibration.plot import MeasuredObject
 from palpate.display.markup import element
 from palpate.display.text import counted
@@ -21,8 +26,10 @@ from palpate.report.findings import Findings
 from palpate.report.recording_facts import (
     NamedValue,
     RecordingFacts,
+    RowCounts,
     Settings,
     SourceFile,
+    first_and_last,
     joined_once,
     shared_settings,
 )
@@ -60,11 +67,13 @@ class ReportOptions:
         Whether to add Shore A to the moduli, by `shore_a_of_modulus`.
     notes : sequence of str
         For the head of the report.
+    accept : sequence of str
+        What is accepted of the calibration, of `palpate.calibration.origin.AcceptedOrigin`.
 
     Raises
     ------
     ValueError
-        An unknown unit.
+        An unknown unit or acceptance.
 
     Examples
     --------
@@ -81,11 +90,15 @@ class ReportOptions:
     unit: str = ModulusUnit.MPA
     shore: bool = False
     notes: Sequence[str] = ()
+    accept: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        """Check the unit."""
+        """Check the unit, and what is accepted."""
         if self.unit not in list(ModulusUnit):
             raise ValueError(f"unit: {unlike(self.unit, list(ModulusUnit))}")
+        for name in self.accept:
+            if name not in list(AcceptedOrigin):
+                raise ValueError(f"accept: {unlike(name, list(AcceptedOrigin))}")
 
     @property
     def style(self) -> ModulusStyle:
@@ -106,11 +119,17 @@ class ReportOptions:
             if name == "notes":
                 for note in filter(None, value):
                     words += f" --note {shlex.quote(note)}"
+            elif name == "accept":
+                words += self.accept_words()
             elif value is True:
                 words += f" --{name}"
             elif value and value != ModulusUnit.MPA:
                 words += f" --{name} {shlex.quote(value)}"
         return words
+
+    def accept_words(self) -> str:
+        """Return what is accepted as words of a command line, each after a blank."""
+        return "".join(f" --accept {name}" for name in self.accept)
 
     def files(self) -> list[SourceFile]:
         """Return the files that the options name."""
@@ -131,14 +150,6 @@ class CalibrationSection:
     in_other_unit: bool = False  # whether the moduli of the report are not in MPa
 
 
-class RowCounts(NamedTuple):
-    """Rows of all recordings, and how many of them are lost, or were refused."""
-
-    rows: int
-    lost: int
-    refused: int
-
-
 @dataclass(frozen=True)
 class Session:
     """The sections about recordings, in their order."""
@@ -155,13 +166,7 @@ class Session:
     @property
     def rows(self) -> RowCounts:
         """The rows of all recordings."""
-        rows = RowCounts(0, 0, 0)
-        for run in self.found.runs:
-            counts = run.recording.survey
-            rows = RowCounts(
-                rows.rows + counts.rows, rows.lost + counts.lost, rows.refused + counts.refused
-            )
-        return rows
+        return RowCounts.of(self.found.runs)
 
     @property
     def kept(self) -> int:
@@ -205,6 +210,20 @@ class Session:
         if not found.touches:
             doubts.append("no touch was found")
         return list(dict.fromkeys(doubts))
+
+    @cached_property
+    def origin_remarks(self) -> list[str]:
+        """Remarks on the origins of the calibration and of the recordings."""
+        calibration = self.found.calibration
+        if calibration is None:
+            return []
+        provenance = calibration.about.provenance
+        remarks = [missing_remark(provenance)]
+        for run in self.found.runs:
+            origin = ReadingsOrigin.of_sidecar(run.recording.sidecar)
+            for remark in origin_remarks(provenance, origin):
+                remarks.append(f"{run.name}: {remark}")
+        return list(filter(None, remarks))
 
     @property
     def judged(self) -> list[str]:
@@ -272,8 +291,7 @@ class Session:
     @property
     def begins(self) -> list[str]:
         """When the first and the last recording began, as far as it is known."""
-        begins = sorted(filter(None, (each.begin for each in self.facts)))
-        return [*begins[:1], *begins[-1:]]
+        return first_and_last(self.facts)
 
     @cached_property
     def touches(self) -> ReportTable:
@@ -313,6 +331,7 @@ class Session:
         replay = f"palpate replay {names}"
         if self.options.calibration:
             replay += f" --calibration {shlex.quote(self.options.calibration_name)}"
+            replay += self.options.accept_words()
         report = f"palpate report {names}{self.options.words()}"
         return [f"palpate check {names}", replay, report]
 

@@ -249,6 +249,10 @@ class Judge {
     touch.before = earlier_;
     touch.after = after_;
     touch.level = level_;
+    if constexpr (levels) {
+      touch.depth = evidence_.level.depth();
+      touch.rise = evidence_.level.rise_time();
+    }
     if (revision_.significant && magnitude(touch.shift) > ModelTest<Real>::least) {
       touch.misfits.flags |= misfit_drift;
     }

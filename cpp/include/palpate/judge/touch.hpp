@@ -31,8 +31,10 @@ struct Touch : Counts {
   bool full = false;                               ///< it has the wanted length
   Revision revision = Revision::none;              ///< what the baseline after the touch says
   Real shift = 0;  ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
-  Misfits<Real> misfits{};  ///< what contradicts the model, and its flags
-  Estimate<Real> level{};   ///< the ratio over the swept depth, which a tilt does not change
+  Misfits<Real> misfits{};          ///< what contradicts the model, and its flags
+  Estimate<Real> level{};           ///< the ratio over the swept depth, which a tilt does not change
+  Real depth = not_a_number<Real>;  ///< change of the soft channel where the press had settled
+  Real rise = not_a_number<Real>;   ///< seconds from the contact to there
   // With the flag misfit_changed one of them is known:
   Estimate<Real> before{};  ///< the ratio before a change that was confirmed: `ratio` is the one after it
   Estimate<Real> after{};   ///< the ratio after a change that was not, from few samples: `ratio` is the one before it
