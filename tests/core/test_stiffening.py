@@ -214,3 +214,5 @@ def test_a_bent_gauge_looks_the_same() -> None:
     """The readings of both channels cannot tell them apart: the flag `curve` comes with it."""
     [found] = palpate.touches(scenarios.run("power-gauge", seed=0))
     assert {Flag.CURVE, Flag.STIFFENS} <= set(found.flags)
+    [curve] = [each.text for each in palpate.advice(found) if each.flag is Flag.CURVE]
+    assert curve.endswith("the object stiffens with depth; or a gauge is not linear")
