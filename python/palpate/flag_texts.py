@@ -188,7 +188,7 @@ def explain_curve(touch: "Touch") -> str:
     if cause:
         return f"{size}, likely because of the {cause}"
     if "stiffens" in touch.flags:
-        return f"{size}, likely because the object stiffens with depth; or a gauge is not linear"
+        return f"{size}: the object stiffens, a bump bottoms out, or a gauge is not linear"
     return (
         f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as "
         "when calibrated"
