@@ -187,6 +187,8 @@ def explain_curve(touch: "Touch") -> str:
     cause = _cause(touch, "lag")
     if cause:
         return f"{size}, likely because of the {cause}"
+    if "stiffens" in touch.flags:
+        return f"{size}: the object stiffens, a bump bottoms out, or a gauge is not linear"
     return (
         f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as "
         "when calibrated"

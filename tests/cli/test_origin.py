@@ -215,7 +215,7 @@ def test_what_is_accepted_is_used_and_said(
     written = run("report", *words, "-o", report)
     assert (written.exit_code, written.stderr.count(text)) == (0, 1)
     page = report.read_text(encoding="utf-8")
-    assert text in page
+    assert re.search(rf'<p class="box">gel\.csv: the calibration was made .*{text}</p>', page)
     assert f"palpate replay gel.csv --calibration probe.toml --accept {accepted}" in page
     assert f"palpate report gel.csv --calibration probe.toml --accept {accepted}" in page
 
@@ -231,6 +231,17 @@ def test_a_folder_of_recordings_is_refused_one_by_one(measured: Path, tmp_path: 
     assert "mean of 4 touches" in result.stdout
     found = document("replay", tmp_path, "--calibration", measured / "probe.toml")
     assert [each.get("error", {}).get("code") for each in found] == [None, 2]
+
+
+def test_a_report_of_many_recordings_has_each_remark_once(simulated: Path, tmp_path: Path) -> None:
+    paths = []
+    for number in range(5):
+        path = shutil.copy(simulated / "gel" / "gel.csv", tmp_path / f"gel-{number}.csv")
+        paths.append(path)
+    probe = ("--calibration", simulated / "probe.toml", "-o", tmp_path / "gel.html")
+    found = document("report", *paths, *probe)
+    [remark] = found["calibration"]["remarks"]
+    assert remark.startswith("gel-0.csv, gel-1.csv, gel-2.csv and 2 more: the calibration was ma")
 
 
 def test_a_recording_without_a_sidecar_is_said_and_not_refused(

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from palpate.elasticity import Elasticity
 from palpate.flags import Flag
 from palpate.reference import stiffening as reference
-from palpate.simulation import scenarios
+from palpate.simulation import scenarios, simulate
+from palpate.simulation.mechanics import Gauge
 from palpate.touch_readings.stiffening import stiffening
 from palpate.touch_readings.stiffening_watch import StiffeningWatch
 from palpate.touch_readings.sweep import Sweep
@@ -214,3 +215,14 @@ def test_a_bent_gauge_looks_the_same() -> None:
     """The readings of both channels cannot tell them apart: the flag `curve` comes with it."""
     [found] = palpate.touches(scenarios.run("power-gauge", seed=0))
     assert {Flag.CURVE, Flag.STIFFENS} <= set(found.flags)
+    [curve] = [each.text for each in palpate.advice(found) if each.flag is Flag.CURVE]
+    assert curve.endswith("the object stiffens, a bump bottoms out, or a gauge is not linear")
+
+
+@pytest.mark.parametrize("lag_s", [0.1, -0.05])
+def test_a_late_channel_has_no_such_flag(lag_s: float) -> None:
+    lag = Gauge(lag_s=abs(lag_s))
+    gauges = (Gauge(), lag) if lag_s > 0 else (lag, Gauge())
+    [found] = palpate.touches(simulate(replace(scenarios.EFFECTS["lag"], gauges=gauges), seed=1))
+    assert Flag.LAG in found.flags
+    assert Flag.STIFFENS not in found.flags

@@ -191,6 +191,14 @@ def missing_remark(provenance: Provenance) -> str:
     return text
 
 
+def accepted_remarks(provenance: Provenance, origin: ReadingsOrigin) -> list[str]:
+    """Return what differs between a calibration and readings, and was accepted."""
+    remarks = []
+    for found in mismatches(provenance, origin):
+        remarks.append(f"{found.text}; used anyway because of --accept {found.accepted_by}")
+    return remarks
+
+
 def origin_remarks(
     provenance: Provenance,
     origin: ReadingsOrigin,
@@ -210,9 +218,7 @@ def origin_remarks(
     >>> origin_remarks(Provenance(simulated=False), ReadingsOrigin(simulated=True))
     ['the readings are simulated, but the calibration was made with a probe']
     """
-    remarks = []
-    for found in mismatches(provenance, origin):
-        remarks.append(f"{found.text}; used anyway because of --accept {found.accepted_by}")
+    remarks = accepted_remarks(provenance, origin)
     if provenance.simulated is False and origin.simulated:
         remarks.append("the readings are simulated, but the calibration was made with a probe")
     remarks += _unknown_remarks(provenance, origin)

@@ -11,10 +11,9 @@ import click
 
 from palpate import Calibration, Touch
 from palpate.calibration.evidence import BUMPS
-from palpate.calibration.modulus_text import percent_in
 from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
-from palpate.calibration.specimen_files import read_moduli, session_files, write_session
+from palpate.calibration.specimen_files import session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
 from palpate.cli.calibration_origin import CalibratedOrigin, StatedOrigin, stated_options
 from palpate.cli.exit_codes import ExitCode, usage_errors
@@ -41,11 +40,19 @@ from palpate.cli.shared_options import (
     parse_numbers,
     recording_options,
 )
+from palpate.cli.specimen_moduli import (
+    about_moduli,
+    has_session,
+    moduli_of,
+    parse_percent,
+    print_hardnesses,
+    with_stated,
+)
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, need
 from palpate.files import write_file
 from palpate.flags import FEWEST, Flag
-from palpate.materials import DUROMETER_POINTS, RELATION_UNCERTAINTY, KnownModulus
+from palpate.materials import KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
 from palpate.report import CalibrationHead, calibration_page
@@ -55,29 +62,11 @@ from palpate.report.findings import (
     analyse_again,
     analyse_recording,
     assigned,
-    known_moduli,
 )
 from palpate.simulation.hand import Hand, session
 from palpate.uncertainty import RATIOS, TOUCH_SCATTER
 
 _LONGEST_DOUBTS = 1000  # characters
-_RELATION = (
-    "Shore A is converted to a modulus by Gent's relation, with a standard uncertainty of "
-    f"{100 * RELATION_UNCERTAINTY:g} % and, if none is stated, {DUROMETER_POINTS:g} points of the "
-    "durometer"
-)
-
-
-def _parse_percent(
-    _context: click.Context, _parameter: click.Parameter, text: str | None
-) -> float | None:
-    """Return the relative uncertainty in a text such as 5%."""
-    if text is None:
-        return None
-    try:
-        return percent_in(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from error
 
 
 @click.command("calibrate")
@@ -91,7 +80,7 @@ def _parse_percent(
 @click.option(
     "--moduli-uncertainty",
     "uncertainty",
-    callback=_parse_percent,
+    callback=parse_percent,
     metavar="PERCENT",
     help="Standard uncertainty (k = 1) of each modulus that has none of its own, as 5%.  "
     "[default: exact]",
@@ -194,8 +183,8 @@ def calibrate_command(
     origin = CalibratedOrigin(runs)
     with usage_errors():
         provenance = origin.provenance([reading.soft, moduli], stated)
-    modulus_of = _with_stated(_known_moduli(runs, moduli), uncertainty)
-    _print_hardnesses(modulus_of)
+    modulus_of = with_stated(moduli_of(runs, moduli), uncertainty)
+    print_hardnesses(modulus_of)
     chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
@@ -209,7 +198,7 @@ def calibrate_command(
         chosen.about,
         scene=tracking["scene"],
         accepted_flags=accept,
-        notes=_about_moduli(modulus_of, specimens, uncertainty),
+        notes=about_moduli(modulus_of, specimens, uncertainty),
         provenance=provenance,
     )
     if doubts:
@@ -253,76 +242,6 @@ def _origin_notes(origin: CalibratedOrigin) -> list[str]:
     for note in notes:
         print_message(note)
     return notes
-
-
-def _has_session(run: AnalysedRecording) -> bool:
-    """Return whether the sidecar names the specimen of any touch."""
-    return any(entry.specimen for entry in run.plan.touches)
-
-
-def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict[str, KnownModulus]:
-    """Return the moduli of a table, else of the sidecars; print where they differ."""
-    without_session = [run.recording.path for run in runs if not _has_session(run)]
-    if table is None and without_session:
-        raise click.UsageError(
-            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each "
-            "file name, for recordings whose sidecar names no specimens, as "
-            f"{without_session[0]}"
-        )
-    from_table = read_moduli(table, print_message) if table else {}
-    moduli, differences = known_moduli(runs, from_table)
-    for difference in differences:
-        print_message(f"{difference}, as {table} says")
-    return moduli
-
-
-def _with_stated(
-    moduli: Mapping[str, KnownModulus], stated: float | None
-) -> dict[str, KnownModulus]:
-    """Return the moduli with this uncertainty where they have none of their own."""
-    if stated is None:
-        return dict(moduli)
-    changed = dict(moduli)
-    for name, known in moduli.items():
-        if known.uncertainty is None:
-            changed[name] = replace(known, uncertainty=stated)
-    if changed == moduli:
-        print_message(
-            f"--moduli-uncertainty {_percent(stated)}: not used: each modulus has its own"
-        )
-    return changed
-
-
-def _print_hardnesses(moduli: Mapping[str, KnownModulus]) -> None:
-    """Print the moduli that were computed from a hardness."""
-    for name, known in moduli.items():
-        if known.hardness is not None:
-            print_message(f"{name}: {known.hardness:g} Shore A is taken as {known} (k = 1)")
-    if any(known.hardness is not None for known in moduli.values()):
-        print_message(f"{_RELATION}; a measured modulus is better")
-
-
-def _about_moduli(
-    moduli: Mapping[str, KnownModulus],
-    specimens: Sequence[SpecimenTouches],
-    stated: float | None,
-) -> dict[str, str]:
-    """Return the notes on the moduli for the file."""
-    notes = {}
-    hardnesses = []
-    for specimen in specimens:
-        known = moduli[specimen.name]
-        if known.hardness is not None:
-            hardnesses.append(f"{specimen.name} has {known.hardness:g}")
-    if hardnesses:
-        notes["moduli"] = f"{_RELATION}: {', '.join(hardnesses)}"
-    if stated is not None:
-        notes["uncertainty of moduli"] = f"{_percent(stated)} where none was stated (k = 1)"
-    return notes
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:g} %"
 
 
 def _choose_ratio(
@@ -398,7 +317,7 @@ def _touches_of_specimens(
                 print_message(f"{place} is left out: {reason}")
                 continue
             if name not in moduli:
-                if not _has_session(run):
+                if not has_session(run):
                     raise _unknown_specimen(run, name, moduli)
                 without_modulus.add(name)
                 continue

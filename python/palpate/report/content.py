@@ -15,6 +15,7 @@ from palpate.calibration.modulus import ModulusUnit
 from palpate.calibration.origin import (
     AcceptedOrigin,
     ReadingsOrigin,
+    accepted_remarks,
     missing_remark,
     origin_remarks,
 )
@@ -22,7 +23,7 @@ from palpate.calibration.plot import MeasuredObject
 from palpate.calibration.provenance import Provenance
 from palpate.display.markup import element
 from palpate.display.text import counted
-from palpate.messages import unlike
+from palpate.messages import listed, unlike
 from palpate.report.findings import Findings
 from palpate.report.recording_facts import (
     NamedValue,
@@ -141,7 +142,7 @@ class ReportOptions:
 
     def accept_words(self) -> str:
         """Return what is accepted as words of a command line, each after a blank."""
-        return "".join(f" --accept {name}" for name in self.accept)
+        return "".join(map(" --accept {}".format, self.accept))
 
     def files(self) -> list[SourceFile]:
         """Return the files that the options name."""
@@ -223,19 +224,35 @@ class Session:
             doubts.append("no touch was found")
         return list(dict.fromkeys(doubts))
 
+    @property
+    def accepted(self) -> list[str]:
+        """What differs between the calibration and the recordings, and was accepted."""
+        return self._of_origins(accepted_remarks)
+
     @cached_property
     def origin_remarks(self) -> list[str]:
         """Remarks on the origins of the calibration and of the recordings."""
-        calibration = self.found.calibration
-        if calibration is None:
+        if self.found.calibration is None:
             return []
-        provenance = calibration.about.provenance
-        remarks = [missing_remark(provenance)]
+        missing = missing_remark(self.found.calibration.about.provenance)
+        return [*filter(None, [missing]), *self._of_origins(origin_remarks)]
+
+    def _of_origins(
+        self, remarks_of: Callable[[Provenance, ReadingsOrigin], list[str]]
+    ) -> list[str]:
+        """Return remarks on calibration and recordings, each once with the names of these."""
+        if self.found.calibration is None:
+            return []
+        provenance = self.found.calibration.about.provenance
+        names: dict[str, list[str]] = {}
         for run in self.found.runs:
             origin = ReadingsOrigin.of_sidecar(run.recording.sidecar)
-            for remark in origin_remarks(provenance, origin):
-                remarks.append(f"{run.name}: {remark}")
-        return list(filter(None, remarks))
+            for remark in remarks_of(provenance, origin):
+                names.setdefault(remark, []).append(run.name)
+        remarks = []
+        for remark, of in names.items():
+            remarks.append(f"{listed(of, _MOST_NAMED)}: {remark}")
+        return remarks
 
     @property
     def judged(self) -> list[str]:

@@ -30,7 +30,9 @@ _IN_HOLD = 0.8  # quantile of a channel that is in the hold, also of a short one
 _LEAST_HEIGHT = 0.08  # share of the height; the fit uses pairs from 1/8 on
 _ENDS_S = 1.0  # at both ends of a touch each reading counts
 _EACH = 4  # one in so many readings of a long hold is enough, as they are alike
-_UNTESTED = (Flag.STEP, Flag.GAP)  # like those without a ratio
+# Flags of touches without this flag, like those without a ratio: a channel that is late changes the
+# ratio in rise and fall.
+_UNTESTED = (Flag.STEP, Flag.GAP, Flag.LAG)
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class StiffeningWatch:
         self._first = tracker.readings  # number of the first row that is kept
         self._found: dict[int, Stiffening | None] = {}  # by the numbers of touches
         self._ended = tracker.touch_count  # touches that are tested
+        self._last_revised = self._ended
         self._revised = tracker.revision_count
         settings = tracker.settings
         self._is_used = settings.get("contact_exponent", 0.0) > 0
@@ -137,6 +140,7 @@ class StiffeningWatch:
             return
         self._ended += len(ended)
         self._revised += len(revised)
+        self._last_revised = max(revised, default=self._last_revised)
         kept = _joined(self._kept)
         places = np.flatnonzero(kept.rows["revised"])[-len(revised) :]
         known_until = dict(zip(revised, places.tolist(), strict=False))
@@ -158,12 +162,13 @@ class StiffeningWatch:
         """Return the result of a touch that begins with pair `_LEAD`; its last sample is `last`."""
         t_hard = _since_s(pairs.t_hard, pairs.t_hard[0])
         t_soft = _since_s(pairs.t_soft, pairs.t_hard[0]) + self._soft_later_s
-        if not (0 < t_hard[-1] < _LONGEST_S):
+        step_s = float(np.median(np.diff(t_hard)))
+        if not (step_s > 0 and t_hard[-1] < _LONGEST_S):
             return None
         if self._is_host_stamped:
             t_hard = smooth(t_hard)
             t_soft = smooth(t_soft)
-        count = max(int(_STEP_S / float(np.median(np.diff(t_hard)))), 1)
+        count = max(int(_STEP_S / step_s), 1)
         hard = self._change(t_hard, pairs.hard, pairs.rows["hard_baseline"], count)
         soft = self._change(t_soft, pairs.soft, pairs.rows["soft_baseline"], count)
         changes = aligned(hard, soft, _needed(hard))
@@ -183,19 +188,13 @@ class StiffeningWatch:
         """Forget the parts before the last touch if it waits for its revision, else the idle ones."""
         last = self._kept[-1]
         needed = _IDLE
-        if last.rows["contact"][-1] or self._is_waiting():
+        is_waiting = self._revises and self._ended > self._last_revised
+        if last.rows["contact"][-1] or is_waiting:
             needed = _MOST_ROWS
         number = sum(map(len, self._kept))
         while number - len(self._kept[0]) >= needed:
             number -= len(self._kept[0])
             self._first += len(self._kept.popleft())
-
-    def _is_waiting(self) -> bool:
-        """Return whether the last touch has ended, and is not revised yet."""
-        count = self.tracker.touch_count
-        if count == 0 or not self._revises:
-            return False
-        return not self.tracker.touches_since(count - 1)[0].revised
 
     def _flagged(self, number: int, touch: Touch) -> Touch:
         """Return a touch with the flag, if it is on an object that stiffens."""
