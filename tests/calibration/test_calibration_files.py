@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import isnan, log, nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from palpate import Calibration
+from palpate.calibration.calibration_file import Table
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import CurveFit
@@ -99,7 +99,7 @@ def calibration() -> Calibration:
 def rewritten(tmp_path: Path) -> Callable[..., Calibration]:
     """Return a function: a change of the table of a file, to the calibration in it."""
 
-    def load(change: Callable[[dict[str, Any]], None], of: Path = EARLIER) -> Calibration:
+    def load(change: Callable[[Table], None], of: Path = EARLIER) -> Calibration:
         table = read_toml(of)
         change(table)
         path = tmp_path / "probe.toml"
@@ -194,7 +194,7 @@ def test_an_earlier_file_of_the_hold_has_one_exponent(
 ) -> None:
     """A touch has no tilt that it could be compared with: the whole tilt counts."""
 
-    def without_touch(table: dict[str, Any]) -> None:
+    def without_touch(table: Table) -> None:
         del table["touch"]
 
     found = rewritten(without_touch)
@@ -218,17 +218,17 @@ def test_an_earlier_file_is_saved_as_a_new_one(tmp_path: Path) -> None:
 # No calibration
 
 
-def exponent(**values: object) -> Callable[[dict[str, Any]], None]:
+def exponent(**values: object) -> Callable[[Table], None]:
     """Return a change of the first exponent."""
     return lambda table: table["exponents"][0].update(values)
 
 
-def of_ranges(**values: object) -> Callable[[dict[str, Any]], None]:
+def of_ranges(**values: object) -> Callable[[Table], None]:
     return lambda table: table["ranges"].update(values)
 
 
-def of_all(weight: float) -> Callable[[dict[str, Any]], None]:
-    def change(table: dict[str, Any]) -> None:
+def of_all(weight: float) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
         for one in table["exponents"]:
             one["log_weight"] = weight
 
@@ -268,7 +268,7 @@ def of_all(weight: float) -> Callable[[dict[str, Any]], None]:
 def test_a_file_that_is_no_calibration(
     rewritten: Callable[..., Calibration],
     tmp_path: Path,
-    change: Callable[[dict[str, Any]], None],
+    change: Callable[[Table], None],
     message: str,
 ) -> None:
     path = tmp_path / "new.toml"

@@ -1,6 +1,7 @@
 """The exponents that repeated touches leave open, and the slope of the ratio against the depth."""
 
 from dataclasses import replace
+from random import Random
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from scipy.stats import chi2, f
 from tilted_touch import tilted_touch
 
 Group = list[TouchEvidence]
+Drawn = list[list[tuple[float, float]]]
 CURVE = CurveFit(np.array([10.0, 0.7, 1.0]), np.zeros((3, 3)), 1e-5, 20, 0.0, 4, 0.0, 1.0)
 GROUPS = st.lists(
     st.lists(st.tuples(st.floats(-0.05, 0.05), st.floats(-0.01, 0.01)), min_size=1, max_size=4),
@@ -43,7 +45,7 @@ def groups_of(
     touches: int = 4,
     scatter: float = 0.0,
 ) -> list[Group]:
-    """Return touches on some objects, with tilts of this rms, and this scatter for another reason."""
+    """Return touches on some objects, with tilts of this rms, and a scatter for another reason."""
     groups = []
     for ratio in np.linspace(1.5, 8.0, objects):
         group = []
@@ -54,7 +56,7 @@ def groups_of(
     return groups
 
 
-def drawn(values: list[list[tuple[float, float]]]) -> list[Group]:
+def drawn(values: Drawn) -> list[Group]:
     """Return groups of touches with these tilts and deviations."""
     groups = []
     for number, group in enumerate(values):
@@ -142,17 +144,17 @@ def test_too_few_touches_show_nothing() -> None:
 
 
 @given(GROUPS, st.randoms(use_true_random=False))
-def test_the_order_of_touches_and_objects_does_not_matter(values: list, order: object) -> None:  # type: ignore[type-arg]
+def test_the_order_of_touches_and_objects_does_not_matter(values: Drawn, order: Random) -> None:
     groups = drawn(values)
     expected = scatter_evidence(groups, 1.0)
     for group in groups:
-        order.shuffle(group)  # type: ignore[attr-defined]
-    order.shuffle(groups)  # type: ignore[attr-defined]
+        order.shuffle(group)
+    order.shuffle(groups)
     np.testing.assert_allclose(scatter_evidence(groups, 1.0), expected, rtol=1e-9, atol=1e-9)
 
 
 @given(GROUPS, st.floats(-1.0, 1.0))
-def test_a_common_factor_of_an_object_does_not_matter(values: list, shift: float) -> None:  # type: ignore[type-arg]
+def test_a_common_factor_of_an_object_does_not_matter(values: Drawn, shift: float) -> None:
     """Rounding of the mean of a group: 1e-16 of variances of at least 1e-5."""
     groups = drawn(values)
     expected = scatter_evidence(groups, 1.0)
@@ -161,7 +163,7 @@ def test_a_common_factor_of_an_object_does_not_matter(values: list, shift: float
 
 
 @given(GROUPS)
-def test_the_likeliest_exponent_has_0(values: list) -> None:  # type: ignore[type-arg]
+def test_the_likeliest_exponent_has_0(values: Drawn) -> None:
     found = scatter_evidence(drawn(values), 1.0)
     assert found.max() == 0
     assert len(found) == len(EXPONENTS)
@@ -193,7 +195,7 @@ def scene_of_depths(
 
 
 def test_the_slope_within_its_error() -> None:
-    """Of 100 slopes from the spread that is assumed, 95 are within 2 errors; 6 of them may not be."""
+    """Of 100 slopes from the assumed spread, 95 are within 2 errors; 6 of them may not be."""
     random = np.random.default_rng(6)
     within = 0
     errors = []

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import reduce
 from operator import add
@@ -28,6 +29,7 @@ from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen
 from palpate.recording import session as stored
 from palpate.recording import sidecar
+from palpate.recording_protocol import RecordingProtocol
 from palpate.repeatability import objections
 from palpate.samples import blank
 from palpate.simulation import hand
@@ -39,6 +41,8 @@ from bench.accuracy.another_hand_scores import Share
 from bench.accuracy.other_sessions import DOMES, HAND, Calibrating, pressed, specimens
 from bench.accuracy.session_calibration import Stated, calibrated
 
+Runs = Mapping[str, RecordingProtocol]
+"""A recording of the touches on each specimen."""
 TILTED = hand.Hand(oblique=0.0, tilt_deg=0.5)
 MODULI = {name: SORBOTHANE_MPA[name] for name in ("30 OO", "60 OO", "40 A", "70 A")}
 
@@ -63,7 +67,7 @@ def tilted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def tracks(runs: dict[str, Any], **settings: float) -> list[Track]:
+def tracks(runs: Runs, **settings: float) -> list[Track]:
     return [
         Track(each, settings, {t.start: name for t in palpate.touches(each)})
         for name, each in runs.items()
@@ -116,7 +120,7 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
 
 
 @pytest.fixture(scope="module")
-def level_held() -> dict[str, Any]:
+def level_held() -> Runs:
     """Return touches of a level probe on four specimens."""
     return {
         name: hand.session(0, hand=hand.Hand(oblique=0.0, tilt_deg=0.0), moduli={name: E})[name]
@@ -124,7 +128,7 @@ def level_held() -> dict[str, Any]:
     }
 
 
-def test_the_hold_of_a_level_probe_counts_at_least_as_a_hand(level_held: dict[str, Any]) -> None:
+def test_the_hold_of_a_level_probe_counts_at_least_as_a_hand(level_held: Runs) -> None:
     """Its own error is smaller than that of the level ratio; another hand would tilt the probe."""
     found = choose_ratio(tracks(level_held), MODULI)
     assert found.ratio == "level"
@@ -140,23 +144,21 @@ def test_the_hold_of_a_level_probe_counts_at_least_as_a_hand(level_held: dict[st
 
 
 @pytest.mark.parametrize(("bumps", "exponent"), [("flat", 1.0), ("domes", 1.5)])
-def test_stated_bumps_are_the_only_ones(
-    level_held: dict[str, Any], bumps: str, exponent: float
-) -> None:
+def test_stated_bumps_are_the_only_ones(level_held: Runs, bumps: str, exponent: float) -> None:
     found = choose_ratio(tracks(level_held), MODULI, bumps=bumps)
     assert (found.ratio, found.exponents) == ("level", (exponent,))
     assert found.settings["contact_exponent"] == exponent
     assert found.about.contact_exponent == f"{exponent:g}, as stated: {bumps}"
 
 
-def test_settings_of_the_tracks_are_kept(level_held: dict[str, Any]) -> None:
+def test_settings_of_the_tracks_are_kept(level_held: Runs) -> None:
     every = tracks(level_held, contact_exponent=1.5, age=0.8)
     found = choose_ratio(every, MODULI, ratio="level")
     assert dict(found.settings) == {"contact_exponent": 1.5, "age": 0.8}
     assert found.about.age == "0.8 s, as given"
 
 
-def test_one_touch_on_each_specimen_compares_nothing(level_held: dict[str, Any]) -> None:
+def test_one_touch_on_each_specimen_compares_nothing(level_held: Runs) -> None:
     once = {}
     for name, each in level_held.items():
         whole = palpate.Recording(each.t_hard_s, each.t_soft_s, each.hard, each.soft)
@@ -167,7 +169,7 @@ def test_one_touch_on_each_specimen_compares_nothing(level_held: dict[str, Any])
     assert level.about.contact_exponent == "1 to 1.5: too few touches are repeated to show it"
 
 
-def test_a_scene_without_an_exponent_has_no_choice(level_held: dict[str, Any]) -> None:
+def test_a_scene_without_an_exponent_has_no_choice(level_held: Runs) -> None:
     paper = [Track(level_held["40 A"], {"scene": "paper"}, {})]
     assert choose_ratio(paper, MODULI).about == About()
 

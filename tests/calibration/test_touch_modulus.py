@@ -1,4 +1,4 @@
-"""From touches to a modulus: the union over the exponents, means, differences, and what is learned."""
+"""From touches to a modulus: the union over the exponents, means, differences, learning."""
 
 from collections.abc import Sequence
 from dataclasses import replace
