@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.calibration.evidence import EXPONENTS, OF_GROWTH, TouchEvidence, evidence_of
-from palpate.calibration.ranges import BEND, Differences, Range, Ranges, differences_of
+from palpate.calibration.ranges import BEND, DifferenceErrors, Range, Ranges, differences_of
 from tilted_touch import growth, tilted_touch
 
 KNOWN = Ranges(tilt=0.01, depth_pF=Range(0.5, 1.5), rise_s=Range(0.2, 0.5), middle_pF=1.0)
@@ -25,7 +25,7 @@ def evidence(
 
 def cost(
     touch: TouchEvidence, ranges: Ranges = KNOWN, *, number: int = LAST, kind: str = "level"
-) -> Differences:
+) -> DifferenceErrors:
     exponent = float(EXPONENTS[number])
     return differences_of(touch, number, exponent, ranges, kind=kind, depth_slope_error=SLOPE_ERROR)
 
@@ -111,7 +111,8 @@ def test_a_touch_like_those_that_calibrated_costs_its_tilt_and_depth_only() -> N
     found = cost(evidence(0.008, depth_pF=1.2))
     assert found.tilt == pytest.approx(0.02 * 0.008 * growth(1.5))
     assert found.depth == pytest.approx(SLOPE_ERROR * 0.2)
-    assert (found.rise, found.contact_exponent) == (0.0, pytest.approx(0.0, abs=1e-15))
+    assert found.rise == 0
+    assert found.contact_exponent == pytest.approx(0.0, abs=1e-15)
 
 
 def test_what_exceeds_the_usual_tilt_costs_more() -> None:

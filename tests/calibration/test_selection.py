@@ -33,6 +33,7 @@ from palpate.recording_protocol import RecordingProtocol
 from palpate.repeatability import objections
 from palpate.samples import blank
 from palpate.simulation import hand
+from palpate.simulation.probe import Simulation
 from palpate.uncertainty import level_ratio
 
 from bench.accuracy.another_hand import figures_of
@@ -120,7 +121,7 @@ def test_the_simplest_ratio_if_none_is_better() -> None:
 
 
 @pytest.fixture(scope="module")
-def level_held() -> Runs:
+def level_held() -> dict[str, Simulation]:
     """Return touches of a level probe on four specimens."""
     return {
         name: hand.session(0, hand=hand.Hand(oblique=0.0, tilt_deg=0.0), moduli={name: E})[name]
@@ -158,7 +159,7 @@ def test_settings_of_the_tracks_are_kept(level_held: Runs) -> None:
     assert found.about.age == "0.8 s, as given"
 
 
-def test_one_touch_on_each_specimen_compares_nothing(level_held: Runs) -> None:
+def test_one_touch_on_each_specimen_compares_nothing(level_held: dict[str, Simulation]) -> None:
     once = {}
     for name, each in level_held.items():
         whole = palpate.Recording(each.t_hard_s, each.t_soft_s, each.hard, each.soft)
@@ -183,7 +184,7 @@ def test_a_scene_without_an_exponent_has_no_choice(level_held: Runs) -> None:
 )
 def test_an_unknown_choice_is_refused(stated: dict[str, str], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        choose_ratio([], MODULI, **stated)  # type: ignore[arg-type]
+        choose_ratio([], MODULI, **stated)
 
 
 def test_an_age_that_few_specimens_reach_is_not_chosen() -> None:
@@ -270,7 +271,8 @@ def test_the_error_of_few_specimens_is_their_scatter() -> None:
     """Two parameters are fitted: with three specimens the curve shows little."""
     groups = {0.2: np.array([0.0, 0.02]), 1.0: np.array([1.0, 1.02]), 4.0: np.array([2.0, 2.02])}
     error, freedom = prediction_error(groups)
-    assert (error, freedom) == (pytest.approx(0.02 / 2**0.5), 3)
+    assert error == pytest.approx(0.02 / 2**0.5)
+    assert freedom == 3
     single = {modulus: group[:1] for modulus, group in groups.items()}
     assert prediction_error(single) == (math.inf, 0)
 
