@@ -37,6 +37,8 @@ _UNITS = {
 }
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
+MOST_VERIFICATIONS = 100
+"""Comparisons with specimens of known modulus that a file keeps."""
 
 Table = dict[str, Any]
 """A table of a TOML document."""
@@ -137,6 +139,18 @@ class StoredCalibration:
     exponent_fits: tuple[ExponentFit, ...] = ()
     ranges: Ranges = field(default_factory=Ranges)
     verifications: tuple[Verification, ...] = ()
+
+    @property
+    def newest_verification(self) -> Verification | None:
+        """The newest comparison with a specimen of known modulus, by date; None: there is none."""
+        in_order = sorted(self.verifications, key=lambda one: one.date)
+        return in_order[-1] if in_order else None
+
+    @property
+    def is_reliable(self) -> bool:
+        """Whether the fit has no objection, and the newest verification agrees."""
+        newest = self.newest_verification
+        return self.sound and (newest is None or newest.agrees)
 
     @property
     def probe(self) -> Elasticity:
@@ -242,9 +256,7 @@ class StoredCalibration:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the calibration as TOML, with units, versions and the fitted data."""
-        text = need("tomli_w", "science").dumps(self.as_dict())
-        parse_toml(text)
-        write_file(Path(path), text.encode())
+        _write(Path(path), self.as_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
@@ -299,6 +311,37 @@ class StoredCalibration:
             ranges=_ranges(document.get("ranges", {})),
             verifications=tuple(map(Verification.of_dict, document.get("verifications", ()))),
         )
+
+
+def add_verification(path: Path, verification: Verification) -> None:
+    """Add a comparison to a calibration file; of many the newest ones are kept.
+
+    The file is replaced as a whole. All other entries stay as they are.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    verification : Verification
+
+    Raises
+    ------
+    CalibrationError
+        The file is not a calibration.
+    OSError
+        It cannot be written.
+    """
+    StoredCalibration.load(path)
+    document = read_toml(path)
+    tables = [*document.get("verifications", ()), verification.as_dict()]
+    tables.sort(key=lambda table: str(table["date"]))
+    document["verifications"] = tables[-MOST_VERIFICATIONS:]
+    _write(path, document)
+
+
+def _write(path: Path, document: Table) -> None:
+    text = need("tomli_w", "science").dumps(document)
+    parse_toml(text)
+    write_file(path, text.encode())
 
 
 def _verification_table(verifications: Sequence[Verification]) -> Table:

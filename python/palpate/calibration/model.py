@@ -33,7 +33,7 @@ from palpate.calibration.touch_modulus import (
     spread_of,
     union,
 )
-from palpate.calibration.verification import Verification, agreement_probability
+from palpate.calibration.verification import Verification, compare
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.plotted import Plotted
@@ -533,10 +533,8 @@ class Calibration(StoredCalibration, Plotted):
         counted = [touch for touch in touches if not self.objections(touch)]
         if not counted:
             raise ValueError(f"touches: got {len(touches)}, none counts, allowed: at least one")
-        probabilities = [
-            agreement_probability(
-                one.fit.fitted, one.measured(0.95), log(modulus), modulus_uncertainty
-            )
+        compared = [
+            compare(one.fit.fitted, one.measured(0.95), log(modulus), modulus_uncertainty)
             for one in self._ratios_at(counted)
         ]
         return Verification(
@@ -546,7 +544,8 @@ class Calibration(StoredCalibration, Plotted):
             modulus_uncertainty,
             self.mean_modulus(counted),
             len(counted),
-            max(probabilities),
+            max(one.probability for one in compared),
+            max(one.noticed for one in compared),
         )
 
     def modulus(

@@ -132,9 +132,10 @@ def live_command(
     from palpate.live.app import PageApp
     from palpate.live.commands import Workbench
     from palpate.live.files import RunFiles
-    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, opener
+    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, opener
     from palpate.live.peers import door_for
     from palpate.live.server import address_of, listen, serve
+    from palpate.sources.options import is_file
 
     token = _token(host, no_token=no_token)
     source = sources[0] if sources else _connected_board()
@@ -215,7 +216,7 @@ def _connected_board() -> str:
 def _check_files(sources: Sequence[str]) -> None:
     """Check that several sources are recordings that can be compared."""
     from palpate.live.compare import LETTERS
-    from palpate.live.measurement import is_file
+    from palpate.sources.options import is_file
 
     are_files = all(is_file(source) for source in sources)
     are_different = len(set(sources)) == len(sources)
