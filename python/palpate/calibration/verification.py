@@ -129,7 +129,7 @@ not hold any more (probability by chance 0.0001)
         if isfinite(self.measured.value):
             percent = 100 * (self.measured.value / self.known - 1)
             more = "more" if percent > 0 else "less"
-            difference = f", {abs(percent):.2g} % {more}"
+            difference = f", {number_format.error(abs(percent))} % {more}"
         chance = f"(probability by chance {self.probability:.1g})"
         return f"{measured}{difference}: the calibration does not hold any more {chance}"
 
@@ -138,7 +138,8 @@ not hold any more (probability by chance 0.0001)
         """The smallest change that such touches notice, as a clause."""
         if not isfinite(self.noticed):
             return ""
-        return f" (a change of the ratio by {100 * self.noticed:.2g} % or more would show)"
+        percent = number_format.error(100 * self.noticed)
+        return f" (a change of the ratio by {percent} % or more would show)"
 
 
 class Comparison(NamedTuple):

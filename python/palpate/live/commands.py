@@ -16,6 +16,7 @@ from palpate.live.events import Events
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
+from palpate.live.specimen_check import SpecimenCheck
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.messages import quoted
@@ -82,12 +83,18 @@ class Workbench:
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
         guided = GuidedCalibration(measurement, plan)
-        self.documents |= {"device": device.document, "calibration": guided.document}
+        check = SpecimenCheck(measurement, plan)
+        self.documents |= {
+            "device": device.document,
+            "calibration": guided.document,
+            "verification": check.document,
+        }
         self._parts |= {
             "measurement": measurement,
             "state": state,
             "device": device,
             "calibration": guided,
+            "check": check,
         }
 
     def state(self) -> Document:
@@ -133,6 +140,7 @@ _PARTS = {
     "device": ("centre", "device"),
     "plan": ("plan", "read list", "specimen", "assign", "name", "discard", "keep", "more", "note"),
     "calibration": ("calibrating", "save calibration"),
+    "check": ("verify",),
     "bench": ("compare", "cut"),
     "files": ("report", "stop report", "settings"),
     "page": ("noise", "view"),

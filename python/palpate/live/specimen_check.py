@@ -1,0 +1,102 @@
+"""Compares a specimen of known modulus, touched while a calibration is used, with it."""
+
+from typing import Any
+
+from palpate.calibration import Calibration
+from palpate.calibration.calibration_file import add_verification
+from palpate.calibration.verification import Verification, today
+from palpate.live.feed import Document, RefusedCommand
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import KnownSpecimen, TouchPlan
+
+
+class SpecimenCheck:
+    """Compares the specimen of the newest touch with the calibration, when its touches are done.
+
+    The result is added to the calibration file by a command. Specimens that calibrated in this run
+    are not compared: their touches are no test.
+    """
+
+    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan) -> None:
+        self._measurement = measurement
+        self._plan = plan
+        self._given = plan.progress.calibration
+        self._calibrated: frozenset[str] = frozenset()
+        self._compared: Any = None
+        self._found: Verification | None = None
+        self._kept: Verification | None = None
+
+    def document(self) -> Document:
+        """Return the message: the result as a sentence, "": there is none."""
+        found = self._newest()
+        if found is None:
+            return {"text": "", "agrees": True, "kept": False}
+        return {"text": f"{found}.", "agrees": found.agrees, "kept": found == self._kept}
+
+    def verify(self) -> str:
+        """Add the result to the calibration file; return the message."""
+        found = self._newest()
+        calibration = self._plan.progress.calibration
+        path = self._measurement.files.calibration
+        if found is None or calibration is None or path is None:
+            raise RefusedCommand(
+                "verify: there is no result yet, allowed: with a calibration file, after all "
+                "touches on a specimen of known modulus that did not calibrate in this run"
+            )
+        if found == self._kept:
+            raise RefusedCommand(f"verify: {path.name} has this result already")
+        try:
+            add_verification(path, found)
+        except OSError as error:
+            raise RefusedCommand(f"verify: {path.name}: {error.strerror}") from error
+        self._kept = found
+        self._plan.note(f"verification: {found}")
+        return f"{path.name} has the result: {found}."
+
+    def _newest(self) -> Verification | None:
+        """Return the comparison of the specimen that was touched last; None: there is none."""
+        calibration = self._plan.progress.calibration
+        specimen = self._specimen()
+        if calibration is None or specimen is None:
+            return None
+        compared = (calibration, specimen)
+        if compared != self._compared:
+            self._compared = compared
+            self._found = _comparison(calibration, specimen)
+        return self._found
+
+    def _specimen(self) -> KnownSpecimen | None:
+        """Return the specimen that was touched last, if it can be compared and is done."""
+        progress = self._plan.progress
+        self._note_calibrated()
+        last = progress.named(progress.last)
+        if last is None or last.name in self._calibrated:
+            return None
+        if len(progress.kept.get(last.name, ())) < last.wanted:
+            return None
+        known = [one for one in self._plan.known() if one.name == last.name]
+        return known[0] if known else None
+
+    def _note_calibrated(self) -> None:
+        """Remember which specimens a calibration was fitted to that is new in this run."""
+        calibration = self._plan.progress.calibration
+        if calibration is self._given:
+            return
+        self._given = calibration
+        touched = [one.name for one in self._plan.known() if one.touches]
+        self._calibrated = frozenset(touched)
+
+
+def _comparison(calibration: Calibration, specimen: KnownSpecimen) -> Verification | None:
+    """Return the comparison; None: no touch counts."""
+    counted = [touch for touch in specimen.kept if not calibration.objections(touch)]
+    if not counted:
+        return None
+    learned = calibration.learned([counted])
+    return learned.verify(
+        counted,
+        specimen.modulus,
+        specimen.modulus_uncertainty,
+        specimen=specimen.name,
+        date=today(),
+    )
