@@ -179,7 +179,7 @@ def compare(
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    error = sqrt(float(sum(parts)))
+    error = sqrt(float(np.sum(parts)))
     predicted = float(curve(fit.parameters, x))
     distance = abs(measured.ratio - predicted)
     if error == 0:
