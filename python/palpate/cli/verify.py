@@ -65,8 +65,8 @@ _TO_DO = (
 @click.option(
     "--modulus-uncertainty",
     metavar="AMOUNT",
-    help="Standard uncertainty (k = 1) of the modulus, as 5% or '0.05 MPa', in place of the one of "
-    "table or list.  [default: exact]",
+    help="Standard uncertainty (k = 1) of the modulus, as 5% or '0.05 MPa'.  [default: the one of "
+    "table or list, else exact]",
 )
 @click.option(
     "--touches",
