@@ -7,7 +7,7 @@ from typing import Any
 import palpate
 import pytest
 from palpate import Calibration, Touch
-from palpate.calibration.verification import today
+from palpate.calibration.calibration_verification import today
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles

@@ -14,13 +14,13 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.calibration.assessment import Assessment, Residual, assess, residuals
+from palpate.calibration.calibration_verification import CalibrationVerification
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit
 from palpate.calibration.interval import check_level
 from palpate.calibration.modulus import ParameterRow, parameter_row
 from palpate.calibration.ranges import Range, Ranges
-from palpate.calibration.verification import Verification
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
@@ -138,10 +138,10 @@ class StoredCalibration:
     error_share: float = 1.0
     exponent_fits: tuple[ExponentFit, ...] = ()
     ranges: Ranges = field(default_factory=Ranges)
-    verifications: tuple[Verification, ...] = ()
+    verifications: tuple[CalibrationVerification, ...] = ()
 
     @property
-    def newest_verification(self) -> Verification | None:
+    def newest_verification(self) -> CalibrationVerification | None:
         """The newest comparison with a specimen of known modulus, by date; None: there is none."""
         in_order = sorted(self.verifications, key=lambda one: one.date)
         return in_order[-1] if in_order else None
@@ -309,11 +309,13 @@ class StoredCalibration:
             error_share=_number(touch, "error_share", 0.0, 1.0),
             exponent_fits=fits,
             ranges=_ranges(document.get("ranges", {})),
-            verifications=tuple(map(Verification.of_dict, document.get("verifications", ()))),
+            verifications=tuple(
+                map(CalibrationVerification.of_dict, document.get("verifications", ()))
+            ),
         )
 
 
-def add_verification(path: Path, verification: Verification) -> None:
+def add_verification(path: Path, verification: CalibrationVerification) -> None:
     """Add a comparison to a calibration file; of many the newest ones are kept.
 
     The file is replaced as a whole. All other entries stay as they are.
@@ -321,7 +323,7 @@ def add_verification(path: Path, verification: Verification) -> None:
     Parameters
     ----------
     path : pathlib.Path
-    verification : Verification
+    verification : CalibrationVerification
 
     Raises
     ------
@@ -344,7 +346,7 @@ def _write(path: Path, document: Table) -> None:
     write_file(path, text.encode())
 
 
-def _verification_table(verifications: Sequence[Verification]) -> Table:
+def _verification_table(verifications: Sequence[CalibrationVerification]) -> Table:
     """Return the table of the comparisons; an empty one is left out."""
     if not verifications:
         return {}

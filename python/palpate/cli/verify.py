@@ -14,14 +14,15 @@ from palpate import Calibration, Touch, Uncertainty
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.calibration_file import add_verification
+from palpate.calibration.calibration_verification import CalibrationVerification, today
 from palpate.calibration.modulus_text import known_modulus, with_uncertainty
 from palpate.calibration.specimen_files import name_key, read_moduli
-from palpate.calibration.verification import Verification, today
 from palpate.cli import touch_table
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import json_option, print_message, print_notes, print_result
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.shared_options import (
+    Keywords,
     SourceOptions,
     TrackerOptions,
     board_options,
@@ -145,7 +146,7 @@ def verify_command(
 
 
 @dataclass(frozen=True)
-class SpecimenTouch:
+class VerifiedTouch:
     """A touch on the specimen.
 
     Attributes
@@ -171,12 +172,12 @@ class SpecimenTouch:
 
 
 @dataclass(frozen=True)
-class SpecimenTouches:
+class VerifiedTouches:
     """The touches on the specimen, and what is wrong with them.
 
     Attributes
     ----------
-    touches : tuple of SpecimenTouch
+    touches : tuple of VerifiedTouch
     doubts : tuple of str
         Why they are not as they were measured.
     missing : str
@@ -189,7 +190,7 @@ class SpecimenTouches:
         Touches on other specimens, each alone: they show the contact exponent, too.
     """
 
-    touches: tuple[SpecimenTouch, ...]
+    touches: tuple[VerifiedTouch, ...]
     doubts: tuple[str, ...] = ()
     missing: str = ""
     scene: str = "handheld"
@@ -206,14 +207,14 @@ class SpecimenTouches:
 class Result:
     """The result of `palpate verify`; verification: None if no touch counts."""
 
-    found: SpecimenTouches
+    found: VerifiedTouches
     calibration: Calibration
-    verification: Verification | None
+    verification: CalibrationVerification | None
     warnings: tuple[str, ...]
     """Why the calibration may be wrong, apart from its earlier verifications."""
 
     @property
-    def kept(self) -> Verification | None:
+    def kept(self) -> CalibrationVerification | None:
         """The comparison to add to the calibration file; None: it is not reliable."""
         return None if self.found.doubts else self.verification
 
@@ -242,7 +243,7 @@ class Result:
             lines = touch_table.add_column(places, lines)
         return touch_table.add_column(lines, cells)
 
-    def _cell(self, one: SpecimenTouch) -> str:
+    def _cell(self, one: VerifiedTouch) -> str:
         """Return the modulus of a touch, or why it does not count."""
         if one.left_out:
             return f"left out: {', '.join(one.left_out)}"
@@ -377,7 +378,7 @@ def _analyse(
     return AnalysedRecording(file.name, recording, tracking, found, verification_of(recording))
 
 
-def _without_board(reading: SourceOptions) -> dict[str, Any]:
+def _without_board(reading: SourceOptions) -> Keywords:
     """Return the options for a recording; those for a board are refused."""
     for name, value in (("firmware", reading.firmware), ("excitation", reading.excitation)):
         if value is not None:
@@ -413,9 +414,9 @@ def _has_names(run: AnalysedRecording) -> bool:
 
 def _touches_in(
     runs: Sequence[AnalysedRecording], specimen: str, calibration: Calibration
-) -> SpecimenTouches:
+) -> VerifiedTouches:
     """Return the touches of recordings on the specimen."""
-    touches: list[SpecimenTouch] = []
+    touches: list[VerifiedTouch] = []
     others: dict[str, list[Touch]] = {}
     doubts = []
     for run in runs:
@@ -426,7 +427,7 @@ def _touches_in(
                 others.setdefault(one.specimen, []).append(one.touch)
                 continue
             touches.append(
-                _specimen_touch(
+                _verified_touch(
                     run.name,
                     one.number,
                     one.touch,
@@ -437,7 +438,7 @@ def _touches_in(
             )
     if others and not touches:
         raise click.UsageError(f"SPECIMEN: {unlike(specimen, others)}")
-    return SpecimenTouches(
+    return VerifiedTouches(
         tuple(touches),
         tuple(doubts),
         scene=str(runs[0].tracking["scene"]),
@@ -456,7 +457,7 @@ def _date_of(run: AnalysedRecording) -> str:
     return min(date, today())
 
 
-def _specimen_touch(
+def _verified_touch(
     place: str,
     number: int,
     touch: Touch,
@@ -464,13 +465,13 @@ def _specimen_touch(
     linearity: float,
     *,
     left_out: str = "",
-) -> SpecimenTouch:
+) -> VerifiedTouch:
     """Return a touch with its uncertainty, and why it does not count."""
     ratio_of = calibration.ratio_of
     uncertainty = Uncertainty.of(touch, calibration.touch_scatter, linearity, ratio_of)
     reasons = [left_out, *map(str, calibration.objections(touch))]
     remarks = [*map(str, advice(touch)), *calibration.differences(touch)]
-    return SpecimenTouch(
+    return VerifiedTouch(
         place,
         number,
         touch,
@@ -490,7 +491,7 @@ class _Measurement:
     reading: SourceOptions
     tracker: TrackerOptions
 
-    def touches(self, calibration: Calibration, specimen: str) -> SpecimenTouches:
+    def touches(self, calibration: Calibration, specimen: str) -> VerifiedTouches:
         """Measure the touches on the specimen."""
         from palpate import sources
         from palpate.cli.printer import MeasurementPrinter, TouchCounter
@@ -523,7 +524,7 @@ class _Measurement:
             raise KeyboardInterrupt
         return self._found(stream.touches, calibration, tracking, stream.tracker.settings)
 
-    def _tracking(self, calibration: Calibration) -> dict[str, Any]:
+    def _tracking(self, calibration: Calibration) -> Keywords:
         """Return scene and settings: those given, else those of the calibration."""
         given = self.tracker.keywords()
         usual = {"scene": calibration.about.scene or "handheld"}
@@ -535,21 +536,21 @@ class _Measurement:
         calibration: Calibration,
         tracking: Mapping[str, Any],
         settings: Mapping[str, Any],
-    ) -> SpecimenTouches:
+    ) -> VerifiedTouches:
         linearity = linearity_pF(settings["full_scale"])
         rows = []
         for number, touch in enumerate(touches, 1):
-            row = _specimen_touch(self.source, number, touch, calibration, linearity)
+            row = _verified_touch(self.source, number, touch, calibration, linearity)
             rows.append(row)
         missing = ""
         if len(touches) < self.wanted:
             missing = f"{len(touches)} of {self.wanted} touches were measured"
         scene = str(tracking["scene"])
-        return SpecimenTouches(tuple(rows), missing=missing, scene=scene, date=today())
+        return VerifiedTouches(tuple(rows), missing=missing, scene=scene, date=today())
 
 
 def _verified(
-    found: SpecimenTouches, calibration: Calibration, specimen: str, known: KnownModulus
+    found: VerifiedTouches, calibration: Calibration, specimen: str, known: KnownModulus
 ) -> Result:
     """Compare the touches with the calibration."""
     warnings = calibration_doubts(replace(calibration, verifications=()), found.scene)

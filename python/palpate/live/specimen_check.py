@@ -4,7 +4,7 @@ from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.calibration.calibration_file import add_verification
-from palpate.calibration.verification import Verification, today
+from palpate.calibration.calibration_verification import CalibrationVerification, today
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
@@ -23,8 +23,8 @@ class SpecimenCheck:
         self._given = plan.progress.calibration
         self._calibrated: frozenset[str] = frozenset()
         self._compared: Any = None
-        self._found: Verification | None = None
-        self._kept: Verification | None = None
+        self._found: CalibrationVerification | None = None
+        self._kept: CalibrationVerification | None = None
 
     def document(self) -> Document:
         """Return the message: the result as a sentence, "": there is none."""
@@ -53,7 +53,7 @@ class SpecimenCheck:
         self._plan.note(f"verification: {found}")
         return f"{path.name} has the result: {found}."
 
-    def _newest(self) -> Verification | None:
+    def _newest(self) -> CalibrationVerification | None:
         """Return the comparison of the specimen that was touched last; None: there is none."""
         calibration = self._plan.progress.calibration
         specimen = self._specimen()
@@ -87,7 +87,9 @@ class SpecimenCheck:
         self._calibrated = frozenset(touched)
 
 
-def _comparison(calibration: Calibration, specimen: KnownSpecimen) -> Verification | None:
+def _comparison(
+    calibration: Calibration, specimen: KnownSpecimen
+) -> CalibrationVerification | None:
     """Return the comparison; None: no touch counts."""
     counted = [touch for touch in specimen.kept if not calibration.objections(touch)]
     if not counted:

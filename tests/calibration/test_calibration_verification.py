@@ -12,10 +12,15 @@ from numpy.typing import NDArray
 from palpate import Calibration, Touch
 from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.calibration_file import MOST_VERIFICATIONS, add_verification
+from palpate.calibration.calibration_verification import (
+    DOUBT,
+    CalibrationVerification,
+    Comparison,
+    compare,
+)
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.interval import MeasuredRatio
 from palpate.calibration.modulus import Modulus
-from palpate.calibration.verification import DOUBT, Comparison, Verification, compare
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.errors import CalibrationError
 from palpate.files import read_toml
@@ -28,7 +33,9 @@ SCATTER = 0.02  # of a touch
 TOUCHES = 4
 GEL_MPA = 1.1
 SESSIONS = 300
-AGREES = Verification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.1, 1.0, 1.2), 4, 0.5, 0.03)
+AGREES = CalibrationVerification(
+    "gel", "2026-11-29", 1.1, 0.0, Modulus(1.1, 1.0, 1.2), 4, 0.5, 0.03
+)
 DISAGREES = replace(AGREES, date="2026-11-30", probability=1e-5)
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from math import inf, isfinite, isnan, nan, sqrt
-from typing import Any, NamedTuple, Self
+from math import inf, isfinite, nan, sqrt
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from palpate.messages import quoted
 DOUBT = 0.01
 """Probability below which a difference is not by chance."""
 _SEEN = 0.95
-"""Probability with which `Verification.noticed` is noticed."""
+"""Probability with which `CalibrationVerification.noticed` is noticed."""
 
 
 def today() -> str:
@@ -27,7 +27,7 @@ def today() -> str:
 
 
 @dataclass(frozen=True)
-class Verification:
+class CalibrationVerification:
     """A comparison of a calibration with a specimen of known modulus.
 
     Attributes
@@ -50,7 +50,7 @@ class Verification:
 
     Examples
     --------
-    >>> one = Verification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
+    >>> one = CalibrationVerification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
     >>> print(one)
     gel (1.10 MPa) measures 1.30 MPa (1.25 to 1.36) on 2026-11-29, 18 % more: the calibration does \
 not hold any more (probability by chance 0.0001)
@@ -70,7 +70,7 @@ not hold any more (probability by chance 0.0001)
         """Whether the calibration agrees with the specimen."""
         return self.probability >= DOUBT
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the content of a table of a calibration file; numbers that are not finite are left out."""
         numbers = {
             "known_MPa": self.known,
@@ -95,10 +95,11 @@ not hold any more (probability by chance 0.0001)
         """
         if not isinstance(table, Mapping):
             raise TypeError(f"verifications: got {quoted(table)}, allowed: tables")
-        low = float(table.get("low_MPa", nan))
-        no_high = nan if isnan(low) else inf
-        high = float(table.get("high_MPa", no_high))
-        measured = Modulus(float(table.get("value_MPa", nan)), low, high)
+        value = float(table.get("value_MPa", nan))
+        measured = Modulus(value, nan, nan)
+        if "low_MPa" in table:
+            low = float(table["low_MPa"])
+            measured = Modulus(value, low, float(table.get("high_MPa", inf)))
         known = float(table["known_MPa"])
         probability = float(table["probability"])
         if not (0 < known < inf and 0 <= probability <= 1):
@@ -179,7 +180,7 @@ def compare(
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    error = sqrt(float(np.sum(parts)))
+    error = sqrt(sum(map(float, parts)))
     predicted = float(curve(fit.parameters, x))
     distance = abs(measured.ratio - predicted)
     if error == 0:
