@@ -52,7 +52,7 @@ class CalibrationVerification:
     --------
     >>> one = CalibrationVerification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
     >>> print(one)
-    gel (1.10 MPa) measures 1.30 MPa (1.25 to 1.36) on 2026-11-29, 18 % more: the calibration does \
+    gel (1.10 MPa) measures 1.300 MPa (1.250 to 1.360) on 2026-11-29, 18 % more: the calibration does \
 not hold any more (probability by chance 0.0001)
     """
 
@@ -180,7 +180,10 @@ def compare(
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    error = sqrt(sum(map(float, parts)))
+    variance = 0.0
+    for part in parts:
+        variance += float(part)
+    error = sqrt(variance)
     predicted = float(curve(fit.parameters, x))
     distance = abs(measured.ratio - predicted)
     if error == 0:

@@ -113,6 +113,8 @@ def verify_command(
       palpate verify "70 OO" monday.csv --calibration probe.toml
       palpate verify gel usb: --modulus "1.1 MPa" --modulus-uncertainty 3% --calibration probe.toml -o gel-check.csv
     """  # noqa: D301
+    if output:
+        require_free(with_sidecar(output), force=None)
     need("scipy", "science")  # before the touches are measured
     are_files = _are_files(sources)
     if output and are_files:
@@ -498,8 +500,6 @@ class _Measurement:
         from palpate.cli.record import Limits, measure, signals_stop
         from palpate.stream import Stream
 
-        if self.output:
-            require_free(with_sidecar(self.output), force=None)
         tracking = self._tracking(calibration)
         with usage_errors():
             opened = sources.open(self.source, **self.reading.keywords())
