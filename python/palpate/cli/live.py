@@ -113,7 +113,8 @@ def live_command(
     without it, the connected board, or a demo: a simulated hand touches four specimens until you
     stop it. By default only this machine can open the page, with the token in the printed address;
     it needs no network. Files are written only with --record, and by the buttons Record, Report and
-    Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid
+    Save: new ones, in one folder; a further button adds the result on a specimen of known modulus
+    to the calibration file. A recording, FILE.csv, is shown as a whole; up to four are laid
     beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed
     properly). Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an
     extra is missing.
