@@ -119,6 +119,14 @@ def stiffening(way: Way, depth: Array, bump: float) -> Array:
     return stiffer / thick * (bump + thick) / (bump + stiffer)
 
 
+def _depth(way: Way, stiff: float) -> float:
+    """Return the depth of a level press with `way.total`, mm, on an object that stiffens."""
+    thick = (way.total / ((1 + way.ratio) * stiff)) ** (1 / way.exponent)
+    depth = np.linspace(0, thick, 1000)
+    each = way.ratio * stiffening(way, depth, RIGID) + stiffening(way, depth, 1.0)
+    return float(np.interp(way.total, each * stiff * depth**way.exponent, depth))
+
+
 def touch(way: Way, seed: int) -> Recorded:
     """Return the readings of one touch."""
     random = np.random.default_rng((seed, 77))
@@ -129,6 +137,8 @@ def touch(way: Way, seed: int) -> Recorded:
     r0 = way.ratio
     stiff = SOFT_pF_per_mm * (1 - 1 / r0) / (1 - 1 / RIGID)  # soft bump and object in series
     depth0 = (way.total / ((1 + r0) * stiff)) ** (1 / way.exponent)
+    if way.layer:
+        depth0 = _depth(way, stiff)
     depth = (
         depth0
         * minimum_jerk((t - way.before) / way.rise)

@@ -78,7 +78,7 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
         The touches give no calibration.
     """
     choice = _choice(specimens, stated)
-    settings = dict(choice.settings)
+    settings: dict[str, Any] = dict(choice.settings)
     accept = ACCEPTED if stated.age_s == 0 else ()
     known = []
     for one in specimens:

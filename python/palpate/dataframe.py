@@ -88,7 +88,7 @@ class Framed:
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
 
-_EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift")
+_EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift", "stiffening")
 _ARROW_TYPES: dict[Any, str] = {int: "int64", float: "double", bool: "bool"}
 _UNITS = {"start_s": "s", "age_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
 

@@ -75,6 +75,10 @@ class CalibrationError(PalpateError):
     """A calibration is not possible with these specimens, or a file is not a calibration."""
 
 
+class CalibrationRefused(CalibrationError):
+    """A calibration was not made for these readings: another chip, or a simulation."""
+
+
 class SomeFailed(PalpateError, ExceptionGroup):
     """Some of several recordings failed; the results of the rest are kept.
 

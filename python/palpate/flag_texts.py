@@ -187,6 +187,8 @@ def explain_curve(touch: "Touch") -> str:
     cause = _cause(touch, "lag")
     if cause:
         return f"{size}, likely because of the {cause}"
+    if "stiffens" in touch.flags:
+        return f"{size}: the object stiffens, a bump bottoms out, or a gauge is not linear"
     return (
         f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as "
         "when calibrated"
@@ -254,4 +256,14 @@ def explain_gap(_: "Touch") -> str:
         "the board was opened again, its range was moved, or the computer paused, during the touch "
         "or before it; so the baseline may have been measured in contact: lift the probe, and touch "
         "again"
+    )
+
+
+def explain_stiffens(touch: "Touch") -> str:
+    """Explain that the ratio grows with depth."""
+    return (
+        f"the ratio grows by {_per_cent(touch.effects['stiffening'])} from a light contact to full "
+        "depth: the object is thin or layered, or stiffens when it is strained. The ratio is the one "
+        "at full depth, so a modulus is only an upper bound: touch a thicker piece, or press less "
+        "deep"
     )

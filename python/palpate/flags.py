@@ -96,7 +96,9 @@ class Meaning:
 
 
 class Flag(StrEnum):
-    """A warning about the result of a touch, with its meaning; the core decides which touch has it.
+    """A warning about the result of a touch, with its meaning.
+
+    The core decides which touch has it, except for `STIFFENS`.
 
     Attributes
     ----------
@@ -132,6 +134,10 @@ class Flag(StrEnum):
     GAP
         `Tracker.gap` ended the touch; or the baseline was measured after a gap, and no release has
         shown yet that this was without contact.
+    STIFFENS
+        Known after the release: the ratio grows with depth, because the object is thin or layered,
+        or stiffens when it is strained. A `Tracker` alone does not test this: `palpate.touches`,
+        `Stream` and `palpate replay` do.
 
     Examples
     --------
@@ -205,6 +211,7 @@ class Flag(StrEnum):
     )
     BASELINE = "baseline", Meaning(flag_texts.explain_baseline, no_ratio=True, misfit=True)
     GAP = "gap", Meaning(flag_texts.explain_gap)
+    STIFFENS = "stiffens", Meaning(flag_texts.explain_stiffens, _never)
 
 
 class Suspicion(StrEnum):

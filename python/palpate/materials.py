@@ -19,9 +19,9 @@ Outside of them ISO 48-4 takes the scales AO and D.
 DUROMETER_POINTS = 2.0
 """Standard uncertainty of a Shore A hardness, in points, where none is stated.
 
-A durometer is read in whole points, its spring and its needle have tolerances of about one point,
-and laboratories that measure by ISO 48-4 or ASTM D2240 differ by about two. The hardness that a
-manufacturer names often has a tolerance of five points: that is an uncertainty of three.
+A durometer (ISO 48-4, ASTM D2240) is read in whole points, and its spring may be off by one;
+laboratories are assumed to differ by two. The hardness that a manufacturer names often has a
+tolerance of five points: that is an uncertainty of three.
 """
 RELATION_UNCERTAINTY = 0.2
 """Relative standard uncertainty of a modulus by Gent's relation.

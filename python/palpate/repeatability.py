@@ -6,15 +6,15 @@ that a calibration or the session has measured, else `palpate.uncertainty.TOUCH_
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
-from math import erfc, exp, inf, isfinite, lgamma, log, sqrt
+from math import inf, isfinite, log, nan, sqrt
 from operator import mul
 from statistics import pvariance
 from typing import Any
 
 from palpate import number_format
-from palpate.errors import need
+from palpate.differences import DOUBT, Cause, KnownScatter, Trend, differences, probability_of
 from palpate.flags import Flag
 from palpate.messages import unlike
 from palpate.touch import Touch
@@ -27,8 +27,7 @@ from palpate.uncertainty import (
     level_ratio,
 )
 
-DOUBT = 0.01
-"""Probability below which differences are not by chance."""
+_REMARK = 1 / 3  # of the uncertainty of the mean; a smaller trend is not worth a sentence
 Known = tuple[float, float]
 """A ratio and its standard error."""
 
@@ -63,6 +62,12 @@ class Agreement:
         Relative scatter from touch to touch that was taken as known.
     probability : float
         Probability of such differences, or larger ones, between touches on one object.
+    cause : Cause or None
+        Likely cause of the differences, as the touches show it: the tilt of the probe, or a trend.
+    trend : Trend or None
+        A steady rise or fall of the ratio over the touches, in the order of their times.
+    without_tilt : float
+        The spread without the tilt that each touch shows; nan: a touch has no level ratio.
 
     Examples
     --------
@@ -77,6 +82,9 @@ class Agreement:
     spread: float
     scatter: float
     probability: float
+    cause: Cause | None = None
+    trend: Trend | None = None
+    without_tilt: float = nan
 
     @property
     def agree(self) -> bool:
@@ -88,6 +96,16 @@ class Agreement:
         """Standard error of the mean, with the scatter from touch to touch."""
         return sqrt(self.own_error**2 + (self.scatter * self.ratio) ** 2 / self.effective)
 
+    @property
+    def trend_text(self) -> str:
+        """The trend as a part of a sentence; "": none, or within a third of the uncertainty."""
+        if self.trend is None:
+            return ""
+        uncertainty = self.standard_error / abs(self.ratio)
+        if abs(self.trend.change) <= _REMARK * uncertainty:
+            return ""
+        return str(self.trend)
+
     def as_dict(self) -> dict[str, Any]:
         """Return all values, as plain numbers and text; without a mean if the touches differ."""
         return {
@@ -98,21 +116,43 @@ class Agreement:
             "spread": self.spread,
             "scatter": self.scatter,
             "probability": self.probability,
+            "cause": self.cause,
+            "trend": self.trend and asdict(self.trend),
+            **number_format.plain({"without_tilt": self.without_tilt}),
             "text": str(self),
         }
 
     def __str__(self) -> str:
-        """Return the mean, or the difference, as a sentence."""
+        """Return the mean and its trend, or the difference and its likely cause, as a sentence."""
+        if not self.agree:
+            return f"the {self.touches} touches differ: {self._difference} No mean is given"
+        return "; ".join(filter(None, [self.mean_text, self.trend_text]))
+
+    @property
+    def mean_text(self) -> str:
+        """The mean with its uncertainty, as a part of a sentence."""
         scatter = number_format.error(100 * self.scatter)
-        if self.agree:
-            mean = number_format.plus_minus(self.ratio, self.standard_error)
-            of = "1 touch" if self.touches == 1 else f"mean of {self.touches} touches"
-            return f"{of}: {mean} (scatter from touch to touch {scatter} %)"
+        mean = number_format.plus_minus(self.ratio, self.standard_error)
+        of = "1 touch" if self.touches == 1 else f"mean of {self.touches} touches"
+        return f"{of}: {mean} (scatter from touch to touch {scatter} %)"
+
+    @property
+    def _difference(self) -> str:
+        """The difference with its likely cause; a question where the touches show none."""
         spread = number_format.error(100 * self.spread)
+        if self.cause == Cause.TILT:
+            rest = number_format.error(100 * self.without_tilt)
+            tilt = (
+                f"their ratios spread by {spread} %, as with a probe that is held at different "
+                f"angles (without the tilt that each touch shows, by {rest} %): hold it upright"
+            )
+            return "; ".join(filter(None, [tilt, self.trend_text])) + "."
+        if self.cause == Cause.TREND:
+            return f"{self.trend}."
+        scatter = number_format.error(100 * self.scatter)
         return (
-            f"the {self.touches} touches differ: their ratios spread by {spread} %, more than "
-            f"standard errors and scatter from touch to touch ({scatter} %) explain: several "
-            "objects? No mean is given"
+            f"their ratios spread by {spread} %, more than standard errors and scatter from touch "
+            f"to touch ({scatter} %) explain: several objects?"
         )
 
 
@@ -166,7 +206,8 @@ def agreement(
         raise ValueError(f"scatter: got {scatter}, allowed: 0 or more, relative to the ratio")
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
-    known = [ratio_of(touch) for touch in usable(touches, accept, ratio_of)]
+    counted = usable(touches, accept, ratio_of)
+    known = [ratio_of(touch) for touch in counted]
     ratios: list[float] = []
     errors: list[float] = []
     for ratio, error in known:
@@ -183,6 +224,7 @@ def agreement(
     mean = sum(map(mul, shares, ratios))
     own_variance = sum((share * error) ** 2 for share, error in zip(shares, errors, strict=True))
     distances = [ratio - mean for ratio in ratios]
+    show = differences(counted, ratio_of, KnownScatter(scatter, freedom))
     return Agreement(
         touches=len(known),
         ratio=mean,
@@ -190,7 +232,10 @@ def agreement(
         effective=1 / sum(share**2 for share in shares),
         spread=_deviation(ratios) / abs(mean) if len(known) > 1 else 0.0,
         scatter=scatter,
-        probability=_probability(distances, variances, between, freedom),
+        probability=probability_of(distances, variances, between, freedom),
+        cause=show.cause,
+        trend=show.trend,
+        without_tilt=show.without_tilt,
     )
 
 
@@ -398,40 +443,3 @@ def _known_error(error: float, unknown: float) -> float:
 def _deviation(values: list[float]) -> float:
     mean = sum(values) / len(values)
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
-
-
-def _probability(
-    distances: list[float], variances: list[float], between: float, freedom: float
-) -> float:
-    """Return the probability of weighted squared distances that are as large or larger."""
-    degrees = len(distances) - 1
-    if not any(distances) or not degrees:
-        return 1.0
-    if not all(variances):
-        return 0.0
-    squares = sum(
-        distance**2 / variance for distance, variance in zip(distances, variances, strict=True)
-    )
-    scatter_share = between / len(variances) * sum(1 / variance for variance in variances)
-    if isfinite(freedom) and scatter_share:
-        # Welch and Satterthwaite: the standard errors are taken as exact.
-        special = need("scipy.special", "science")
-        return float(special.fdtrc(degrees, freedom / scatter_share**2, squares / degrees))
-    return _chi_squared_above(squares, degrees)
-
-
-def _chi_squared_above(squares: float, degrees: int) -> float:
-    """Return the probability that chi-squared is above a value.
-
-    Abramowitz and Stegun 26.4.4 and 26.4.5: with h = squares / 2, a sum of
-    exp(-h) h^j / gamma(j + 1), over j = 0, 1, ... for even degrees, and 1/2, 3/2, ... for odd ones,
-    which begin with erfc(sqrt(h)).
-    """
-    half = squares / 2
-    odd = degrees % 2
-    if half == 0:
-        return 1.0
-    powers = (j + odd / 2 for j in range((degrees - odd) // 2))
-    terms = sum(exp(j * log(half) - half - lgamma(j + 1)) for j in powers)
-    first = erfc(sqrt(half)) if odd else 0.0
-    return min(terms + first, 1.0)

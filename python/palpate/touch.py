@@ -73,7 +73,8 @@ class Touch:
         the share of the mean depth by which the soft bump is reached first; `drift` during the
         touch, share of the mean output; `lag` of the soft channel, ms (nan without times); `curve`,
         share of the mean output; `tilt`, the ratio above the level ratio, share of it; `shift` of
-        the ratio by the revision, share.
+        the ratio by the revision, share; with the flag "stiffens" only `stiffening`, the growth of
+        the ratio from zero to full depth, share of that at zero depth.
     alarm_share : float
         Share of the samples with the alarm on.
     saturated : int

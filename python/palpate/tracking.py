@@ -33,6 +33,7 @@ from palpate.samples import (
     settings_for,
 )
 from palpate.touch import Touch
+from palpate.touch_readings.stiffening_watch import StiffeningWatch
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -129,16 +130,17 @@ def tracked(
     if windows is not None:
         return _tracked_in(windows, recording, scene, settings)
     tracker = tracker_of(recording, scene, settings)
+    watch = StiffeningWatch(tracker)
     period_s = 0.0
     has_one_time = recording.timed
     for _, part in _parts(tracker, recording):
-        tracker.take(*part.columns)
+        watch.process(*part.columns)
         has_one_time = has_one_time and np.array_equal(part.t_hard, part.t_soft)
         if period_s == 0 and part.pairs > 1 and recording.timed:
             period_s = part.step_s
     ended = tracker.touch_count
-    tracker.finish()
-    found = tracker.touches
+    watch.finish()
+    found = watch.touches
     judgements = tracker.judgements
     if not recording.timed:
         found = [touch.without_times() for touch in found]
@@ -316,7 +318,7 @@ def _tracked_in(
 
 def _fed_whole(tracker: Tracker, recording: RecordingProtocol) -> "Fed":
     """Feed a recording to a tracker as a whole."""
-    whole = Fed.joined(feed_recording(tracker, recording))
+    whole = Fed.joined(feed_recording(StiffeningWatch(tracker), recording))
     tracker.finish()
     if whole is None:
         raise ValueError("windows: got a recording without samples, allowed: one with samples")
@@ -496,6 +498,7 @@ def _cut_out(
     Readings from the first to the second are left out: the contact that has begun before the
     window. Also returned is how often the baseline was wrong from the second row on.
     """
+    watch = StiffeningWatch(tracker)
     at = 0
     stage_before = 0
     retaken_before = 0
@@ -507,7 +510,7 @@ def _cut_out(
             if first == last:
                 continue
             if stage in (_INSIDE, _AFTER) and stage > stage_before:
-                tracker.finish()
+                watch.finish()
                 if not counts:
                     retaken_before = tracker.retaken
                 counts.append(tracker.touch_count)
@@ -516,10 +519,10 @@ def _cut_out(
             if stage == _LEFT:
                 nothing = np.full(piece.pairs, math.nan)
                 piece = piece._replace(hard=nothing, soft=nothing)
-            tracker.take(*piece.columns)
-    tracker.finish()
+            watch.process(*piece.columns)
+    watch.finish()
     counts.append(tracker.touch_count)
-    touches = tracker.touches_since(counts[0])[: counts[1] - counts[0]]
+    touches = watch.touches_since(counts[0])[: counts[1] - counts[0]]
     return touches, tracker.retaken - retaken_before
 
 
@@ -600,10 +603,10 @@ class Fed(NamedTuple):
         return Fed(*(np.concatenate(column) for column in columns))
 
 
-def feed_recording(tracker: Tracker, recording: RecordingProtocol) -> Iterator[Fed]:
+def feed_recording(watch: StiffeningWatch, recording: RecordingProtocol) -> Iterator[Fed]:
     """Feed a recording to a tracker; yield its pairs with the tracker's rows."""
-    for era, part in _parts(tracker, recording):
-        rows = tracker.process(*part.columns)
+    for era, part in _parts(watch.tracker, recording):
+        rows = watch.process(*part.columns)
         yield Fed(*part.seconds, part.hard, part.soft, rows, np.full(len(rows), era))
 
 

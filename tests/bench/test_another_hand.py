@@ -4,8 +4,6 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import palpate
@@ -13,7 +11,7 @@ import pytest
 from palpate.calibration.modulus import Modulus
 from palpate.elasticity import Elasticity
 
-from bench.accuracy import another_hand, session_calibration
+from bench.accuracy import another_hand
 from bench.accuracy.another_hand import Result, figures_of, results, score
 from bench.accuracy.another_hand_rows import (
     NO_BOUNDS,
@@ -24,7 +22,7 @@ from bench.accuracy.another_hand_rows import (
     Row,
 )
 from bench.accuracy.another_hand_scores import Bounds, Estimate, Figures, Score, Share
-from bench.accuracy.other_probe import RIGID, Recorded, Way, stiffening, touch
+from bench.accuracy.other_probe import RIGID, Array, Recorded, Way, stiffening, touch
 from bench.accuracy.other_sessions import (
     DOMES,
     HAND,
@@ -44,9 +42,9 @@ SEED = 3
 STILL = Way(tremor=0.0, noise=0.0)
 
 
-def depth_pF(recording: Recorded) -> np.ndarray:
+def depth_pF(recording: Recorded) -> Array:
     """Return the change of the hard channel."""
-    return recording.hard - recording.hard[0]
+    return np.asarray(recording.hard - recording.hard[0])
 
 
 # The simulator
@@ -218,38 +216,6 @@ def test_a_session_without_a_calibration_has_no_modulus() -> None:
     assert found.shares[Share.WITHOUT] == 100
     assert found.shares[Share.RELIABLE] == 0
     assert "coverage -, allowed 92 to 98" in REFERENCE.bounds.broken(found)
-
-
-def test_methods_that_exist_are_called() -> None:
-    """A calibration that learns, compares and verifies; one that does not answers None."""
-    verified: list[Any] = []
-
-    class Full:
-        def objections(self, one: str) -> bool:
-            return one == "bad"
-
-        def learned(self, groups: Any) -> tuple[str, Any]:
-            return "learned", groups
-
-        def differences(self, one: Any) -> list[str]:
-            return [one.remark]
-
-        def verify(self, *values: Any) -> SimpleNamespace:
-            verified.append(values)
-            return SimpleNamespace(agrees=False)
-
-    full: Any = Full()
-    bare: Any = SimpleNamespace(objections=full.objections)
-    remarked: Any = SimpleNamespace(flags=(), remark="held more obliquely")
-    touches: Any = ["good", "bad"]
-    assert session_calibration.learned(full, [touches]) == ("learned", [touches])
-    assert session_calibration.learned(bare, [touches]) is bare
-    assert session_calibration.remarks_on(full, remarked).differs is True
-    assert session_calibration.remarks_on(bare, remarked).differs is None
-    assert session_calibration.agrees(full, touches, 1.5, 0.05) is False
-    assert verified == [(["good"], 1.5, 0.05)]
-    assert session_calibration.agrees(full, ["bad"], 1.5) is None  # type: ignore[list-item]
-    assert session_calibration.agrees(bare, touches, 1.5) is None
 
 
 # Runs

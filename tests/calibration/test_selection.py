@@ -16,6 +16,7 @@ from command_lines import document, run
 from example_touch import example_touch
 from palpate import Calibration
 from palpate.calibration.calibration_file import About
+from palpate.calibration.provenance import present_time
 from palpate.calibration.selection import Track, choose_ratio, fitted_exponent
 from palpate.calibration.specimen_files import write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, error_share, fit_specimens
@@ -82,7 +83,7 @@ def test_the_exponent_by_the_scatter(exponent: float) -> None:
     """With creep to 0.1; and the level ratio afterwards is the live one within its error."""
     touched = specimens(Calibrating(replace(DOMES, exponent=exponent)), 1)
     found = calibrated(touched, Stated())
-    settings = found.settings
+    settings: Any = found.settings
     assert found.calibration.ratio == "level"
     assert settings["contact_exponent"] == exponent
     assert settings["age"] > 0
@@ -269,13 +270,14 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
     ]
     used, plan = (
         list[Calibration](),
-        SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str),
+        SimpleNamespace(known=lambda: known, progress=SimpleNamespace(), note=str, operator=""),
     )
+    watch: Any = SimpleNamespace(chips=set(), simulated=None, begun_at=present_time())
     for recorder in (SimpleNamespace(path=path), None):
         bench = SimpleNamespace(
             files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None
         )
-        GuidedCalibration(bench, plan).save_calibration()  # type: ignore[arg-type]
+        GuidedCalibration(bench, plan, watch).save_calibration()  # type: ignore[arg-type]
         used.append(plan.progress.calibration)
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0

@@ -134,6 +134,7 @@ def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float])
         (b"name,MPa\na\n", "line 2: got 1 cells"),
         (b"name,MPa\na,soft\n", "line 2: got 'soft' as a modulus"),
         (b"name,MPa\na,-1\n", "line 2: got '-1' as a modulus"),
+        (b"name,Pa\na,1e-320\n", "line 2: got '1e-320' as a modulus"),
         (b"name,MPa\n30 A,1\n30a,2\n", "line 3: '30a' appears twice"),
         (b"\xff\xfe\x00", "not a text table"),
         (b"name,psi\na,20\n", "line 1: got the unit 'psi', allowed: Pa, kPa, MPa or GPa"),

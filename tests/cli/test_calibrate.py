@@ -12,7 +12,7 @@ from palpate.materials import KnownModulus
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan
 from project import FOUR, made_once
-from report_session import recorded, specimens
+from report_session import recorded, softened, specimens
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +64,23 @@ def test_replay_adds_the_modulus(folder: Path) -> None:
     assert all("(calibration)" in line for line in lines[1:5])
     assert lines[5].startswith("mean of 4 touches: 4.20")
     assert re.fullmatch(
-        r"The intervals include the scatter from touch to touch \(2\.\d %\)\.", lines[6]
+        r"The intervals are of 95 %, and include the scatter from touch to touch \(2\.\d %\)\.",
+        lines[6],
     )
     [(low, high)] = re.findall(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[5])
     assert float(low) < 1.1 < float(high)
+
+
+def test_replay_adds_the_trend_below_the_mean(folder: Path, tmp_path: Path) -> None:
+    given = ("replay", softened(tmp_path), "--calibration", folder / "probe.toml")
+    mean, trend, intervals = run(*given).stdout.splitlines()[-3:]
+    assert mean.startswith("mean of 4 touches: 4.02")
+    assert "if all are on one object: 1.0" in mean
+    assert trend.startswith("the ratio falls by 7.1 % from the first touch to the last (trend, ")
+    assert intervals.startswith("The intervals are of 95 %")
+    found = document(*given)
+    assert found["agreement"]["trend"]["change"] == pytest.approx(-0.071, abs=0.003)
+    assert "trends" not in found
 
 
 def test_an_object_beyond_and_touches_on_several_objects(folder: Path, tmp_path: Path) -> None:
@@ -159,7 +172,8 @@ def wrong_moduli(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 def test_a_stated_uncertainty_of_the_moduli(
     folder: Path, wrong_moduli: Path, tmp_path: Path
 ) -> None:
-    line = ["calibrate", *specimens(folder), "--moduli", wrong_moduli, "-o", tmp_path / "p.toml"]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", wrong_moduli]
+    line += ["-o", tmp_path / "p.toml"]
     unstated = run(*line)
     assert unstated.exit_code == 5
     [needed] = re.findall(r"uncertainty of the moduli of (\S+ %) would explain", unstated.stdout)
@@ -187,7 +201,7 @@ def test_the_uncertainties_of_a_table_come_before_the_option(folder: Path, tmp_p
     rows[1] += ",2"
     table.write_text("\n".join(rows))
     out = tmp_path / "p.toml"
-    line = ["calibrate", *specimens(folder), "--moduli", table, "-o", out]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", table, "-o", out]
     assert run(*line, "--moduli-uncertainty", "4%").exit_code == 0
     found = palpate.Calibration.load(out)
     softest = found.moduli == found.moduli.min()
@@ -203,7 +217,8 @@ def test_an_uncertainty_without_a_percent_sign_is_refused(
     folder: Path, tmp_path: Path, text: str
 ) -> None:
     table = folder / "ten" / "moduli.csv"
-    options = ["--moduli", table, "-o", tmp_path / "p.toml", f"--moduli-uncertainty={text}"]
+    options: list[str | Path] = ["--moduli", table]
+    options += ["-o", tmp_path / "p.toml", f"--moduli-uncertainty={text}"]
     refused = run("calibrate", *specimens(folder), *options)
     assert refused.exit_code == 2
     assert f"got '{text}', allowed: a standard uncertainty in per cent" in refused.stderr
@@ -215,7 +230,7 @@ def test_shore_hardnesses_in_place_of_moduli(folder: Path, tmp_path: Path) -> No
     text = (folder / "ten" / "moduli.csv").read_text()
     table.write_text(text.replace("50 A,2.18", "50 A,50 A"))
     out = tmp_path / "p.toml"
-    line = ["calibrate", *specimens(folder), "--moduli", table]
+    line: list[str | Path] = ["calibrate", *specimens(folder), "--moduli", table]
     found = run(*line, "-o", out, "--report", tmp_path / "p.html")
     assert found.exit_code == 0
     assert "50 A: 50 Shore A is taken as 2.46 MPa +-21 % (k = 1)\n" in found.stderr

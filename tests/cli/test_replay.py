@@ -9,8 +9,10 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import Uncertainty, number_format
+from palpate.recording.session import Entry, Plan
 from palpate.simulation import scenarios
 from project import FOUR, copied
+from report_session import change, softened
 
 replay = importlib.import_module("palpate.cli.replay")
 MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
@@ -33,7 +35,7 @@ def test_one_row_a_touch_or_one_document() -> None:
     head, *lines = run("replay", FOUR).stdout.splitlines()
     assert (
         " ".join(head.split())
-        == "touch start_s samples ratio ± uncertainty covariance alarm result flags"
+        == "touch start_s samples ratio ± uncertainty (k=1) covariance alarm result flags"
     )
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines, touches, strict=True):
@@ -52,6 +54,22 @@ def test_one_row_a_touch_or_one_document() -> None:
         "uncertainty_from": "assumed",
     }
     assert found["touches"] == [touch.as_dict() | none for touch in touches]
+
+
+def test_a_trend_over_the_touches_has_a_sentence(tmp_path: Path) -> None:
+    """By specimen, if the session names them; four objects whose ratios rise show none."""
+    path = softened(tmp_path)
+    sentence = "the ratio falls by 7.1 % from the first touch to the last (trend, p = 0.006)"
+    assert run("replay", path).stdout.splitlines()[-1].startswith(f"all touches: {sentence}")
+    [trend] = document("replay", path)["trends"]
+    assert (trend["specimen"], round(trend["change"], 3)) == (None, -0.071)
+    assert "trends" not in document("replay", FOUR)
+    touches = palpate.touches(palpate.read(path))
+    entries = [Entry(touch.start_s, "gel") for touch in touches]
+    for left_out, is_shown in (("", True), ("slipped", False)):
+        entries[0] = Entry(touches[0].start_s, "gel", left_out)
+        change(path, {"session": Plan(touches=tuple(entries)).as_dict()})
+        assert (f"gel: {sentence}" in run("replay", path).stdout) is is_shown
 
 
 def test_windows_are_touches() -> None:

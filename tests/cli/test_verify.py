@@ -183,7 +183,7 @@ def test_the_modulus_of_a_table(gel: Path, probe: Path, tmp_path: Path) -> None:
 def test_a_hardness_is_converted_and_named(gel: Path, probe: Path) -> None:
     options = ("--modulus", "30 A", "--calibration", probe, "--dry-run")
     result = run("verify", "gel", gel, *options)
-    assert "30 Shore A is taken as 1.14 MPa +-22 % (k = 1), by Gent's relation" in result.stderr
+    assert "gel: 30 Shore A is taken as 1.14 MPa +-22 % (k = 1)\n" in result.stderr
     assert result.exit_code == 0
 
 
@@ -272,3 +272,42 @@ def test_the_scene_is_that_of_the_calibration(gel: Path, probe: Path) -> None:
     assert "with scene" not in measured.stderr
     of_recording = run("verify", "gel", gel, *options)
     assert "made with scene paper, but this is scene handheld" in of_recording.stderr
+
+
+def test_a_simulated_calibration_needs_accept_for_a_probe(gel: Path, probe: Path) -> None:
+    change(gel, {"device": {"name": "AD7746", "full_scale_pF": 4.096}})
+    before = probe.read_bytes()
+    line = ("verify", "gel", gel, *GEL, "--calibration", probe)
+    refused = run(*line)
+    assert refused.exit_code == 2
+    assert "the calibration was made from simulated touches, but the readings" in refused.stderr
+    assert probe.read_bytes() == before
+    accepted = run(*line, "--accept", "simulated")
+    assert accepted.exit_code == 0, accepted.output
+    assert "used anyway because of --accept simulated" in accepted.stderr
+
+
+def test_simulated_touches_are_no_evidence_on_a_probe(gel: Path, probe: Path) -> None:
+    text = probe.read_text()
+    assert text.count("simulated = true") == 1
+    probe.write_text(text.replace("simulated = true", "simulated = false"))
+    before = probe.read_bytes()
+    doubt = "the touches are simulated, but the calibration was made with a probe: they are no"
+    for source in (gel, "sim:four-specimens?seed=1"):
+        options = (*GEL, "--calibration", probe, "--touches", "1")
+        result = run("verify", "gel", source, *options)
+        assert result.exit_code == 5
+        assert doubt in result.stderr
+        assert probe.read_bytes() == before
+
+
+def test_a_simulated_calibration_is_refused_before_a_source_is_recorded(
+    probe: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("palpate.calibration.origin.is_simulated", lambda _: False)
+    kept = tmp_path / "kept.csv"
+    options = (*GEL, "--calibration", probe, "--touches", "1", "-o", kept)
+    result = run("verify", "gel", "sim:four-specimens?seed=1", *options)
+    assert result.exit_code == 2
+    assert "sim:four-specimens?seed=1: the calibration was made from simulated" in result.stderr
+    assert not kept.exists()

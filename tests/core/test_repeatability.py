@@ -7,8 +7,9 @@ import numpy as np
 import palpate
 import pytest
 from example_touch import example_touch
-from palpate import repeatability
+from palpate import distributions
 from palpate.calibration import Calibration
+from palpate.differences import DOUBT
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.repeatability import agreement, objections, usable
 from palpate.simulation import scenarios
@@ -88,14 +89,14 @@ def test_how_often_touches_of_one_object_are_said_to_differ() -> None:
             differ[math.inf] += not agreement(measured).agree
             differ[freedom] += not agreement(measured, scatter=estimated, freedom=freedom).agree
         for number in differ.values():
-            assert number / 2000 == pytest.approx(repeatability.DOUBT, abs=0.009)
+            assert number / 2000 == pytest.approx(DOUBT, abs=0.009)
 
 
 @pytest.mark.parametrize("degrees", [1, 2, 3, 4, 9, 10, 199, 1000])
 def test_chi_squared(degrees: int) -> None:
     for squares in (0.0, 1e-9, 0.5, 3.0, 20.0, 100.0, 1500.0, 1e4):
         expected = float(special.chdtrc(degrees, squares))
-        assert repeatability._chi_squared_above(squares, degrees) == pytest.approx(
+        assert distributions.chi_squared_above(squares, degrees) == pytest.approx(
             expected, rel=1e-9, abs=1e-13
         )
 

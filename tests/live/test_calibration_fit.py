@@ -1,5 +1,7 @@
 """Guided calibration: what it says after each touch, and the file at the end."""
 
+import re
+from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 from types import SimpleNamespace
@@ -9,6 +11,7 @@ import palpate
 import pytest
 from palpate import Calibration, Touch
 from palpate.calibration.calibration_file import About
+from palpate.calibration.provenance import Provenance
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
@@ -21,6 +24,7 @@ from recording_bench import soon
 
 MODULI = dict(sorted(SORBOTHANE_MPA.items(), key=lambda item: item[1])[::2])
 WANTED = 2
+BEGUN_AT = datetime(2026, 11, 29, 8, tzinfo=UTC)
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +42,14 @@ class Bench:
         self.used: list[Calibration] = []
         self.files = RunFiles(folder=folder)
         self.progress = SimpleNamespace(next="40 OO", calibration=None)
+        self.document = {"title": "bench 2", "operator": "A. Bee"}
         self.newest_recorder, self.how, self.commands = None, dict[str, Any](), Lock()
+        self.operator = "A. Bee"
+        self.said: list[str] = []
+        self.say = self.said.append
+        watch: Any = SimpleNamespace(chips={"66 cc 5c 90"}, simulated=True, begun_at=BEGUN_AT)
         own: Any = self
-        self.part = GuidedCalibration(own, own)
+        self.part = GuidedCalibration(own, own, watch)
         self.uncertainty = 0.0
 
     def note(self, text: str) -> None:
@@ -49,6 +58,14 @@ class Bench:
     def use(self, how: dict[str, Any], note: str) -> None:
         """Go on with the calibration of the plan."""
         self.used.append(self.progress.calibration)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """What is known of each touch."""
+        return [
+            {"why": "it slipped" if number in self.left_out else ""}
+            for number, _ in enumerate(self.order[: self.done], 1)
+        ]
 
     def known(self) -> list[KnownSpecimen]:
         numbered = [
@@ -113,7 +130,12 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     [used] = bench.used
     assert bench.files.calibration == tmp_path / "probe.toml"
     assert used.as_dict() == Calibration.load(tmp_path / "probe.toml").as_dict()
-    assert used.as_dict() == expected.as_dict()
+    assert {**used.as_dict(), "provenance": {}} == expected.as_dict()
+    made = used.about.provenance
+    stated = Provenance(
+        made.date, BEGUN_AT, operator="A. Bee", chips=("66 cc 5c 90",), simulated=True
+    )
+    assert made == stated
     assert [file["name"] for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
     assert bench.part.document()["saved"] == "probe.toml"
@@ -133,6 +155,24 @@ def test_the_uncertainty_of_the_moduli_is_in_the_calibration(
     assert "u(E), %" in (tmp_path / "probe-calibration.html").read_text()
 
 
+def test_the_report_has_a_head_and_the_touches_that_are_left_out(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.part.calibrating(on=True)
+    bench.touch(len(bench.order))
+    bench.left_out = {3}
+    bench.part.save_calibration()
+    page = (tmp_path / "probe-calibration.html").read_text(encoding="utf-8")
+    assert "<h1>Calibration of a probe: bench 2</h1>" in page
+    for fact in ("A. Bee", "not recorded"):
+        assert f"<dd>{fact}</dd>" in page
+    assert re.search(r"<dt>Date</dt><dd>20\d\d-\d\d-\d\d ", page)
+    left_out = page.partition("Touches that are left out")[2]
+    assert "it slipped" in left_out
+    assert left_out.count("<tr>") == 2  # the header, and one touch
+
+
 def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     tmp_path: Path, touches: dict[str, list[Touch]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -148,6 +188,7 @@ def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     said = "Saved as probe.toml, but without a report: report: cannot be written: No space left on device."
     soon(lambda: bench.part.document()["verdict"] == said)
     assert bench.part.document()["saved"] == "probe.toml"
+    assert bench.said == ["run.csv: no checksum: No such file or directory"]
 
 
 def test_a_touch_that_is_left_out_is_shown_and_not_used(

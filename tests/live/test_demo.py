@@ -79,7 +79,7 @@ def test_the_first_picture_without_a_board(serve: Callable[..., Live], page: Bro
     text = page.run("return document.body.innerText")
     for needed in (
         "The ratio of their capacitance changes",
-        "± is how far one touch usually is off",
+        "± is one standard deviation (k = 1)",
         "palpate doctor",
     ):
         assert needed in text

@@ -101,6 +101,9 @@ def test_the_list_of_specimens_typed_and_loaded(
     page["listfile"].send_keys(str(tmp_path / "list.csv"))
     page.until(lambda: page["list"].get_attribute("value").startswith("soft"))
     page["list"].clear()
+    page["list"].send_keys("soft; 0.1; 5 %")
+    page.until(lambda: page["listread"].get_property("textContent") == "0.1 MPa ± 5 %")
+    page["list"].clear()
     page["list"].send_keys("soft,0.1\nunknown")
     page["wanted"].clear()
     page["wanted"].send_keys("3")
@@ -193,9 +196,11 @@ def test_settings_are_remembered_and_followed(page: Browser, idle: Canned) -> No
     assert heads == ["kPa", "kPa"]
     page.press("p")
     page.until(
-        lambda: page["listread"].get_property("textContent").startswith("8680 kPa\n2180 kPa")
+        lambda: (
+            page["listread"].get_property("textContent").startswith("8680 kPa\n2180 kPa ± 5 %\n")
+        )
     )
-    assert page["list"].get_property("value").startswith("70 A; 8680 kPa\n")
+    assert page["list"].get_property("value").startswith("70 A; 8680 kPa\n50 A; 2180 kPa; 5 %\n")
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
     page.click("csv")

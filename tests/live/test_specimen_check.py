@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import palpate
 import pytest
 from palpate import Calibration, Touch
+from palpate.calibration.calibration_file import About
 from palpate.calibration.calibration_verification import today
+from palpate.calibration.provenance import Provenance
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
@@ -41,7 +44,8 @@ class Bench:
         own: Any = self
         self.plan = TouchPlan(own, calibration)
         self.plan.plan(text=f"gel; {GEL_MPA}; 1 %\nunknown", wanted=2)
-        self.check = SpecimenCheck(own, self.plan)
+        self.watch: Any = SimpleNamespace(simulated=None)
+        self.check = SpecimenCheck(own, self.plan, self.watch)
         if calibration:
             self.files.calibration = folder / "probe.toml"
             calibration.save(self.files.calibration)
@@ -123,6 +127,32 @@ def test_specimens_that_calibrated_in_this_run_are_no_test(
     assert bench.check.document() == NOTHING
     bench.touch_gel()
     assert bench.check.document() == NOTHING
+
+
+def test_simulated_touches_are_no_evidence_on_a_probe(
+    tmp_path: Path, touch: Touch, calibration: Calibration
+) -> None:
+    about = About(provenance=Provenance(simulated=False))
+    bench = Bench(tmp_path, touch, replace(calibration, about=about))
+    bench.touch_gel()
+    bench.watch.simulated = True
+    before = (tmp_path / "probe.toml").read_bytes()
+    with pytest.raises(RefusedCommand, match="verify: the touches are simulated"):
+        bench.check.verify()
+    assert (tmp_path / "probe.toml").read_bytes() == before
+
+
+def test_a_calibration_that_is_not_used_for_a_while_is_compared_again(
+    tmp_path: Path, touch: Touch, calibration: Calibration
+) -> None:
+    """Another board is connected, and then its board again."""
+    bench = Bench(tmp_path, touch, calibration)
+    bench.touch_gel()
+    shown = bench.check.document()
+    bench.plan.use_calibration(None)
+    assert bench.check.document() == NOTHING
+    bench.plan.use_calibration(calibration)
+    assert bench.check.document() == shown
 
 
 def test_a_file_that_cannot_be_written_is_named(

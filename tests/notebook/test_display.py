@@ -117,7 +117,7 @@ def test_a_bar_is_two_uncertainties_to_each_side() -> None:
     known = [palpate.Uncertainty.of(touch) for touch in SHOWN["touches"]]
     ends = [one.ratio + side * one.uncertainty for one in known for side in (-2, 2)]
     assert (
-        f"± 2 uncertainties, {' to '.join(map(palpate.number_format.number, markup.span(ends)))}"
+        f"95 % interval (k = 2), {' to '.join(map(palpate.number_format.number, markup.span(ends)))}"
         in html
     )
     bars = [

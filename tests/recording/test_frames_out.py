@@ -49,6 +49,7 @@ OUT: dict[str, Callable[[Recording], Any]] = {
 if hasattr(pd.DataFrame, "from_arrow"):  # since pandas 3
     OUT["pandas.DataFrame.from_arrow"] = pd.DataFrame.from_arrow
 FIELDS = ("full_scale_pF", "host_stamps", "gap_rows")
+EFFECTS = ("offset", "drift", "lag", "curve", "tilt", "shift", "stiffening")
 
 
 @pytest.mark.parametrize(
@@ -84,9 +85,7 @@ def test_touches_are_a_column_for_each_field(scene: Any) -> None:
     flat = [name for name in records[0] if name != "effects"]
     for frame in (touches.to_arrow().to_pylist(), touches.to_polars().to_dicts()):
         for row, record in zip(frame, records, strict=True):
-            assert set(row) - set(flat) == {
-                f"effect_{name}" for name in ("offset", "drift", "lag", "curve", "tilt", "shift")
-            }
+            assert set(row) - set(flat) == {f"effect_{name}" for name in EFFECTS}
             assert {name: row[name] for name in flat} == {
                 **{name: record[name] for name in flat},
                 "flags": " ".join(record["flags"]),

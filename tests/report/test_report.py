@@ -16,6 +16,7 @@ from faulty_tables import jumped
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
 from palpate.materials import shore_a_of_modulus
+from palpate.recording.session import Entry, Plan
 from palpate.report.report_html import _render
 from palpate.samples import Status
 from project import FOUR, copied, made_once
@@ -146,6 +147,47 @@ def test_the_calibration_is_shown_with_its_data(
         row[:2] for row in ten.rows["Calibration"]
     ]
     assert ({"svg"} <= own.tags, own.refers) == (True, [])
+
+
+def test_the_report_of_a_calibration_has_a_head_and_reasons(folder: Path, tmp_path: Path) -> None:
+    """Of ten recordings without a session, and of sessions in three recordings."""
+    path = tmp_path / "p.html"
+    table = folder / "ten" / "moduli.csv"
+    words: list[str | Path] = ["--moduli", table, "--report", path, "-o"]
+    assert run("calibrate", *specimens(folder), *words, tmp_path / "p.toml").exit_code == 0
+    page = Page(path)
+    assert page.text[""].strip().startswith("Calibration of a probe")
+    assert "Simulated data: no probe was used." in page.text[""]
+    assert page.row("", "Recordings")[1] == "10 recordings"
+    assert page.row("", "Check")[1] == "complete, clean end"
+    [left_out] = page.rows["Touches that are left out"][1:]
+    assert left_out[1:3] == ["70A.csv", "70 A"]
+    assert left_out[3].startswith("offset: the soft bump is reached ")
+    for file in (specimens(folder)[0], table):
+        assert page.row("Sources", file.name)[1].split() == [
+            "sha256",
+            hashlib.sha256(file.read_bytes()).hexdigest(),
+        ]
+    svg = path.read_text(encoding="utf-8").partition("<svg")[2]
+    assert ">Ratio of the capacitance changes</text>" in svg
+    assert ">Young&#x27;s modulus, MPa</text>" in svg
+    sessions = []
+    for file in specimens(folder)[:4]:
+        own = copied(tmp_path / file.name, file)
+        touches = palpate.touches(palpate.read(own))
+        entries = [Entry(touch.start_s, file.stem) for touch in touches]
+        entries[1] = Entry(touches[1].start_s, file.stem, "slipped")
+        entries[2] = Entry(touches[2].start_s, "unknown")
+        plan = Plan("bench 2", "A. Bee", (), tuple(entries))
+        change(own, {"session": plan.as_dict()})
+        sessions.append(own)
+    assert run("calibrate", *sessions, "--force", *words, tmp_path / "s.toml").exit_code in (0, 5)
+    page = Page(path)
+    assert page.text[""].strip().startswith("Calibration of a probe: bench 2")
+    assert page.row("", "Operator")[1] == "A. Bee"
+    reasons = [row[3] for row in page.rows["Touches that are left out"][1:]]
+    assert reasons.count("slipped") == 4
+    assert reasons.count("no modulus of its specimen is known") == 4
 
 
 def test_sources_settings_and_commands(folder: Path, ten: Page) -> None:
@@ -292,7 +334,7 @@ def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
 
 def test_a_name_that_the_template_lacks() -> None:
     with pytest.raises(jinja2.UndefinedError, match="has no attribute 'calibration'"):
-        _render("title", section="no section")  # type: ignore[arg-type]
+        _render("title", section="no section", head=report.CalibrationHead())  # type: ignore[arg-type]
 
 
 def test_exit_codes(folder: Path, tmp_path: Path) -> None:
@@ -339,7 +381,14 @@ def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) ->
     report.write_report(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
     assert "Calibration" not in page.text
-    assert page.rows["Results"][0] == ["Specimen", "Ratio", "±", "CV, %", "Kept", "Left out"]
+    assert page.rows["Results"][0] == [
+        "Specimen",
+        "Ratio",
+        "± (k = 1)",
+        "CV, %",
+        "Kept",
+        "Left out",
+    ]
     assert page.row("Results", "gel")[4] == "8"
     assert all(path.as_posix() in page.text["Recordings"] for path in paths)
     assert "No calibration was given" in page.text[""]

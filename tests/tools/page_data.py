@@ -29,6 +29,7 @@ SPECIMENS = {
     "30 OO": 0.143,
     "gel 7": None,
 }
+UNCERTAINTIES = {"50 A": 0.05}  # relative, of the moduli
 TOUCHED = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
 FLAGGED = {6: "short", 12: "offset"}
 WHY = {
@@ -158,7 +159,8 @@ def progress_of(case: "Case", touches: list[Press]) -> Progress:
     progress = Progress()
     if case.listed:
         progress.specimens = [
-            Specimen(name, modulus, WANTED) for name, modulus in SPECIMENS.items()
+            Specimen(name, modulus, WANTED, UNCERTAINTIES.get(name))
+            for name, modulus in SPECIMENS.items()
         ]
     given: Any = touches
     progress.present = [Done(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given]

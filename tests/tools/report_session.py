@@ -6,8 +6,11 @@ from typing import Any
 
 import palpate
 from command_lines import run
+from palpate.calibration.specimen_files import write_session
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Note, Plan, Specimen
+from palpate.simulation.press import Press
+from palpate.simulation.probe import Scenario, simulate
 
 HOSTILE = "<script>fetch('//x')</script>\"'&</style>"  # a text that a page must only show
 
@@ -67,6 +70,15 @@ def with_session(path: Path, *, odd: str = "") -> Path:
     ]
     change(path, {"session": plan.as_dict(), "marks": marks})
     return path
+
+
+def softened(folder: Path) -> Path:
+    """Write a recording of four touches on a gel that softens by 4, 2 and 1 %, in folder/gel.csv."""
+    presses = []
+    for number, share in enumerate((1.0, 0.96, 0.94, 0.93)):
+        presses.append(Press(1.5 + 8.9 * number, [(0.0, 4.2 * share)], depth_pF=0.19))
+    simulated = simulate(Scenario(presses=presses, duration_s=37.0), seed=3)
+    return write_session(folder, {"gel": simulated.block()}, {"gel": 1.1})[0]
 
 
 def recorded(folder: Path) -> None:

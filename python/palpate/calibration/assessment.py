@@ -276,7 +276,7 @@ def assess(fit: CurveFit, rows: Sequence[Residual], values: int, kind: str) -> A
     if kind == "level" and fit.touch_variance > MOST_SCATTER**2:
         objections.append(_too_scattered(fit))
     rigid = float(fit.parameters[0])
-    t = float(need("scipy.special", "science").stdtrit(fit.specimen_freedom, 0.975))
+    t = float(need("scipy.special", "science").stdtrit(fit.curve_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5
     if reach > LOOSE * rigid:
         objections.append(_undetermined(fit, rigid, reach, rows))

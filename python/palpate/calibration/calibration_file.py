@@ -20,6 +20,7 @@ from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit
 from palpate.calibration.interval import check_level
 from palpate.calibration.modulus import ParameterRow, parameter_row
+from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.calibration.ranges import Range, Ranges
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
@@ -69,6 +70,8 @@ class About:
         The values that were fitted, one of `palpate.calibration.specimen_fit.CHOICES`.
     notes : mapping of str
         Further entries of the file, by name.
+    provenance : palpate.calibration.provenance.Provenance
+        When, by whom, and from which probe, chip and files; a table of its own in the file.
 
     Examples
     --------
@@ -84,10 +87,11 @@ class About:
     age: str = ""
     fitted_on: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    provenance: Provenance = UNKNOWN
 
     @classmethod
-    def of_entries(cls, entries: Mapping[str, object]) -> Self:
-        """Return the origin from the table `about` of a file."""
+    def of_entries(cls, entries: Mapping[str, object], provenance: Provenance = UNKNOWN) -> Self:
+        """Return the origin from the table `about` of a file, and its provenance."""
         notes = {str(name): str(entry) for name, entry in entries.items()}
         doubts = notes.pop("doubts", "")
         return cls(
@@ -99,6 +103,7 @@ class About:
             age=notes.pop("age", ""),
             fitted_on=notes.pop("fitted on", ""),
             notes=notes,
+            provenance=provenance,
         )
 
     def entries(self) -> dict[str, str]:
@@ -196,7 +201,7 @@ class StoredCalibration:
         """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         check_level(level)
         quantile = need("scipy.special", "science").stdtrit
-        t = float(quantile(self.fitted.specimen_freedom, 0.5 + level / 2))
+        t = float(quantile(self.fitted.curve_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
         low = (self.fitted.parameters - reach).tolist()
         high = (self.fitted.parameters + reach).tolist()
@@ -252,6 +257,7 @@ class StoredCalibration:
                 "standard_errors": self.standard_errors.tolist(),
                 "touches": self.touches.tolist(),
             },
+            "provenance": self.about.provenance.as_dict(),
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -293,6 +299,10 @@ class StoredCalibration:
             raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
         tables = document.get("exponents", ())
         fits = tuple(map(_exponent_fit, tables)) or _fits_of_one(fitted, ratio)
+        exponent = _number(touch, "contact_exponent", 1.0, 3.0)
+        if ratio == "level" and exponent not in [fit.contact_exponent for fit in fits]:
+            raise ValueError(f"contact_exponent: got {exponent}, allowed: one of [[exponents]]")
+        provenance = Provenance.of_table(document.get("provenance", {}))
         return cls(
             fitted,
             ratios=_array(data, "ratios", size),
@@ -301,10 +311,10 @@ class StoredCalibration:
             touches=_array(data, "touches", size, positive=True),
             modulus_uncertainties=_uncertainties(data, "modulus_uncertainties", size),
             common_uncertainties=_uncertainties(data, "common_uncertainties", size),
-            about=About.of_entries(document["about"]),
+            about=About.of_entries(document["about"], provenance),
             version=str(document["palpate"]),
             ratio=ratio,
-            contact_exponent=_number(touch, "contact_exponent", 1.0, 3.0),
+            contact_exponent=exponent,
             age_s=_number(touch, "age_s", 0.0, _RANGE),
             error_share=_number(touch, "error_share", 0.0, 1.0),
             exponent_fits=fits,

@@ -180,10 +180,7 @@ def compare(
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    variance = 0.0
-    for part in parts:
-        variance += float(part)
-    error = sqrt(variance)
+    error = sqrt(float(parts.total))
     predicted = float(curve(fit.parameters, x))
     distance = abs(measured.ratio - predicted)
     if error == 0:

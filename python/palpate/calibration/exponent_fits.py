@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.calibration.evidence import TouchEvidence
 from palpate.calibration.fit import SMALLEST_VARIANCE, Array, CurveFit
@@ -98,7 +99,7 @@ def depth_slope(
     log_ratios: Array,
     variances: Array,
     depths_pF: Array,
-    specimen: Array,
+    specimen: NDArray[np.intp],
 ) -> tuple[float, float]:
     """Return the slope of log(ratio) against the depth within the specimens, and its error, 1/pF.
 

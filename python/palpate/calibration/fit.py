@@ -31,6 +31,7 @@ from palpate.errors import CalibrationError, need
 Array = NDArray[np.float64]
 SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data
 _ROUNDS = 50
+_EXACT = 1e9  # degrees of freedom of a variance that is known
 _RELATIVE = "0 or more and below 1, relative to the modulus: 0.05 is 5 %"
 _BELOW_LIMIT = 0.7  # probability that a variance is below its upper limit: intervals then hold
 _HALF_MODULI = 41  # start values, up to three decades beyond the specimens on either side
@@ -75,6 +76,15 @@ class CurveFit:
     specimen_share: float
     misfit: float
     modulus_share: float = 0.0
+
+    @property
+    def curve_freedom(self) -> float:
+        """Degrees of freedom of the covariance, by Welch and Satterthwaite.
+
+        The part by the stated uncertainty of the moduli is taken as exact.
+        """
+        estimated = 1 - self.modulus_share
+        return float(min(self.specimen_freedom / max(estimated, 1e-4) ** 2, _EXACT))
 
 
 @dataclass(frozen=True)

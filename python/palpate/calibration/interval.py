@@ -97,6 +97,11 @@ class Variances(NamedTuple):
     specimen: Array  # scatter of specimens around the curve
     curve: Array  # error of the fitted curve
 
+    @property
+    def total(self) -> Array:
+        """The sum of the parts."""
+        return np.asarray(self.noise + self.touch + self.specimen + self.curve)
+
 
 def variances(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Variances:
     """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
@@ -117,7 +122,7 @@ def allowance(fit: CurveFit, measured: MeasuredRatio, x: Array) -> Array:
     t = need("scipy.special", "science").stdtrit(
         degrees_of_freedom(fit, parts), 0.5 + measured.level / 2
     )
-    return np.asarray(t * np.sqrt(sum(parts)))
+    return np.asarray(t * np.sqrt(parts.total))
 
 
 def degrees_of_freedom(fit: CurveFit, variances: Variances) -> Array:
@@ -133,7 +138,7 @@ def degrees_of_freedom(fit: CurveFit, variances: Variances) -> Array:
     by_touch = touch + specimen + estimated - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return np.asarray(np.minimum(sum(variances) ** 2 / parts, 1e9))
+        return np.asarray(np.minimum(variances.total**2 / parts, 1e9))
 
 
 def _crossing(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf, isfinite, isnan, log, nan, sqrt
+from math import exp, hypot, inf, isfinite, isnan, log, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,8 @@ from palpate.calibration.interval import (
 )
 from palpate.calibration.modulus import Modulus, UncertaintyPart
 from palpate.calibration.plot import CalibrationCurve, curve_picture, draw_calibration
+from palpate.calibration.ranges import differences_of
 from palpate.calibration.touch_modulus import (
-    DIFFERENCE_NAMES,
     RatioAtExponent,
     modulus_at,
     ratio_at,
@@ -36,6 +36,7 @@ from palpate.calibration.touch_modulus import (
 )
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
+from palpate.flags import Flag
 from palpate.plotted import Plotted
 from palpate.repeatability import Agreement, agreement, objections
 from palpate.touch import Touch
@@ -279,7 +280,10 @@ class Calibration(StoredCalibration, Plotted):
         percent = number_format.error(100 * self.touch_spread)
         if self.error_share < 1:
             share = number_format.error(self.error_share)
-            return f"{share} of the standard errors of the level ratios, as much as they scattered"
+            return (
+                f"scatter from touch to touch ({percent} %) and {share} of the standard errors of "
+                "the level ratios, as much as they scattered"
+            )
         if self.fitted.touch_freedom:
             return f"scatter from touch to touch ({percent} %)"
         return (
@@ -343,7 +347,8 @@ class Calibration(StoredCalibration, Plotted):
     def ratio_of(self, touch: Touch) -> tuple[float, float]:
         """Return the ratio of a touch that this calibration converts, and its standard error.
 
-        Both are nan if the touch has none: measured with another exponent or age, or without a
+        The standard error contains what differs from the touches that calibrated, and the exponents
+        of the contact that are left open. Both are nan if the touch has none: measured with another exponent or age, or without a
         level ratio; see `refusal`. An unknown standard error is nan.
 
         Examples
@@ -351,14 +356,28 @@ class Calibration(StoredCalibration, Plotted):
         >>> import palpate
         >>> touch = palpate.touches(palpate.read("tests/data/four-specimens.csv"))[1]
         >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
-        >>> found.ratio_of(touch) == (touch.ratio, touch.standard_error)
+        >>> found.ratio_of(touch)[0] == touch.ratio
         True
         """
         if self.refusal(touch):
             return nan, nan
-        if self.ratio == "level":
-            return touch.level_ratio, self.error_share * touch.level_standard_error
-        return touch.ratio, touch.standard_error
+        ratio = touch.level_ratio if self.ratio == "level" else touch.ratio
+        error = touch.level_standard_error if self.ratio == "level" else touch.standard_error
+        [evidence] = self._evidence([touch])
+        exponents = [fit.contact_exponent for fit in self.exponent_fits]
+        number = exponents.index(self.contact_exponent) if self.ratio == "level" else 0
+        differences = differences_of(
+            evidence,
+            number,
+            exponents[number],
+            self.ranges,
+            kind=self.ratio,
+            depth_slope_error=self.exponent_fits[number].depth_slope_error,
+        )
+        possible = [fit.is_possible for fit in self.exponent_fits]
+        of_exponents = float(np.sqrt(np.mean(evidence.derived[possible] ** 2)))
+        further = ratio * hypot(*differences, of_exponents)
+        return ratio, hypot(self.error_share * error, further)
 
     def modulus_of(self, touch: Touch) -> Modulus:
         """Return the modulus of an object from a touch.
@@ -397,7 +416,7 @@ class Calibration(StoredCalibration, Plotted):
         value_x, low_x, high_x = union(ratios, level)
         low = modulus_at(low_x)
         high = modulus_at(high_x)
-        if 2 * sum("stiffens" in touch.flags for touch in counted) >= len(counted):
+        if 2 * sum(Flag.STIFFENS in touch.flags for touch in counted) >= len(counted):
             return Modulus(nan, 0.0, high, _STIFFENS, extrapolated=True)
         if isnan(value_x):
             reason = self._reason_outside(ratios, low)
@@ -669,8 +688,9 @@ class Calibration(StoredCalibration, Plotted):
         Returns
         -------
         list of UncertaintyPart
-            Those of `budget`; before "together" the parts by what differs from the calibration, and
-            by the exponents of the contact that it leaves open.
+            Those of `budget`; before "together" two more: "difference from the calibration", by
+            tilt, depth and speed of the press, and "open contact exponent", by the exponents that
+            the calibration leaves open.
 
         Raises
         ------
@@ -686,8 +706,7 @@ class Calibration(StoredCalibration, Plotted):
         measured = MeasuredRatio(ratio, ratio * likeliest.noise, likeliest.touches)
         parts = variances(likeliest.fit.fitted, measured, np.array(log(modulus)))
         squares = _squares(parts, linearity)
-        for name, error in likeliest.differences._asdict().items():
-            squares[DIFFERENCE_NAMES[name]] = (ratio * error) ** 2
+        squares["difference from the calibration"] = (ratio * hypot(*likeliest.differences)) ** 2
         squares["open contact exponent"] = (ratio * spread_of(ratios)) ** 2
         return _parts(squares, ratio, probe.slope(ratio) / modulus)
 

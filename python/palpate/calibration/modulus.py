@@ -3,10 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from math import inf, isfinite, isnan
+from math import hypot, inf, isfinite, isnan, log
 from typing import NamedTuple
 
 from palpate import number_format
+from palpate.materials import KnownModulus
+
+_COVERING = 1.96  # standard uncertainties that hold in 95 %
 
 
 class ModulusUnit(StrEnum):
@@ -65,6 +68,27 @@ class Modulus:
     def __iter__(self) -> Iterator[float]:
         """Iterate over value, low, high."""
         return iter((self.value, self.low, self.high))
+
+    def agrees_with(self, known: KnownModulus) -> bool:
+        """Return whether a known modulus is in the interval.
+
+        Outside of it, its distance from the value has to be at most the root of the sum of squares
+        of half the interval and of 1.96 of its own standard uncertainties, all as logarithms.
+
+        Examples
+        --------
+        >>> found = Modulus(1.1, 1.0, 1.3)
+        >>> found.agrees_with(KnownModulus(0.95)), found.agrees_with(KnownModulus(0.95, 0.1))
+        (False, True)
+        """
+        if self.low <= known.modulus <= self.high:
+            return True
+        end = self.low if known.modulus < self.low else self.high
+        value = self.value if isfinite(self.value) else end
+        if isnan(end) or not known.whole:
+            return False
+        distance = abs(log(known.modulus / value))
+        return distance <= hypot(log(end / value), _COVERING * known.whole)
 
     def as_dict(self) -> dict[str, float | str | bool | None]:
         """Return all fields (moduli in MPa) and the text; nan and inf as None."""

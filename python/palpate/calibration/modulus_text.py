@@ -128,7 +128,8 @@ def modulus_in(text: str, scale: ModulusScale, place: str = "") -> KnownModulus 
     if not 0 < value < inf:
         return None
     if not scale.is_shore_a:
-        return KnownModulus(value * 10.0**scale.power)
+        modulus = value * 10.0**scale.power
+        return KnownModulus(modulus) if 0 < modulus < inf else None
     try:
         return KnownModulus.of_shore_a(value)
     except ValueError as error:

@@ -12,7 +12,7 @@ from palpate.calibration.fit import Array
 from palpate.calibration.modulus import Modulus
 from palpate.display import markup, text
 from palpate.display.markup import ACCENT, Axis, Markup
-from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, written
+from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, RATIO_AXIS, TRUTH, written
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def draw_curve(ax: Any, curve: CalibrationCurve, *, colour: str = HANDHELD) -> N
     ax.axhline(curve.rigid_ratio, **TRUTH, label=curve.rigid_label)
     moduli_axis(ax)
     ax.set_xlim(modulus[0], modulus[-1])
-    ax.set_ylabel("capacitance ratio")
+    ax.set_ylabel(RATIO_AXIS)
 
 
 def draw_calibration(ax: Any, curve: CalibrationCurve) -> None:
@@ -103,7 +103,7 @@ def draw_calibration(ax: Any, curve: CalibrationCurve) -> None:
         markersize=9,
         capsize=2,
         linewidth=0.8,
-        label="specimen's mean, std. error",
+        label="mean of a specimen ± std. error (k = 1)",
     )
     ax.legend(loc="lower right")
 
@@ -132,8 +132,8 @@ class MeasuredObject(NamedTuple):
 # edges of the curve in the picture
 _LEFT = 42.0
 _RIGHT = 442.0
-_TOP = 12.0
-_FOOT = 208.0
+_TOP = 24.0
+_FOOT = 220.0
 _GRID: dict[str, object] = {"stroke": "currentColor", "stroke_opacity": 0.15}
 _BAR: dict[str, object] = {"stroke": "currentColor", "stroke_width": 1.2}
 
@@ -172,7 +172,9 @@ def curve_picture(curve: CalibrationCurve, objects: Iterable[MeasuredObject] = (
         drawn.append(markup.dot(x, y, fill="currentColor"))
     for one in objects:
         drawn += _ring(scales, one)
-    return markup.drawing(450, 250, "Calibration: ratio against modulus", *drawn)
+    return markup.drawing(
+        450, 262, "Calibration: ratio of the capacitance changes against Young's modulus", *drawn
+    )
 
 
 def _grid(scales: _Scales, bottom: float, top: float) -> list[Markup]:
@@ -214,7 +216,8 @@ def _curve_and_band(scales: _Scales) -> list[Markup]:
         ),
         markup.path((_LEFT, _RIGHT), (rigid, rigid), **dashed),
         markup.label(_LEFT + 8, rigid - 4, curve.rigid_label),
-        markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
+        markup.label((_LEFT + _RIGHT) / 2, _FOOT + 36, "Young's modulus, MPa", "middle"),
+        markup.label(0, 12, RATIO_AXIS),
     ]
 
 

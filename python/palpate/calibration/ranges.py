@@ -117,6 +117,11 @@ class Ranges:
         return sentences
 
 
+def wider(difference: str) -> str:
+    """Return a sentence of `Ranges.differences` with its effect."""
+    return f"{difference}; the interval is wider for it"
+
+
 class Differences(NamedTuple):
     """Errors of log(ratio) by what differs from the calibration, each as a standard deviation.
 

@@ -299,7 +299,12 @@ def _ratio_error(
     """Return the error of one kind of ratio, with the exponent with which the touches scatter least."""
     groups: dict[float, list[TouchEvidence]] = {}
     for name, touch in touches:
-        if name in moduli and RATIOS[kind](touch)[0] > 0 and not is_too_oblique(touch):
+        if (
+            name is not None
+            and name in moduli
+            and RATIOS[kind](touch)[0] > 0
+            and not is_too_oblique(touch)
+        ):
             evidence = evidence_of(touch, kind, exponents)
             groups.setdefault(moduli[name], []).append(evidence)
     count = sum(map(len, groups.values()))

@@ -133,12 +133,3 @@ def spread_of(ratios: Sequence[RatioAtExponent]) -> float:
     """Return the standard deviation of log(ratio) by the exponent: evenly spread over its range."""
     logs: Array = np.log([one.ratio for one in ratios])
     return float(np.ptp(logs)) / sqrt(12)
-
-
-DIFFERENCE_NAMES = {
-    "tilt": "tilt",
-    "contact_exponent": "ratio at another exponent",
-    "depth": "depth of the press",
-    "rise": "speed of the press",
-}
-"""Names of the parts of an uncertainty, by the fields of `Differences`."""

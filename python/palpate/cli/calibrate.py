@@ -11,11 +11,11 @@ import click
 
 from palpate import Calibration, Touch
 from palpate.calibration.evidence import BUMPS
-from palpate.calibration.modulus_text import percent_in
 from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
-from palpate.calibration.specimen_files import read_moduli, session_files, write_session
+from palpate.calibration.specimen_files import session_files, write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, specimen_table
+from palpate.cli.calibration_origin import CalibratedOrigin, StatedOrigin, stated_options
 from palpate.cli.exit_codes import ExitCode, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -40,42 +40,33 @@ from palpate.cli.shared_options import (
     parse_numbers,
     recording_options,
 )
+from palpate.cli.specimen_moduli import (
+    about_moduli,
+    has_session,
+    moduli_of,
+    parse_percent,
+    print_hardnesses,
+    with_stated,
+)
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import CalibrationError, need
 from palpate.files import write_file
 from palpate.flags import FEWEST, Flag
-from palpate.materials import DUROMETER_POINTS, RELATION_UNCERTAINTY, KnownModulus
+from palpate.materials import KnownModulus
 from palpate.messages import listed, nearest, shortened
 from palpate.repeatability import objections
-from palpate.report import calibration_page
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import left_out_touches
 from palpate.report.findings import (
     AnalysedRecording,
     analyse_again,
     analyse_recording,
     assigned,
-    known_moduli,
 )
 from palpate.simulation.hand import Hand, session
 from palpate.uncertainty import RATIOS, TOUCH_SCATTER
 
 _LONGEST_DOUBTS = 1000  # characters
-_RELATION = (
-    "Shore A is converted to a modulus by Gent's relation, with a standard uncertainty of "
-    f"{100 * RELATION_UNCERTAINTY:g} % and, if none is stated, {DUROMETER_POINTS:g} points of the "
-    "durometer"
-)
-
-
-def _parse_percent(
-    _context: click.Context, _parameter: click.Parameter, text: str | None
-) -> float | None:
-    """Return the relative uncertainty in a text such as 5%."""
-    if text is None:
-        return None
-    try:
-        return percent_in(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from error
 
 
 @click.command("calibrate")
@@ -88,8 +79,8 @@ def _parse_percent(
 )
 @click.option(
     "--moduli-uncertainty",
-    "stated",
-    callback=_parse_percent,
+    "uncertainty",
+    callback=parse_percent,
     metavar="PERCENT",
     help="Standard uncertainty (k = 1) of each modulus that has none of its own, as 5%.  "
     "[default: exact]",
@@ -136,13 +127,14 @@ def _parse_percent(
     type=click.Choice(list(map(str, Flag))),
     help="Use touches with this flag all the same; may be repeated. The file says so.",
 )
+@stated_options
 @force_option
 @recording_options
 @json_option
 def calibrate_command(
     files: tuple[Path, ...],
     moduli: Path | None,
-    stated: float | None,
+    uncertainty: float | None,
     output: Path,
     plot: Path | None,
     report: Path | None,
@@ -153,6 +145,7 @@ def calibrate_command(
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
+    stated: StatedOrigin,
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
@@ -164,9 +157,10 @@ def calibrate_command(
     begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and
     the scatter from touch to touch. One that is only short is used if it has a standard error; with
     another flag it is left out, and the flag is printed. What is wrong with a recording appears on
-    standard error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, not a
-    table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
-    verdict says why, or a recording is not as it was written).
+    standard error and in the notes of --json. Exit codes: 2, simulated recordings and recordings
+    from a probe together; 4, not a recording, a damaged one, not a table of moduli, no calibration
+    possible, or an output exists; 5, written, but not reliable (the verdict says why, or a
+    recording is not as it was written).
 
     \b
     Example:
@@ -186,13 +180,16 @@ def calibrate_command(
     for file in files:
         if moduli is None or file.resolve() != moduli.resolve():
             runs.append(_analyse(file, reading, tracking))
-    modulus_of = _with_stated(_known_moduli(runs, moduli), stated)
-    _print_hardnesses(modulus_of)
+    origin = CalibratedOrigin(runs)
+    with usage_errors():
+        provenance = origin.provenance([reading.soft, moduli], stated)
+    modulus_of = with_stated(moduli_of(runs, moduli), uncertainty)
+    print_hardnesses(modulus_of)
     chosen = _choose_ratio(runs, modulus_of, ratio, bumps, accept)
     runs = [analyse_again(run, {**run.tracking, **chosen.settings}) for run in runs]
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
-    notes: list[str] = []
+    notes = _origin_notes(origin)
     for run in runs:
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
@@ -201,7 +198,8 @@ def calibrate_command(
         chosen.about,
         scene=tracking["scene"],
         accepted_flags=accept,
-        notes=_about_moduli(modulus_of, specimens, stated),
+        notes=about_moduli(modulus_of, specimens, uncertainty),
+        provenance=provenance,
     )
     if doubts:
         about = replace(about, doubts=(shortened("; ".join(doubts), _LONGEST_DOUBTS),))
@@ -213,7 +211,10 @@ def calibrate_command(
         if plot:
             save_plot(calibration.curve(400), plot)
         if report:
-            write_file(report, calibration_page(calibration, specimens).encode())
+            left_out = left_out_touches(runs, modulus_of, accept, chosen.ratio_of)
+            head = CalibrationHead.of_recordings(runs, moduli=moduli, left_out=left_out)
+            page = calibration_page(calibration, specimens, head)
+            write_file(report, page.encode(errors="replace"))
         calibration.save(output)
     document = {
         "calibration": str(output),
@@ -235,74 +236,12 @@ def _analyse(file: Path, reading: SourceOptions, tracking: Keywords) -> Analysed
     return run
 
 
-def _has_session(run: AnalysedRecording) -> bool:
-    """Return whether the sidecar names the specimen of any touch."""
-    return any(entry.specimen for entry in run.plan.touches)
-
-
-def _known_moduli(runs: Sequence[AnalysedRecording], table: Path | None) -> dict[str, KnownModulus]:
-    """Return the moduli of a table, else of the sidecars; print where they differ."""
-    without_session = [run.recording.path for run in runs if not _has_session(run)]
-    if table is None and without_session:
-        raise click.UsageError(
-            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each "
-            "file name, for recordings whose sidecar names no specimens, as "
-            f"{without_session[0]}"
-        )
-    from_table = read_moduli(table, print_message) if table else {}
-    moduli, differences = known_moduli(runs, from_table)
-    for difference in differences:
-        print_message(f"{difference}, as {table} says")
-    return moduli
-
-
-def _with_stated(
-    moduli: Mapping[str, KnownModulus], stated: float | None
-) -> dict[str, KnownModulus]:
-    """Return the moduli with this uncertainty where they have none of their own."""
-    if stated is None:
-        return dict(moduli)
-    changed = dict(moduli)
-    for name, known in moduli.items():
-        if known.uncertainty is None:
-            changed[name] = replace(known, uncertainty=stated)
-    if changed == moduli:
-        print_message(
-            f"--moduli-uncertainty {_percent(stated)}: not used: each modulus has its own"
-        )
-    return changed
-
-
-def _print_hardnesses(moduli: Mapping[str, KnownModulus]) -> None:
-    """Print the moduli that were computed from a hardness."""
-    for name, known in moduli.items():
-        if known.hardness is not None:
-            print_message(f"{name}: {known.hardness:g} Shore A is taken as {known} (k = 1)")
-    if any(known.hardness is not None for known in moduli.values()):
-        print_message(f"{_RELATION}; a measured modulus is better")
-
-
-def _about_moduli(
-    moduli: Mapping[str, KnownModulus],
-    specimens: Sequence[SpecimenTouches],
-    stated: float | None,
-) -> dict[str, str]:
-    """Return the notes on the moduli for the file."""
-    notes = {}
-    hardnesses = []
-    for specimen in specimens:
-        known = moduli[specimen.name]
-        if known.hardness is not None:
-            hardnesses.append(f"{specimen.name} has {known.hardness:g}")
-    if hardnesses:
-        notes["moduli"] = f"{_RELATION}: {', '.join(hardnesses)}"
-    if stated is not None:
-        notes["uncertainty of moduli"] = f"{_percent(stated)} where none was stated (k = 1)"
+def _origin_notes(origin: CalibratedOrigin) -> list[str]:
+    """Return notes on recordings whose origins differ, and print them."""
+    notes = origin.notes()
+    for note in notes:
+        print_message(note)
     return notes
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:g} %"
 
 
 def _choose_ratio(
@@ -378,7 +317,7 @@ def _touches_of_specimens(
                 print_message(f"{place} is left out: {reason}")
                 continue
             if name not in moduli:
-                if not _has_session(run):
+                if not has_session(run):
                     raise _unknown_specimen(run, name, moduli)
                 without_modulus.add(name)
                 continue
@@ -437,8 +376,8 @@ def _fit_text(
     lines = [format_table(specimen_table(specimens)), ""]
     for name, text in chosen.about.entries().items():
         lines.append(f"{name}: {text}")
-    if lines[-1]:
-        lines.append("")
+    lines += [*calibration.about.provenance.lines(), ""]
+    lines.append(f"{'parameter':15} {'value':>12}   95 % interval")
     for name, value, interval in calibration.parameter_rows():
         lines.append(f"{name:15} {value:>12}   {interval}")
     lines += ["", calibration.verdict]

@@ -18,7 +18,13 @@ from typing import NoReturn
 import click
 
 from palpate.cli.output import OutputSettings
-from palpate.errors import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
+from palpate.errors import (
+    CalibrationRefused,
+    DeviceNotFound,
+    MissingExtra,
+    PalpateError,
+    SourceTimeout,
+)
 from palpate.messages import shortened
 
 
@@ -29,7 +35,7 @@ class ExitCode(IntEnum):
     UNEXPECTED = 1
     """An unexpected error; or the program that reads the output has closed the pipe."""
     USAGE = 2
-    """A wrong command line, or wrong keys or values in palpate.toml."""
+    """A wrong command line, wrong keys or values in palpate.toml, or a calibration of another chip."""
     NO_DEVICE = 3
     """No device, or no permission to open it."""
     BAD_DATA = 4
@@ -52,6 +58,8 @@ _NUMBERS = {
 
 def error_exit_code(error: Exception) -> ExitCode:
     """Return the exit code for an error."""
+    if isinstance(error, CalibrationRefused):
+        return ExitCode.USAGE
     if isinstance(error, MissingExtra):
         return ExitCode.MISSING_EXTRA
     if isinstance(error, DeviceNotFound | SourceTimeout):

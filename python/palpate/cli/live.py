@@ -4,7 +4,7 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -13,6 +13,13 @@ import click
 from click.core import ParameterSource
 
 from palpate.calibration.assessment import calibration_doubts
+from palpate.calibration.origin import (
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+    require_origin,
+)
+from palpate.cli.accept_option import accept_option
 from palpate.cli.browser import browser
 from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
 from palpate.cli.output import (
@@ -32,6 +39,7 @@ from palpate.cli.shared_options import (
     recording_options,
 )
 from palpate.errors import need
+from palpate.recording.sidecar import Sidecar, load_checked
 from palpate.uncertainty import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -61,6 +69,7 @@ _DEMO = "sim:demo"
     type=InputFile(),
     help="Calibration file from `calibrate`: shows the modulus with its interval.",
 )
+@accept_option
 @click.option(
     "--scatter",
     default=TOUCH_SCATTER,
@@ -98,6 +107,7 @@ def live_command(
     file: Path | None,
     folder: Path | None,
     calibration: Path | None,
+    accept: tuple[str, ...],
     scatter: float,
     lsl: str | None,
     reading: SourceOptions,
@@ -116,8 +126,8 @@ def live_command(
     Save: new ones, in one folder; a further button adds the result on a specimen of known modulus
     to the calibration file. A recording, FILE.csv, is shown as a whole; up to four are laid
     beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed
-    properly). Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an
-    extra is missing.
+    properly). Exit codes: 2, the calibration is of another chip, or simulated; 3, no device; 4, a
+    file cannot be written, or a recording failed; 6, an extra is missing.
 
     \b
     Example:
@@ -161,6 +171,10 @@ def live_command(
             )
             if len(sources) > 1:
                 measurement.files.others = [Path(path) for path in sources]
+            sidecars = {source: measurement.recording.sidecar}
+            for other in sources[1:]:
+                sidecars[other] = load_checked(Path(other)) or Sidecar()
+            _check_origins(calibrated, sidecars, accept)
         else:
             options = reading.keywords()
             if is_demo:
@@ -170,7 +184,7 @@ def live_command(
             measurement = LiveMeasurement(
                 open_source, files, keywords, _print_line, lsl, demo=is_demo
             )
-        bench = Workbench(measurement, source, calibrated, scatter, calibration)
+        bench = Workbench(measurement, source, calibrated, scatter, calibration, accept)
         listening = close_unless_started.enter_context(listen(host, port))
         measurement.start()
         close_unless_started.pop_all()
@@ -241,6 +255,20 @@ def _load_calibration(path: Path, scene: str) -> "Calibration":
     calibration = Calibration.load(path)
     print_notes(path, calibration_doubts(calibration, scene))
     return calibration
+
+
+def _check_origins(
+    calibration: "Calibration | None", sidecars: Mapping[str, Sidecar], accept: Sequence[str]
+) -> None:
+    """Print remarks on the origins of calibration and recordings; refuse what does not match."""
+    if calibration is None:
+        return
+    provenance = calibration.about.provenance
+    print_notes("calibration", [missing_remark(provenance)])
+    for source, sidecar in sidecars.items():
+        origin = ReadingsOrigin.of_sidecar(sidecar)
+        require_origin(source, provenance, origin, accept)
+        print_notes(source, origin_remarks(provenance, origin))
 
 
 def _token(host: str, *, no_token: bool) -> str | None:

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import click
 
 from palpate import Uncertainty, touches
+from palpate.cli.accept_option import accept_option
 from palpate.cli.exit_codes import ErrorReport, ExitCode, message_line, usage_errors
 from palpate.cli.output import (
     format_table,
@@ -302,6 +303,7 @@ def plot_command(
 @click.option(
     "--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli."
 )
+@accept_option
 @click.option(
     "--moduli",
     type=InputFile(),
@@ -338,9 +340,9 @@ def report_command(
     specimens are those of the session in the sidecar. Without one the file name begins with the
     name of the specimen, as for `calibrate`. The same files give the same report.
 
-    Exit codes: 4, not a recording or a damaged one, not a calibration, or the report exists; 5,
-    written, but not reliable: no touch found, a recording is not as it was written, or the
-    calibration is not sound.
+    Exit codes: 2, the calibration is of another chip, or simulated; 4, not a recording or a damaged
+    one, not a calibration, or the report exists; 5, written, but not reliable: no touch found, a
+    recording is not as it was written, or the calibration is not sound.
 
     \b
     Example:
@@ -359,6 +361,7 @@ def report_command(
         if "--map" in message:
             message += ": use palpate convert, and report what it writes"
         raise click.UsageError(message) from error
+    print_notes(path, written.remarks)
     print_notes(f"{path}: results may be wrong", written.doubts)
     document = {"report": str(path), "doubts": written.doubts, **written.results}
     print_result(document, f"{path}\n{written.verdict}")

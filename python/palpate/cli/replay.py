@@ -15,7 +15,15 @@ import palpate
 from palpate.ad7746.registers import linearity_pF
 from palpate.batch import in_order
 from palpate.calibration.assessment import calibration_doubts
+from palpate.calibration.origin import (
+    ReadingsOrigin,
+    missing_remark,
+    origin_remarks,
+    provenance_document,
+    require_origin,
+)
 from palpate.cli import touch_table
+from palpate.cli.accept_option import accept_option
 from palpate.cli.exit_codes import ErrorReport, ExitCode, usage_errors
 from palpate.cli.output import (
     json_option,
@@ -32,12 +40,14 @@ from palpate.cli.shared_options import (
     replaying_options,
     simulation_note,
 )
+from palpate.cli.touch_moduli import TouchModuli
+from palpate.cli.trends import SpecimenTrend, by_specimen, specimen_trends
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan
-from palpate.repeatability import objections, session_scatter
+from palpate.repeatability import Agreement, agreement, objections, session_scatter, with_scatter
 from palpate.tracking import Touches, Tracked, Windows, baseline_takes, tracked
-from palpate.uncertainty import RATIOS, RatioOf, Uncertainty
+from palpate.uncertainty import RATIOS, RatioOf, Scatter, Uncertainty
 
 if TYPE_CHECKING:  # they are imported when they are used
     from palpate import Calibration, Touch
@@ -65,6 +75,7 @@ def _parse_windows(_: click.Context, __: click.Parameter, texts: tuple[str, ...]
     type=InputFile(),
     help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.",
 )
+@accept_option
 @click.option(
     "--offline",
     "is_offline",
@@ -94,6 +105,7 @@ def replay_command(
     reading: SourceOptions,
     tracker: TrackerOptions,
     calibration: Path | None,
+    accept: tuple[str, ...],
     is_offline: bool,
     windows: Windows | None,
     jobs: int,
@@ -112,8 +124,9 @@ def replay_command(
     has a column for the file, and --json is a list; a file that fails is an Error: line and an
     error in the list, and the others go on. Ctrl-C prints what is done.
 
-    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, the recording is not as it
-    was written, or the calibration is not reliable.
+    Exit codes: 2, the calibration is of another chip, or simulated; 4, not a recording, or a
+    damaged one; 5, no touch found, the recording is not as it was written, or the calibration is
+    not reliable.
 
     \b
     Example:
@@ -129,7 +142,8 @@ def replay_command(
     loaded = None
     if calibration:
         loaded = palpate.Calibration.load(calibration)
-    options = ReplayOptions(reading, tracker, loaded, is_offline, windows)
+        print_notes(calibration, [missing_remark(loaded.about.provenance)])
+    options = ReplayOptions(reading, tracker, loaded, is_offline, windows, accept)
     paths: dict[Path, None] = {}
     are_several = False
     for argument in files:
@@ -159,6 +173,7 @@ class ReplayOptions:
     calibration: "Calibration | None" = None
     is_offline: bool = False
     windows: Windows | None = None
+    accept: Collection[str] = ()
 
 
 @dataclass(frozen=True)
@@ -177,12 +192,16 @@ class Replay:
     """The session's entry for each touch; None without a session."""
     is_level: bool
     """Whether the level ratio is used."""
-    moduli: touch_table.TouchModuli | None
+    moduli: TouchModuli | None
+    trends: Sequence[SpecimenTrend]
+    """Trends that are not in the sentence on the mean."""
     offline: "Sequence[OfflineTouch] | None"
     understood: str
     """How a table of another program is read, or that the recording is simulated."""
     warnings: Sequence[str]
     """Notes that are not in the document: on the calibration, and why there is no touch."""
+    origin_remarks: Sequence[str]
+    """Remarks on the origins of calibration and recording."""
     is_as_written: bool
     """Whether the recording has no doubts."""
 
@@ -224,6 +243,7 @@ class Replay:
             sentences.append("The ratios are level ratios: over the swept depth, not of the hold.")
         if self.moduli is not None:
             sentences += self.moduli.sentences()
+        sentences += map(str, self.trends)
         if self.unit != "pF" and self.touches:
             sentences.append(f"unit: {self.unit}; of the covariance: 1/({self.unit})^2")
         return sentences + touch_table.advice_lines(self.touches, cut=self.found.cut)
@@ -248,14 +268,16 @@ class Replay:
             document["unit"] = self.unit
         if self.options.windows:
             document["windows"] = self.options.windows
+        if self.options.calibration is not None:
+            provenance = self.options.calibration.about.provenance
+            document["calibration"] = provenance_document(provenance, self.origin_remarks)
         document["touches"] = self._touch_records()
         if self.is_level:
             document["ratio_used"] = "level_ratio"
+        if self.trends:
+            document["trends"] = [trend.as_dict() for trend in self.trends]
         if self.moduli is not None:
-            agreement = self.moduli.agreement
-            of_mean = self.moduli.of_mean
-            document["agreement"] = agreement and agreement.as_dict()
-            document["modulus_of_mean"] = of_mean and of_mean.as_dict()
+            document |= self.moduli.as_dict()
         return document
 
     def _touch_records(self) -> list[dict[str, object]]:
@@ -281,9 +303,12 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     ------
     RecordingError, ValueError, TypeError
         As from `palpate.touches`.
+    CalibrationRefused
+        The calibration is of another chip, or simulated.
     """
     calibration = options.calibration
     recording = recorded(file, **options.reading.keywords())
+    remarks = _origin_remarks(recording, options)
     tracking = options.tracker.for_recording(recording, calibration)
     offline = moduli = None
     if options.is_offline:
@@ -294,11 +319,13 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
     entries = plan.matched(touches, recording.survey.period_s)
     warnings = []
     if calibration is not None:
-        moduli = touch_table.TouchModuli.of(calibration, touches)
-        warnings += calibration_doubts(calibration, tracking["scene"])
+        moduli = TouchModuli.of(calibration, touches, by_specimen(touches, entries))
+        calibration = moduli.calibration
+        warnings += [*calibration_doubts(calibration, tracking["scene"]), *remarks]
     if not touches:
         reason = _why_no_touch(recording, tracking["scene"], was_retaken=found.retaken > 0)
         warnings.append(f"no touch found: {reason}")
+    session = _ReplayedSession(touches, plan, entries, calibration)
     return Replay(
         file,
         options,
@@ -306,38 +333,76 @@ def replay_recording(file: Path, options: ReplayOptions) -> Replay:
         rows=recording.survey.rows,
         unit=recording.unit,
         found=found,
-        uncertainties=_uncertainties(recording, touches, plan, entries, calibration),
+        uncertainties=session.uncertainties(recording.full_scale_pF),
         entries=entries if touches and plan.touches else None,
         is_level=(calibration or plan).ratio == "level",
         moduli=moduli,
+        trends=session.trends(),
         offline=offline,
         understood=recording.understood or simulation_note(recording),
         warnings=warnings,
+        origin_remarks=remarks,
         is_as_written=not recording.doubts,
     )
 
 
-def _uncertainties(
-    recording: OpenedRecording,
-    touches: "Sequence[Touch]",
-    plan: Plan,
-    entries: Sequence[Entry | None],
-    calibration: "Calibration | None",
-) -> list[Uncertainty]:
-    """Return the uncertainty of each touch, with the scatter of the calibration or the session."""
-    ratio_of: RatioOf
-    if calibration is not None:
-        ratio_of = calibration.ratio_of
-        scatter = calibration.touch_scatter
-    else:
-        ratio_of = RATIOS[plan.ratio]
+def _origin_remarks(recording: OpenedRecording, options: ReplayOptions) -> list[str]:
+    """Return remarks on the origins of calibration and recording; refuse what does not match."""
+    if options.calibration is None:
+        return []
+    provenance = options.calibration.about.provenance
+    origin = ReadingsOrigin.of_sidecar(recording.sidecar)
+    require_origin(str(recording.path), provenance, origin, options.accept)
+    return origin_remarks(provenance, origin)
+
+
+@dataclass(frozen=True)
+class _ReplayedSession:
+    """The touches of a recording with their specimens, and the ratio and scatter that count."""
+
+    touches: "Sequence[Touch]"
+    plan: Plan
+    entries: Sequence[Entry | None]
+    calibration: "Calibration | None"
+
+    @property
+    def ratio_of(self) -> RatioOf:
+        """The ratio of the calibration, else of the session."""
+        if self.calibration is not None:
+            return self.calibration.ratio_of
+        return RATIOS[self.plan.ratio]
+
+    def scatter(self) -> Scatter:
+        """Return the scatter of the calibration, else of the kept touches on named specimens."""
+        if self.calibration is not None:
+            return self.calibration.touch_scatter
         kept = []
-        for entry, touch in zip(entries, touches, strict=True):
+        for entry, touch in zip(self.entries, self.touches, strict=True):
             if entry and not entry.left_out and not objections(touch):
                 kept.append((entry.specimen, touch))
-        scatter = session_scatter(kept, ratio_of)
-    linearity = linearity_pF(recording.full_scale_pF)
-    return [Uncertainty.of(touch, scatter, linearity, ratio_of) for touch in touches]
+        return session_scatter(kept, self.ratio_of)
+
+    def uncertainties(self, full_scale_pF: float) -> list[Uncertainty]:
+        """Return the uncertainty of each touch."""
+        scatter = self.scatter()
+        linearity = linearity_pF(full_scale_pF)
+        uncertainties = []
+        for touch in self.touches:
+            uncertainties.append(Uncertainty.of(touch, scatter, linearity, self.ratio_of))
+        return uncertainties
+
+    def agreement(self, touches: "Sequence[Touch]") -> Agreement:
+        """Return whether touches on one specimen agree."""
+        if self.calibration is not None:
+            return self.calibration.agreement(touches)
+        found = agreement(touches, ratio_of=self.ratio_of)
+        return with_scatter(found, self.scatter())
+
+    def trends(self) -> list[SpecimenTrend]:
+        """Return the trends; with a calibration the sentences on the means contain them."""
+        if self.calibration is not None:
+            return []
+        return list(specimen_trends(self.touches, self.entries, self.agreement))
 
 
 def _why_no_touch(recording: OpenedRecording, scene: str, *, was_retaken: bool) -> str:
@@ -364,6 +429,7 @@ _Results = dict[Path, Replay | Exception]
 _PRIORITY = (
     ExitCode.UNEXPECTED,
     ExitCode.MISSING_EXTRA,
+    ExitCode.USAGE,
     ExitCode.NO_DEVICE,
     ExitCode.BAD_DATA,
     ExitCode.NOT_RELIABLE,

@@ -313,16 +313,14 @@ _SETTINGS: Sequence[_Decorator] = [
 ]
 
 
-def _add_options(command: _Function, options: Sequence[_Decorator]) -> _Function:
+def add_options(command: _Function, options: Sequence[_Decorator]) -> _Function:
     """Add options to a command, in the order in which --help lists them."""
     for option in reversed(options):
         command = option(command)
     return command
 
 
-def _pass_as(
-    argument: str, options_class: type[SourceOptions | TrackerOptions], command: _Function
-) -> _Function:
+def pass_as(argument: str, options_class: type[Any], command: _Function) -> _Function:
     """Pass the options of a command that are fields of a class as one argument, its object."""
 
     @wraps(command)
@@ -338,12 +336,12 @@ def _pass_as(
 
 def board_options(command: _Function) -> _Function:
     """Add firmware and excitation to a command that has the argument `reading`."""
-    return _add_options(command, _BOARD)
+    return add_options(command, _BOARD)
 
 
 def reading_options(command: _Function) -> _Function:
     """Add the argument `reading` to a command, of `SourceOptions`."""
-    return _add_options(_pass_as("reading", SourceOptions, command), _READING)
+    return add_options(pass_as("reading", SourceOptions, command), _READING)
 
 
 def recording_options(command: _Function) -> _Function:
@@ -357,5 +355,5 @@ def replaying_options(command: _Function) -> _Function:
 
 
 def _add_tracker(command: _Function, scene: _Decorator) -> _Function:
-    with_tracker = _pass_as("tracker", TrackerOptions, command)
-    return reading_options(_add_options(with_tracker, [scene, *_SETTINGS]))
+    with_tracker = pass_as("tracker", TrackerOptions, command)
+    return reading_options(add_options(with_tracker, [scene, *_SETTINGS]))

@@ -2,18 +2,16 @@
 
 import math
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from palpate import Touch, number_format
 from palpate.cli.output import format_row
 from palpate.flags import Flag, advice_at_end
-from palpate.repeatability import Agreement
 from palpate.tracking import Touches
 from palpate.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
-    from palpate.calibration import Calibration, Modulus
+    from palpate.calibration import Modulus
     from palpate.offline_touches import OfflineTouch
     from palpate.recording.session import Entry
 
@@ -21,7 +19,7 @@ HEADER = (
     "touch",
     " start_s",
     "samples",
-    "      ratio ± uncertainty",
+    "ratio ± uncertainty (k=1)",
     "covariance",
     "alarm",
     " result",
@@ -143,43 +141,3 @@ def advice_lines(touches: Sequence[Touch], *, first: int = 1, cut: int = 0) -> l
     for number, advice in enumerate(advice_at_end(touches, cut=cut), first):
         lines += [f"touch {number}: {each}" for each in advice if each.flag not in explained]
     return lines
-
-
-@dataclass(frozen=True)
-class TouchModuli:
-    """The modulus of each touch, and of all if they agree."""
-
-    calibration: "Calibration"
-    moduli: "Sequence[Modulus]"
-    agreement: Agreement | None
-    """None below two usable touches."""
-    of_mean: "Modulus | None"
-    """None if the touches differ."""
-
-    @classmethod
-    def of(cls, calibration: "Calibration", touches: Sequence[Touch]) -> "TouchModuli":
-        """Return the moduli of touches."""
-        moduli = [calibration.modulus_of(touch) for touch in touches]
-        usable = [touch for touch in touches if not calibration.objections(touch)]
-        if len(usable) < 2:
-            return cls(calibration, moduli, None, None)
-        agreement = calibration.agreement(usable)
-        if not agreement.agree:
-            return cls(calibration, moduli, agreement, None)
-        of_mean = calibration.modulus(
-            agreement.ratio, agreement.own_error, touches=agreement.effective
-        )
-        return cls(calibration, moduli, agreement, of_mean)
-
-    def sentences(self) -> list[str]:
-        """Return a sentence on the mean, and one on the intervals; none without touches."""
-        if not self.moduli:
-            return []
-        sentences = []
-        if self.agreement:
-            sentence = str(self.agreement)
-            if self.of_mean:
-                sentence += f", if all are on one object: {modulus_cell(self.of_mean)}"
-            sentences.append(sentence)
-        sentences.append(f"The intervals include the {self.calibration.scatter}.")
-        return sentences

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate import number_format
+from palpate._core import HandoverRls, HandoverRls32, VectorRls
 from palpate.display import markup, text
 from palpate.display.markup import ACCENT, WARNING, Array, Markup, changes, element
 from palpate.errors import MissingExtra
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 _LONGEST = 50
 """Touches, marks and notes shown of a list."""
 _TABLE = "border-collapse:collapse;margin:0.3em 0;font-variant-numeric:tabular-nums"
+_RATIO = "ratio ± uncertainty (k = 1)"
+"""Name of a ratio: its uncertainty is one standard deviation."""
 _EDGE = 4.0
 """Space around a small drawing, px."""
 Facts = dict[str, object]
@@ -38,7 +41,7 @@ def touch_card(shown: "Touch") -> Markup:
         alarm = f"{shown.alarm_share:.0%} of the samples"
     left_out = text.counts_text({"saturated": shown.saturated, "refused": shown.refused})
     facts: Facts = {
-        "ratio": Uncertainty.of(shown),
+        _RATIO: Uncertainty.of(shown),
         "result": _revision(shown),
         "begin": text.seconds(shown.start_s),
         "samples": f"{shown.samples:,}",
@@ -68,7 +71,7 @@ def touches_card(shown: "Sequence[Touch]", notes: "Sequence[str]" = ()) -> Marku
         bars.append((one.ratio - reach, one.ratio + reach))
     scale = markup.span(np.ravel(bars))
     ends = " to ".join(map(number_format.number, scale))
-    names = ["touch", "begin", "samples", "ratio", f"± 2 uncertainties, {ends}", "flags"]
+    names = ["touch", "begin", "samples", _RATIO, f"95 % interval (k = 2), {ends}", "flags"]
     rows: list[list[object]] = []
     remarks: list[str] = []
     for number, touch, uncertainty, bar in zip(count(1), first, known, bars, strict=False):
@@ -99,7 +102,7 @@ def interval_drawing(ends: tuple[float, float], scale: tuple[float, float]) -> M
     if np.isfinite(middle):
         bar = markup.path((low, high), (7.0, 7.0), stroke=ACCENT, stroke_width=2)
         drawn = [bar, markup.dot(middle, 7.0, radius=3, fill=ACCENT)]
-    return markup.drawing(140, 14, "ratio and two standard errors", *drawn)
+    return markup.drawing(140, 14, "95 % interval of the ratio", *drawn)
 
 
 def recording_card(shown: "Recording") -> Markup:
@@ -146,8 +149,8 @@ def calibration_card(shown: "Calibration", curve_drawing: Callable[[], Markup]) 
     values = text.counted(len(shown.ratios), "value")
     facts: Facts = {
         "calibrated": f"{low:g} to {high:g} MPa, {specimens}, {values}",
-        "rigid ratio": text.rigid_ratio(shown),
-        "half modulus": f"{text.ratio(shown.probe.half_modulus, error)} MPa",
+        "rigid ratio ± std. error (k = 1)": text.rigid_ratio(shown),
+        "half modulus ± std. error (k = 1)": f"{text.ratio(shown.probe.half_modulus, error)} MPa",
     }
     try:
         facts["verdict"] = shown.verdict
@@ -161,6 +164,8 @@ def calibration_card(shown: "Calibration", curve_drawing: Callable[[], Markup]) 
 def estimator_card(shown: Any) -> Markup:
     """Return the state of an estimator, and its settings."""
     facts: Facts = {"state": text.estimator_result(shown)}
+    if isinstance(shown, HandoverRls | HandoverRls32 | VectorRls):
+        facts["±"] = "one standard error (k = 1)"
     if shown.threshold < math.inf:
         statistic = number_format.number(shown.statistic)
         facts["statistic"] = f"{statistic} of {shown.threshold:g}"
@@ -173,7 +178,7 @@ def tracker_card(shown: "Tracker") -> Markup:
     """Return the state of a tracker, its settings and its touches."""
     facts: Facts = {
         "state": f"{shown.state}, {text.counted(shown.readings, 'reading')}",
-        "ratio": text.running_ratio(shown),
+        _RATIO: text.running_ratio(shown),
     }
     touches = Markup()
     if shown.touches:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from palpate.recording import Recording
     from palpate.touch import Touch
 
+RATIO_AXIS = "Ratio of the capacitance changes"
+"""Label of an axis of ratios."""
 SUFFIXES = (".png", ".pdf", ".svg")
 """Formats of a figure in a file."""
 COLUMN_IN = 3.5
@@ -165,7 +167,7 @@ def draw_touches(shown: "Sequence[Touch]", ax: Any) -> None:
         fmt="o",
         color=HANDHELD,
         capsize=3,
-        label="ratio, uncertainty",
+        label="ratio ± uncertainty (k = 1)",
     )
     ax.legend(**_ABOVE)
     for x, touch in zip(at, shown, strict=True):
@@ -178,7 +180,7 @@ def draw_touches(shown: "Sequence[Touch]", ax: Any) -> None:
                 textcoords="offset points",
             )
     ax.set_xlabel("begin of the touch, s" if is_timed else "touch")
-    ax.set_ylabel("capacitance ratio")
+    ax.set_ylabel(RATIO_AXIS)
     ax.margins(x=0.08, y=0.2)
 
 

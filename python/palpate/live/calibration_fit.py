@@ -1,22 +1,29 @@
 """Guided calibration: the fit after each touch, and the file at the end."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, present_time
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write_file
+from palpate.flags import advice, sentences
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
+from palpate.live.source_watch import SourceWatch
 from palpate.recording.csv_reader import RecordingFile
-from palpate.report import calibration_page
+from palpate.repeatability import objections
+from palpate.report import CalibrationHead, calibration_page
+from palpate.report.calibration_head import TITLE, LeftOutTouch
+from palpate.report.recording_facts import NamedValue
 from palpate.touch import Touch
 from palpate.tracking import tracked
 
@@ -32,8 +39,9 @@ class GuidedCalibration:
     goes on with it.
     """
 
-    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan) -> None:
+    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan, watch: SourceWatch) -> None:
         self._measurement, self._plan = measurement, plan
+        self._watch = watch
         self._files = measurement.files
         self._on, self._saved, self._lacked = False, "", True
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
@@ -81,11 +89,13 @@ class GuidedCalibration:
         if lacking := too_few(known := self._plan.known()):
             raise RefusedCommand(lacking)
         _, specimens, found = self._fit(known)
+        about = replace(found.about, provenance=self._provenance())
+        found = replace(found, about=about)
         path = self._files.free("probe.toml")
         found.save(path)
         self._files.made(path, "calibration")
         with suppress(MissingExtra):
-            text = calibration_page(found, specimens)
+            text = calibration_page(found, specimens, self._head(known))
             beside = self._files.free(f"{path.stem}-calibration.html")
             write_file(beside, text.encode())
             self._files.made(beside, "report")
@@ -96,6 +106,46 @@ class GuidedCalibration:
             "message": f"Saved as {path.name}; moduli are from it now.{doubt}",
             "file": path.name,
         }
+
+    def _head(self, known: Sequence[KnownSpecimen]) -> CalibrationHead:
+        """Return the head of the report: session, operator, date, recording, touches left out."""
+        session = self._plan.document
+        recorder = self._measurement.newest_recorder
+        recording = recorder.path.name if recorder else ""
+        facts = [
+            NamedValue("Operator", session["operator"] or ""),
+            NamedValue("Date", f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %Z}"),
+            NamedValue("Recordings", recording or "not recorded"),
+        ]
+        title = session["title"]
+        return CalibrationHead(
+            f"{TITLE}: {title}" if title else TITLE,
+            tuple(facts),
+            left_out=tuple(_left_out(known, self._plan.rows, recording)),
+        )
+
+    def _provenance(self) -> Provenance:
+        """Return where the touches of this run come from.
+
+        The checksum of a recording that goes on covers its rows so far.
+        """
+        files = []
+        for path in self._files.recordings():
+            try:
+                files.append(FileChecksum.of(path))
+            except OSError as error:
+                self._measurement.say(f"{path.name}: no checksum: {error.strerror}")
+        operator = self._plan.operator or self._files.stated("operator")
+        return Provenance(
+            date=present_time(),
+            measured=self._watch.begun_at,
+            probe=joined_texts([self._files.stated("probe")]),
+            operator=joined_texts([operator]),
+            site=joined_texts([self._files.stated("site")]),
+            files=tuple(files),
+            chips=tuple(sorted(self._watch.chips)),
+            simulated=self._watch.simulated,
+        )
 
     def use(self, found: Calibration, path: Path) -> None:
         """Go on with a calibration: with another measurement, if it needs other settings."""
@@ -166,6 +216,24 @@ class GuidedCalibration:
             "sound": bool(found and found.sound),
             **_fitted(found),
         }
+
+
+def _left_out(
+    known: Sequence[KnownSpecimen], rows: Sequence[Document], recording: str
+) -> Iterator[LeftOutTouch]:
+    """Yield the touches on specimens of known modulus that do not count, with the reasons.
+
+    `rows`: what the plan knows of the touches of this measurement; earlier ones have numbers below 1.
+    """
+    for each in known:
+        for number, touch, kept in each.touches:
+            reasons = sentences(objections(touch, (), each.ratio_of), advice(touch))
+            if not kept and number > 0:
+                reasons = [rows[number - 1]["why"]]
+            if not kept and not reasons:
+                reasons = ["left out by hand"]
+            if reasons:
+                yield LeftOutTouch(number, recording, each.name, tuple(reasons))
 
 
 def _track(

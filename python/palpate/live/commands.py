@@ -1,7 +1,7 @@
 """The commands of a page: one table of names, and who obeys; and the workbench, whose parts obey."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from palpate.live.events import Events
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
+from palpate.live.source_watch import SourceWatch
 from palpate.live.specimen_check import SpecimenCheck
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
@@ -54,6 +55,7 @@ class Workbench:
     """What a page shows and may order; made before the measurement starts, which it does not close.
 
     `scatter`: relative scatter from touch to touch without a calibration, for whether touches agree, and for the uncertainty.
+    `accept`: what is accepted of the calibration, of `palpate.calibration.origin.AcceptedOrigin`.
     """
 
     def __init__(
@@ -63,9 +65,11 @@ class Workbench:
         calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
         calibration_file: Path | None = None,
+        accept: Collection[str] = (),
     ) -> None:
         self.measurement: AnyMeasurement = measurement
         measurement.files.calibration = calibration_file
+        measurement.files.accept = tuple(accept)
         plan = TouchPlan(measurement, calibration)
         table = self._table = TouchTable(measurement, plan, scatter)
         self.documents: dict[str, Callable[[], Document]] = {
@@ -79,11 +83,12 @@ class Workbench:
             self._shown: Callable[[], Document] = lambda: file_state(measurement.file)
             self.is_news: Callable[[], bool] = lambda: False
             return
-        state = ConnectionState(measurement, plan, table)
+        watch = SourceWatch(measurement, plan, accept)
+        state = ConnectionState(measurement, plan, table, watch=watch)
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
-        guided = GuidedCalibration(measurement, plan)
-        check = SpecimenCheck(measurement, plan)
+        guided = GuidedCalibration(measurement, plan, watch)
+        check = SpecimenCheck(measurement, plan, watch)
         self.documents |= {
             "device": device.document,
             "calibration": guided.document,

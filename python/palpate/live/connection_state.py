@@ -12,6 +12,7 @@ from palpate.live.judged import JudgedChannels
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
+from palpate.live.source_watch import SourceWatch
 from palpate.live.state_rules import (
     SILENT_S,
     Facts,
@@ -45,8 +46,10 @@ class ConnectionState(Listener):
         plan: TouchPlan,
         table: TouchTable,
         clock: Callable[[], float] = time.monotonic,
+        watch: SourceWatch | None = None,
     ) -> None:
         self._measurement, self._plan, self._table, self._clock = measurement, plan, table, clock
+        self._watch = watch
         # when the computer was found to be slow; -inf: that was understood, or is over
         self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
@@ -163,6 +166,7 @@ class ConnectionState(Listener):
             notes_wait=notes_wait,
             unrecorded=unrecorded,
             error=measurement.error,
+            uncalibrated=self._watch.refused if self._watch else "",
             forced=measurement.forced,
             result=self._result(),
             next=following,

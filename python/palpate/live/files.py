@@ -43,6 +43,7 @@ class RunFiles:
         self._made: dict[Path, Kind] = {}
         self._stopped = False
         self.calibration: Path | None = None  # for reports
+        self.accept: tuple[str, ...] = ()  # of the calibration, for reports
         self._head: dict[str, Any] = {}  # of reports
         self.progress: str = ""  # of the report that is written
         self.others: list[Path] = []  # recordings to compare with the first one
@@ -53,7 +54,7 @@ class RunFiles:
 
     def compared(self) -> list[Path]:
         """Return the recordings to compare: the first one and the others, else the newest of this run."""
-        return self.others or self._recordings()[-len(LETTERS) :]
+        return self.others or self.recordings()[-len(LETTERS) :]
 
     @property
     def named(self) -> list[dict[str, str]]:
@@ -75,7 +76,7 @@ class RunFiles:
                 )
             return path
         if self.first:
-            return self.free(self.first.name) if self._recordings() else self.first
+            return self.free(self.first.name) if self.recordings() else self.first
         paths = (
             self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv" for number in count(1)
         )
@@ -105,7 +106,7 @@ class RunFiles:
 
     def report(self) -> dict[str, str]:
         """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
-        if not (recordings := self._recordings()):
+        if not (recordings := self.recordings()):
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
         if self.progress:
             raise RefusedCommand("report: one is being written; wait for it")
@@ -113,7 +114,7 @@ class RunFiles:
         path = self.free(f"{newest.stem}-report.html")
         self._tell(newest.name)
         try:
-            options = ReportOptions(self.calibration, **self._head)
+            options = ReportOptions(self.calibration, accept=self.accept, **self._head)
             write_report(path, [newest], options, progress=self._tell)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
@@ -132,7 +133,12 @@ class RunFiles:
             raise RefusedCommand("report: stopped; nothing is written")
         self.progress = f"Report: {progress}"
 
-    def _recordings(self) -> list[Path]:
+    def stated(self, name: str) -> str:
+        """Return a field of the settings of reports: probe, site or operator; "": not stated."""
+        return str(self._head.get(name, ""))
+
+    def recordings(self) -> list[Path]:
+        """Return the recordings, in order of time."""
         return [path for path, kind in self._made.copy().items() if kind == "recording"]
 
     def _is_free(self, path: Path) -> bool:

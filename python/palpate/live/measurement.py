@@ -35,6 +35,7 @@ from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listeners import Listeners
 from palpate.stream.lsl_outlets import Outlets
 from palpate.touch import Touch
+from palpate.touch_readings.stiffening_watch import StiffeningWatch
 from palpate.tracking import tracked, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
@@ -468,6 +469,7 @@ class RecordedMeasurement(Measurement):
         recording.skip_damage()
         self.recording = recording
         self.tracker = tracker_of(recording, settings.pop("scene"), settings)
+        self._watch = StiffeningWatch(self.tracker)
         self.sidecar = recording.sidecar
         marks = [(m.t_s, m.text) for m in self.sidecar.marks if math.isfinite(m.t_s)]
         self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
@@ -526,10 +528,15 @@ class RecordedMeasurement(Measurement):
 
     def _read(self) -> None:
         """Estimate block by block, as `palpate.touches`: a block ends at each gap and tare."""
-        tracker, gaps, tares = self.tracker, dict(self.recording.gap_marks), self.recording.tares
+        tracker, watch = self.tracker, self._watch
+        gaps, tares = dict(self.recording.gap_marks), self.recording.tares
         for block in self.recording.blocks():
             readings = usable_readings(block, tracker.settings["full_scale"])
-            estimates = tracker.process(block["t_hard_ns"], block["t_soft_ns"], *readings)
+            estimates = watch.process(
+                np.ascontiguousarray(block["t_hard_ns"]),
+                np.ascontiguousarray(block["t_soft_ns"]),
+                *readings,
+            )
             self.events.batch(self._batch(block, estimates))
             if (last := int(block["seq"][-1])) in gaps:
                 tracker.gap()
@@ -549,10 +556,10 @@ class RecordedMeasurement(Measurement):
         return Batch(block, estimates, (), 0, judgements=judgements)
 
     def _finish(self) -> None:
-        self.tracker.finish()
+        self._watch.finish()
         nothing = np.empty(0, DTYPE)
         self.events.batch(self._batch(nothing, feed(self.tracker, nothing)))
-        self.touches = self.tracker.touches
+        self.touches = self._watch.touches
         self.events.ended(None)
         found = verification_of(self.recording)
         long = "too long to show every sample: at first only lowest and highest values are shown"

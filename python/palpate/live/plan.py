@@ -134,6 +134,17 @@ class TouchPlan(Listener):
         with self._lock:
             return self.progress.known()
 
+    @property
+    def operator(self) -> str:
+        """Who measures; "": not stated."""
+        return self._plan.operator
+
+    def use_calibration(self, calibration: Calibration | None) -> None:
+        """Use another calibration for all touches; None: no calibration."""
+        with self._lock:
+            self.progress.calibration = calibration
+            self._changed()
+
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
         with self._lock:
@@ -502,10 +513,9 @@ class Progress:
         pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
         scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
         for one, touches in kept.items():
-            if used and one.modulus_MPa:
-                found = used.agreement(touches)
-                modulus = used.modulus(found.ratio, found.own_error, touches=found.effective)
-                inside.append(modulus.low <= one.modulus_MPa <= modulus.high)
+            if used and one.known:
+                modulus = used.mean_modulus(touches)
+                inside.append(modulus.agrees_with(one.known))
         left_out = sum(bool(done.why) for of in self._on.values() for done in of)
         counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}
         return {"scatter": scatter.share, "source": scatter.source, **counts}

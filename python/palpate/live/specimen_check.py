@@ -5,9 +5,11 @@ from typing import Any
 from palpate.calibration import Calibration
 from palpate.calibration.calibration_file import add_verification
 from palpate.calibration.calibration_verification import CalibrationVerification, today
+from palpate.calibration.learning import learned_from
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
+from palpate.live.source_watch import SourceWatch
 
 
 class SpecimenCheck:
@@ -17,8 +19,11 @@ class SpecimenCheck:
     are not compared: their touches are no test.
     """
 
-    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan) -> None:
+    def __init__(
+        self, measurement: LiveMeasurement, plan: TouchPlan, watch: SourceWatch | None = None
+    ) -> None:
         self._measurement = measurement
+        self._watch = watch
         self._plan = plan
         self._given = plan.progress.calibration
         self._calibrated: frozenset[str] = frozenset()
@@ -43,6 +48,11 @@ class SpecimenCheck:
                 "verify: there is no result yet, allowed: with a calibration file, after all "
                 "touches on a specimen of known modulus that did not calibrate in this run"
             )
+        if self._is_simulated(calibration):
+            raise RefusedCommand(
+                "verify: the touches are simulated, but the calibration was made with a probe: "
+                "they are no evidence, allowed: touches with a probe"
+            )
         if found == self._kept:
             raise RefusedCommand(f"verify: {path.name} has this result already")
         try:
@@ -52,6 +62,11 @@ class SpecimenCheck:
         self._kept = found
         self._plan.note(f"verification: {found}")
         return f"{path.name} has the result: {found}."
+
+    def _is_simulated(self, calibration: Calibration) -> bool:
+        """Return whether the touches are simulated, and the calibration is not."""
+        is_real = calibration.about.provenance.simulated is False
+        return is_real and self._watch is not None and self._watch.simulated is True
 
     def _newest(self) -> CalibrationVerification | None:
         """Return the comparison of the specimen that was touched last; None: there is none."""
@@ -80,7 +95,7 @@ class SpecimenCheck:
     def _note_calibrated(self) -> None:
         """Remember which specimens a calibration was fitted to that is new in this run."""
         calibration = self._plan.progress.calibration
-        if calibration is self._given:
+        if calibration is None or calibration is self._given:
             return
         self._given = calibration
         touched = [one.name for one in self._plan.known() if one.touches]
@@ -94,8 +109,8 @@ def _comparison(
     counted = [touch for touch in specimen.kept if not calibration.objections(touch)]
     if not counted:
         return None
-    learned = calibration.learned([counted])
-    return learned.verify(
+    learned = learned_from(calibration, {specimen.name: counted})
+    return learned.calibration.verify(
         counted,
         specimen.modulus,
         specimen.modulus_uncertainty,

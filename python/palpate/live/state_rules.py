@@ -109,6 +109,7 @@ class Facts:
     notes_wait: str = ""  # why notes, marks and session are not on the disk
     unrecorded: int = 0  # pairs that the recording does not have
     error: str = ""  # that ended the measurement
+    uncalibrated: str = ""  # why the calibration is not used
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
     next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
@@ -352,6 +353,9 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
     if (told := slow(facts)) and not facts.slow_told:
         yield told, None
+    if facts.uncalibrated:  # last: it lasts, and would hide the others
+        text = _sentence(facts.uncalibrated)
+        yield StatusLine("calibration", "caution", "The calibration is not used.", text), None
 
 
 def slow(facts: Facts) -> StatusLine | None:

@@ -7,7 +7,9 @@ from itertools import count
 from palpate import number_format
 from palpate._core import Tracker
 from palpate.ad7746.registers import linearity_pF
-from palpate.calibration import Calibration
+from palpate.calibration import Calibration, Modulus
+from palpate.calibration.learning import LearnedCalibration, learned_from
+from palpate.calibration.ranges import wider
 from palpate.flags import advice
 from palpate.live.feed import Document
 from palpate.live.measurement import PRESSED, AnyMeasurement
@@ -33,6 +35,7 @@ class TouchTable:
         self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}
         self._shown: tuple[tuple[object, ...], Document] | None = None
         self._assumed = None if plan.progress.calibration else scatter
+        self._learned: LearnedCalibration | None = None
 
     @property
     def calibration(self) -> Calibration | None:
@@ -87,8 +90,27 @@ class TouchTable:
 
     def result(self, touch: Touch) -> str:
         """Return the ratio of a touch with its uncertainty, and its modulus if there is a calibration."""
-        modulus = f", modulus {self.calibration.modulus_of(touch)}" if self.calibration else ""
+        modulus = f", modulus {self._modulus_of(touch)}" if self.calibration else ""
         return f"ratio {self.known(touch)}{modulus}"
+
+    def _modulus_of(self, touch: Touch) -> Modulus:
+        """Return the modulus of a touch, with what the touches so far show of the contact exponent."""
+        found = self._learned.calibration if self._learned else self.calibration
+        assert found is not None
+        return found.modulus_of(touch)
+
+    def _learn(self, touches: Sequence[Touch], known: Sequence[Document]) -> None:
+        """Learn the contact exponent from the kept touches; the same range as before: nothing changes."""
+        if self.calibration is None:
+            self._learned = None
+            return
+        objects: dict[str, list[Touch]] = {}
+        for touch, row in zip(touches, known, strict=False):
+            if row["kept"]:
+                objects.setdefault(row["specimen"] or "", []).append(touch)
+        learned = learned_from(self.calibration, objects)
+        if self._learned is None or learned.sentence != self._learned.sentence:
+            self._learned = learned
 
     def known(self, touch: Touch) -> Uncertainty:
         """Return the uncertainty of a touch, with the scatter that holds now."""
@@ -109,6 +131,7 @@ class TouchTable:
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
+        self._learn(touches, known)
         each = zip(touches, known, strict=False)  # on the last specimen
         alike = [
             one
@@ -129,11 +152,12 @@ class TouchTable:
             )
         if found and found.touches > 1:
             modulus = None
-            if self.calibration and found.agree:
-                modulus = self.calibration.modulus(
-                    found.ratio, found.own_error, touches=found.effective
-                ).as_dict()
-            together = {**found.as_dict(), "modulus": modulus}
+            text = str(found)
+            if self._learned and found.agree:
+                modulus = self._learned.calibration.mean_modulus(alike).as_dict()
+                if self._learned.sentence:
+                    text = f"{text}. {self._learned.sentence}"
+            together = {**found.as_dict(), "modulus": modulus, "text": text}
         rows = [self._row(*one) for one in zip(count(1), touches, known)]
         now, means = self._scatter_now(), self._plan.progress.means
         return {
@@ -145,15 +169,18 @@ class TouchTable:
         }
 
     def _row(self, number: int, touch: Touch, known: Document) -> Document:
-        of = self._measurement.number, touch.revised, self.calibration, known
+        of = self._measurement.number, touch.revised, self._learned, known
         if number not in self._rows or self._rows[number][0] != of:
-            modulus = self.calibration.modulus_of(touch).as_dict() if self.calibration else None
+            modulus = self._modulus_of(touch).as_dict() if self.calibration else None
+            remarks = list(map(str, advice(touch)))
+            if self.calibration:
+                remarks += map(wider, self.calibration.differences(touch))
             ratio, error = self._plan.progress.ratio_of(touch)
             used = number_format.plain({"ratio": ratio, "standard_error": error})
             more = {
                 "end_s": self._measurement.ends.get(number),
                 "modulus": modulus,
-                "advice": [str(each) for each in advice(touch)],
+                "advice": remarks,
             }
             own_error = self._of(touch, Scatter(0.0)).uncertainty
             row = {

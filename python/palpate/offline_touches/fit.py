@@ -1,24 +1,18 @@
 """The ratio of a touch from its readings: instrumental variables, without spikes and lag."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from palpate import number_format
-from palpate.offline_touches.idle import (
-    Array,
-    IdleLevel,
-    Mask,
-    Readings,
-    Rows,
-    median_size,
-    variance_of_sum,
-)
-from palpate.offline_touches.sweep import Sweep
-from palpate.offline_touches.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
 from palpate.touch import Touch
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, Rows, median_size
+from palpate.touch_readings.idle import IdleLevel, variance_of_sum
+from palpate.touch_readings.stiffening import Stiffening
+from palpate.touch_readings.sweep import Sweep
+from palpate.touch_readings.windows import FEWEST, HARD, SOFT, Aligned, Windows, aligned
 
 Levels = tuple[IdleLevel, IdleLevel]
 
@@ -61,7 +55,9 @@ class OfflineTouch:
         The touch as the tracker found it; its flags hold here, too.
     level_ratio, level_standard_error : float
         As of `Touch`, for any exponent of the contact; nan if there is none.
-    sweep : palpate.offline_touches.sweep.Sweep or None
+    stiffening : palpate.touch_readings.stiffening.Stiffening or None
+        How much the ratio grows with depth; None: the touch does not show it.
+    sweep : palpate.touch_readings.sweep.Sweep or None
         The pairs of the level ratio.
     """
 
@@ -78,6 +74,7 @@ class OfflineTouch:
     live: Touch
     level_ratio: float = math.nan
     level_standard_error: float = math.nan
+    stiffening: Stiffening | None = None
     sweep: Sweep | None = field(default=None, repr=False, compare=False)
 
     def level(self, contact_exponent: float) -> tuple[float, float]:
@@ -101,6 +98,7 @@ class OfflineTouch:
         values = dict(self.__dict__)
         del values["live"]
         del values["sweep"]
+        values["stiffening"] = self.stiffening and number_format.plain(asdict(self.stiffening))
         return number_format.plain(values)
 
 

@@ -9,20 +9,15 @@ from numpy.typing import NDArray
 
 from palpate._core import Tracker
 from palpate.offline_touches.fit import OfflineTouch, fit_ratio, since_change
-from palpate.offline_touches.idle import (
-    Array,
-    IdleLevel,
-    Readings,
-    Rows,
-    idle,
-    level_of,
-    pause,
-)
-from palpate.offline_touches.sweep import sweep
-from palpate.offline_touches.windows import HARD, aligned
 from palpate.recording_protocol import RecordingProtocol, require_recording
 from palpate.samples import baseline_pairs
 from palpate.touch import Touch
+from palpate.touch_readings.channel_readings import Array, Readings, Rows, readings_of, smooth
+from palpate.touch_readings.idle import IdleLevel, idle, level_of, pause
+from palpate.touch_readings.stiffening import stiffening
+from palpate.touch_readings.stiffening_watch import StiffeningWatch
+from palpate.touch_readings.sweep import sweep
+from palpate.touch_readings.windows import HARD, aligned
 from palpate.tracking import (
     Fed,
     feed_recording,
@@ -34,31 +29,6 @@ from palpate.tracking import (
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
-
-
-_REACH = 16  # rows on either side
-_PAUSE = 8.0  # periods
-
-
-def smooth(t: Array) -> Array:
-    """Return times, shape (n,), n at least 2, each replaced by a mean.
-
-    The mean is over up to 16 rows on either side.
-    """
-    # For readings at an even rate that is the middle of a straight line through them. A pause is
-    # not smoothed.
-    out = np.empty_like(t)
-    steps = np.abs(np.diff(t))
-    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
-    for rows in np.split(np.arange(len(t)), pauses):
-        first = t[rows[0]]
-        sums = np.append(0, np.cumsum(t[rows] - first))
-        place = np.arange(len(rows))
-        to_edge = np.minimum(place, place[::-1])
-        reach = np.minimum(_REACH, to_edge)
-        around = sums[place + reach + 1] - sums[place - reach]
-        out[rows] = first + around / (2 * reach + 1)
-    return out
 
 
 def offline(
@@ -88,7 +58,7 @@ def offline(
     the flag "drift" the ratio is a mean over the touch; the live ratio is nearer to its end.
 
     The level ratio is the slope of hard^(1/p) against soft^(1/p) over rise, hold and fall, to the
-    power p.
+    power p. `OfflineTouch.stiffening` is how much the ratio grows with depth.
 
     Parameters
     ----------
@@ -136,8 +106,9 @@ def offline(
     if not 1 <= exponent <= 3:
         raise ValueError(f"contact_exponent: got {exponent}, allowed: 1 to 3")
     tracker = tracker_of(recording, scene, settings)
-    whole = Fed.joined(feed_recording(tracker, recording))
-    tracker.finish()
+    watch = StiffeningWatch(tracker)
+    whole = Fed.joined(feed_recording(watch, recording))
+    watch.finish()
     if whole is not None and tracker.settings["falling"]:
         whole = whole.negated()
     if whole is None or not tracker.touches:
@@ -148,11 +119,11 @@ def offline(
         t_hard = smooth(t_hard)
         t_soft = smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
-    hard = _readings(t_hard, whole.hard, full_scale)
-    soft = _readings(t_soft, whole.soft, full_scale)
+    hard = readings_of(t_hard, whole.hard, full_scale)
+    soft = readings_of(t_soft, whole.soft, full_scale)
     result = []
     given = _given(tracker, whole)
-    for touch in _estimated(tracker.touches, whole, (hard, soft), given):
+    for touch in _estimated(watch.touches, whole, (hard, soft), given):
         ratio, error = touch.level(exponent)
         result.append(replace(touch, level_ratio=ratio, level_standard_error=error))
     return result
@@ -173,15 +144,6 @@ def _given(tracker: Tracker, whole: Fed) -> _Given:
 def _known(level: float, values: Array) -> IdleLevel:
     nothing = np.zeros(1)
     return IdleLevel(nothing, nothing + level, nothing, quiet_noise(values), "given")
-
-
-def _readings(t: Array, value: Array, full_scale: float) -> Readings:
-    """Return the readings within the range whose times are later than all times before."""
-    row = np.flatnonzero(np.abs(value) < full_scale)  # nan is not
-    times = t[row]
-    latest = np.maximum.accumulate(np.append(-math.inf, times))
-    row = row[times > latest[:-1]]
-    return Readings(t[row], value[row], row)
 
 
 class _Span(NamedTuple):
@@ -229,14 +191,19 @@ def _estimated(
 ) -> list[OfflineTouch]:
     hard, soft = readings
     rows = whole.rows
-    collected = baseline_pairs(float(np.median(np.diff(hard.t)))) if len(hard.t) > 1 else 0
+    collected = 0
+    if len(hard.t) > 1:
+        collected = baseline_pairs(float(np.median(np.diff(hard.t))))
     spans = _spans(touches, rows, collected)
-    starts = [*(span.start for span in spans), len(rows)]
-    free = idle(rows, hard, starts, [span.pause for span in spans], collected)
-    channels = [
-        _Channel(each, each[free[each.row]], level)
-        for each, level in zip(readings, given, strict=True)
-    ]
+    starts = []
+    pauses = []
+    for span in spans:
+        starts.append(span.start)
+        pauses.append(span.pause)
+    free = idle(rows, hard, [*starts, len(rows)], pauses, collected)
+    channels = []
+    for each, level in zip(readings, given, strict=True):
+        channels.append(_Channel(each, each[free[each.row]], level))
     result = []
     for touch, span in zip(touches, spans, strict=True):
         levels = [channel.level(touch, span, whole.era) for channel in channels]
@@ -259,9 +226,13 @@ def _estimated(
                 _change(hard.rows(begin, end), hard_base),
                 _change(soft.rows(begin, end), soft_base),
             )
-            since_s = estimate.start_s if len(alarms) else -math.inf
+            since_s = -math.inf
+            if len(alarms):
+                since_s = estimate.start_s
             swept = sweep(pairs, soft_level.noise, since_s, span.end)
-            estimate = replace(estimate, sweep=swept)
+            if swept:
+                shown = stiffening(swept)
+                estimate = replace(estimate, sweep=swept, stiffening=shown)
         result.append(estimate)
     return result
 

@@ -2,7 +2,8 @@
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `adaptive_window` is the estimator `HandoverRls`;
 `screen`, `matched_pair`, `Baseline`, `Contact`, `Levels` and `Fit` are stages of the scene "handheld", and `handheld` is the whole scene;
-`sliding` is the scene of this name. `vector_rls` is the estimator `VectorRls`.
+`sliding` is the scene of this name. `vector_rls` is the estimator `VectorRls`. The module `stiffening` fits
+the ratio against depth.
 """
 
 from palpate.reference.adaptive import AdaptiveWindowTrace, adaptive_window

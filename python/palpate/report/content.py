@@ -7,22 +7,31 @@ from functools import cached_property
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
 
 from palpate._core import __version__
 from palpate.calibration.assessment import calibration_doubts
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import ModulusUnit
+from palpate.calibration.origin import (
+    AcceptedOrigin,
+    ReadingsOrigin,
+    accepted_remarks,
+    missing_remark,
+    origin_remarks,
+)
 from palpate.calibration.plot import MeasuredObject
+from palpate.calibration.provenance import Provenance
 from palpate.display.markup import element
 from palpate.display.text import counted
-from palpate.messages import unlike
+from palpate.messages import listed, unlike
 from palpate.report.findings import Findings
 from palpate.report.recording_facts import (
     NamedValue,
     RecordingFacts,
+    RowCounts,
     Settings,
     SourceFile,
+    first_and_last,
     joined_once,
     shared_settings,
 )
@@ -33,6 +42,17 @@ from palpate.report.tables import (
     row_of_touch,
     touch_columns,
 )
+
+
+def _touches_of_the_fit(found: Findings, provenance: Provenance) -> int:
+    """Return how many touches are in recordings from which the calibration was made."""
+    count = 0
+    for run in found.runs:
+        path = run.recording.path
+        if any(file.name == path.name and file.is_of(path) for file in provenance.files):
+            count += len(run.found.touches)
+    return count
+
 
 _MOST_NAMED = 3  # specimens in the first sentence
 Progress = Callable[[str], None]
@@ -60,11 +80,13 @@ class ReportOptions:
         Whether to add Shore A to the moduli, by `shore_a_of_modulus`.
     notes : sequence of str
         For the head of the report.
+    accept : sequence of str
+        What is accepted of the calibration, of `palpate.calibration.origin.AcceptedOrigin`.
 
     Raises
     ------
     ValueError
-        An unknown unit.
+        An unknown unit or acceptance.
 
     Examples
     --------
@@ -81,11 +103,15 @@ class ReportOptions:
     unit: str = ModulusUnit.MPA
     shore: bool = False
     notes: Sequence[str] = ()
+    accept: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        """Check the unit."""
+        """Check the unit, and what is accepted."""
         if self.unit not in list(ModulusUnit):
             raise ValueError(f"unit: {unlike(self.unit, list(ModulusUnit))}")
+        for name in self.accept:
+            if name not in list(AcceptedOrigin):
+                raise ValueError(f"accept: {unlike(name, list(AcceptedOrigin))}")
 
     @property
     def style(self) -> ModulusStyle:
@@ -106,11 +132,17 @@ class ReportOptions:
             if name == "notes":
                 for note in filter(None, value):
                     words += f" --note {shlex.quote(note)}"
+            elif name == "accept":
+                words += self.accept_words()
             elif value is True:
                 words += f" --{name}"
             elif value and value != ModulusUnit.MPA:
                 words += f" --{name} {shlex.quote(value)}"
         return words
+
+    def accept_words(self) -> str:
+        """Return what is accepted as words of a command line, each after a blank."""
+        return "".join(map(" --accept {}".format, self.accept))
 
     def files(self) -> list[SourceFile]:
         """Return the files that the options name."""
@@ -131,14 +163,6 @@ class CalibrationSection:
     in_other_unit: bool = False  # whether the moduli of the report are not in MPa
 
 
-class RowCounts(NamedTuple):
-    """Rows of all recordings, and how many of them are lost, or were refused."""
-
-    rows: int
-    lost: int
-    refused: int
-
-
 @dataclass(frozen=True)
 class Session:
     """The sections about recordings, in their order."""
@@ -155,13 +179,7 @@ class Session:
     @property
     def rows(self) -> RowCounts:
         """The rows of all recordings."""
-        rows = RowCounts(0, 0, 0)
-        for run in self.found.runs:
-            counts = run.recording.survey
-            rows = RowCounts(
-                rows.rows + counts.rows, rows.lost + counts.lost, rows.refused + counts.refused
-            )
-        return rows
+        return RowCounts.of(self.found.runs)
 
     @property
     def kept(self) -> int:
@@ -205,6 +223,36 @@ class Session:
         if not found.touches:
             doubts.append("no touch was found")
         return list(dict.fromkeys(doubts))
+
+    @property
+    def accepted(self) -> list[str]:
+        """What differs between the calibration and the recordings, and was accepted."""
+        return self._of_origins(accepted_remarks)
+
+    @cached_property
+    def origin_remarks(self) -> list[str]:
+        """Remarks on the origins of the calibration and of the recordings."""
+        if self.found.calibration is None:
+            return []
+        missing = missing_remark(self.found.calibration.about.provenance)
+        return [*filter(None, [missing]), *self._of_origins(origin_remarks)]
+
+    def _of_origins(
+        self, remarks_of: Callable[[Provenance, ReadingsOrigin], list[str]]
+    ) -> list[str]:
+        """Return remarks on calibration and recordings, each once with the names of these."""
+        if self.found.calibration is None:
+            return []
+        provenance = self.found.calibration.about.provenance
+        names: dict[str, list[str]] = {}
+        for run in self.found.runs:
+            origin = ReadingsOrigin.of_sidecar(run.recording.sidecar)
+            for remark in remarks_of(provenance, origin):
+                names.setdefault(remark, []).append(run.name)
+        remarks = []
+        for remark, of in names.items():
+            remarks.append(f"{listed(of, _MOST_NAMED)}: {remark}")
+        return remarks
 
     @property
     def judged(self) -> list[str]:
@@ -261,8 +309,9 @@ class Session:
         if found.calibration is None:
             yield "No calibration was given, so there are ratios, and no moduli."
             return
-        fitted = found.calibration.ratios
-        of_fit = sum(one.ratio in fitted for one in found.touches)  # with the same bits
+        if found.learned:
+            yield found.learned
+        of_fit = _touches_of_the_fit(found, found.calibration.about.provenance)
         if of_fit:
             yield (
                 f"{of_fit} of these touches are data of the calibration itself: for them that is "
@@ -272,8 +321,7 @@ class Session:
     @property
     def begins(self) -> list[str]:
         """When the first and the last recording began, as far as it is known."""
-        begins = sorted(filter(None, (each.begin for each in self.facts)))
-        return [*begins[:1], *begins[-1:]]
+        return first_and_last(self.facts)
 
     @cached_property
     def touches(self) -> ReportTable:
@@ -313,6 +361,7 @@ class Session:
         replay = f"palpate replay {names}"
         if self.options.calibration:
             replay += f" --calibration {shlex.quote(self.options.calibration_name)}"
+            replay += self.options.accept_words()
         report = f"palpate report {names}{self.options.words()}"
         return [f"palpate check {names}", replay, report]
 

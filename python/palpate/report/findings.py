@@ -1,6 +1,6 @@
 """The touches of recordings with their specimens, and the result of each specimen."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, log, nan
 from pathlib import Path
@@ -11,8 +11,10 @@ import numpy as np
 
 from palpate import number_format
 from palpate.ad7746.registers import linearity_pF
+from palpate.calibration.learning import learned_from
 from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, UncertaintyPart
+from palpate.calibration.ranges import wider
 from palpate.calibration.specimen_files import name_key, specimen_in
 from palpate.errors import CalibrationError
 from palpate.flags import advice_at_end, sentences
@@ -130,7 +132,7 @@ class SpecimenResult:
     Attributes
     ----------
     name : str
-    known : float or None, MPa
+    known : KnownModulus or None
         Its modulus, if it was known before.
     touches, kept : list of ReportedTouch
     agreement : Agreement or None
@@ -139,35 +141,44 @@ class SpecimenResult:
         The same with the scatter of the session; None: they do not agree.
     modulus : Modulus or None
         Of the mean; None without a calibration or a mean.
+    is_named : bool
+        Whether the session or a table of moduli names the specimen; else the file name does.
     variation : float
-        Standard deviation of the logarithm of the ratio of the kept touches; nan below two.
+        Standard deviation of the logarithm of the ratio of the kept touches; nan below two, or if
+        the touches may be on several objects.
     budget : list of UncertaintyPart
         Errors of the mean and of its modulus by their causes, and together; empty without a
         modulus.
     """
 
     name: str
-    known: float | None
+    known: KnownModulus | None
     touches: list[ReportedTouch]
     kept: list[ReportedTouch]
     agreement: Agreement | None
     mean: Agreement | None
     modulus: Modulus | None
+    is_named: bool
     variation: float
     budget: list[UncertaintyPart]
 
     @property
+    def is_one_object(self) -> bool:
+        """Whether the kept touches are on one object, so that their scatter is repeatability."""
+        return _is_one_object(self.agreement, is_named=self.is_named)
+
+    @property
     def inside(self) -> bool | None:
-        """Whether the known modulus is in the interval; None: one is missing."""
+        """Whether the known modulus agrees with the interval; None: one is missing."""
         if self.known is None or self.modulus is None or not self.modulus.low >= 0:
             return None
-        return self.modulus.low <= self.known <= self.modulus.high
+        return self.modulus.agrees_with(self.known)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain numbers and text, for JSON."""
         return {
             "specimen": self.name,
-            "known_MPa": self.known,
+            "known_MPa": self.known and self.known.modulus,
             "kept": [one.number for one in self.kept],
             "left_out": [one.number for one in self.touches if one.left_out],
             "agreement": self.agreement and self.agreement.as_dict(),
@@ -177,33 +188,68 @@ class SpecimenResult:
         }
 
 
-def _result(
-    name: str,
-    known: KnownModulus | None,
-    touches: list[ReportedTouch],
-    calibration: Calibration | None,
-    scatter: Scatter,
-) -> SpecimenResult:
-    kept = [one for one in touches if not one.left_out]
+def _is_one_object(agreed: Agreement | None, *, is_named: bool) -> bool:
+    """Return whether touches agree, show why they differ, or are on a specimen that is named."""
+    if agreed is None:
+        return False
+    return is_named or agreed.agree or agreed.cause is not None
+
+
+@dataclass(frozen=True)
+class _Group:
+    """The touches on one specimen, before the scatter of the session is known."""
+
+    name: str
+    known: KnownModulus | None
+    is_named: bool
+    touches: list[ReportedTouch]
+    agreement: Agreement | None
+
+    @property
+    def kept(self) -> list[ReportedTouch]:
+        """The touches that count."""
+        return _kept(self.touches)
+
+    def result(self, calibration: Calibration | None, scatter: Scatter) -> SpecimenResult:
+        """Return the result with this scatter from touch to touch."""
+        kept = self.kept
+        variation = nan
+        if _is_one_object(self.agreement, is_named=self.is_named):
+            variation = _variation(kept)
+        mean = modulus = None
+        if self.agreement and self.agreement.agree:
+            mean = with_scatter(self.agreement, scatter)
+        budget: list[UncertaintyPart] = []
+        if mean and calibration:
+            measured = [one.touch for one in kept]
+            modulus = calibration.mean_modulus(measured)
+            if 0 < modulus.value < inf:
+                linearity = fmean(one.uncertainty(scatter).linearity for one in kept)
+                budget = calibration.budget_of(measured, linearity=linearity)
+        return SpecimenResult(
+            self.name,
+            self.known,
+            self.touches,
+            kept,
+            self.agreement,
+            mean,
+            modulus,
+            self.is_named,
+            variation,
+            budget,
+        )
+
+
+def _kept(touches: Iterable[ReportedTouch]) -> list[ReportedTouch]:
+    return [one for one in touches if not one.left_out]
+
+
+def _variation(kept: list[ReportedTouch]) -> float:
+    """Return the standard deviation of the logarithms of the ratios; nan below two."""
     logarithms = _logarithms(kept)
-    variation = nan
-    if len(logarithms) > 1:
-        variation = float(np.std(logarithms, ddof=1))
-    agreed = mean = modulus = None
-    if kept:
-        agreed = _agreement(kept, calibration)
-        if agreed.agree:
-            mean = with_scatter(agreed, scatter)
-    budget: list[UncertaintyPart] = []
-    if mean and calibration:
-        modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
-        if 0 < modulus.value < inf:
-            linearity = fmean(one.uncertainty(scatter).linearity for one in kept)
-            budget = calibration.budget(  # no mean reduces the linearity
-                mean.ratio, mean.own_error, touches=mean.effective, linearity=linearity
-            )
-    value = known and known.modulus
-    return SpecimenResult(name, value, touches, kept, agreed, mean, modulus, variation, budget)
+    if len(logarithms) < 2:
+        return nan
+    return float(np.std(logarithms, ddof=1))
 
 
 def _agreement(kept: list[ReportedTouch], calibration: Calibration | None) -> Agreement:
@@ -222,13 +268,18 @@ class Findings:
     results: list[SpecimenResult]
     calibration: Calibration | None
     scatter: Scatter  # from touch to touch, of the calibration, or of these touches
+    learned: str = ""  # what the repeated touches show of the contact exponent
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
-        """Return the repeatability of the kept touches, or of all; None: there is no touch."""
+        """Return the repeatability of the kept touches, or of all; None: there is no touch.
+
+        Specimens whose touches may be on several objects do not count.
+        """
         groups = []
         for result in self.results:
-            touches = result.touches if all_touches else result.kept
-            groups.append(_logarithms(touches))
+            if result.is_one_object:
+                touches = result.touches if all_touches else result.kept
+                groups.append(_logarithms(touches))
         return one_way_anova(groups) if any(groups) else None
 
 
@@ -241,22 +292,58 @@ def findings(
     known, _ = known_moduli(runs, moduli)
     ratio_of = _ratio_of(runs, calibration)
     touches = list(_touches(runs, calibration, known, ratio_of))
-    groups: dict[str, list[ReportedTouch]] = {}
+    groups = _groups(runs, touches, calibration, known)
+    scatter = _scatter(groups, calibration, ratio_of)
+    learned = ""
+    if calibration:
+        objects = {group.name: [one.touch for one in group.kept] for group in groups}
+        found = learned_from(calibration, objects)
+        calibration = found.calibration
+        learned = found.sentence
+    results = []
+    for group in groups:
+        results.append(group.result(calibration, scatter))
+    return Findings(runs, touches, results, calibration, scatter, learned)
+
+
+def _groups(
+    runs: Iterable[AnalysedRecording],
+    touches: Iterable[ReportedTouch],
+    calibration: Calibration | None,
+    known: Mapping[str, KnownModulus],
+) -> list[_Group]:
+    """Return the touches by their specimens, in the order of the first touch."""
+    of_specimen: dict[str, list[ReportedTouch]] = {}
     for one in touches:
         if one.specimen:
-            groups.setdefault(one.specimen, []).append(one)
+            of_specimen.setdefault(one.specimen, []).append(one)
+    named = set(map(name_key, known))
+    for run in runs:
+        for entry in run.plan.touches:
+            named.add(name_key(entry.specimen or ""))
+    groups = []
+    for name, members in of_specimen.items():
+        agreed = None
+        kept = _kept(members)
+        if kept:
+            agreed = _agreement(kept, calibration)
+        is_named = name_key(name) in named
+        groups.append(_Group(name, known.get(name), is_named, members, agreed))
+    return groups
+
+
+def _scatter(
+    groups: Iterable[_Group], calibration: Calibration | None, ratio_of: RatioOf
+) -> Scatter:
+    """Return the scatter of the calibration, else of the kept touches that are on one object."""
     if calibration:
-        scatter = calibration.touch_scatter
-    else:
-        kept = []
-        for one in touches:
-            if not one.left_out:
-                kept.append((one.specimen, one.touch))
-        scatter = session_scatter(kept, ratio_of)
-    results = []
-    for name, group in groups.items():
-        results.append(_result(name, known.get(name), group, calibration, scatter))
-    return Findings(runs, touches, results, calibration, scatter)
+        return calibration.touch_scatter
+    kept = []
+    for group in groups:
+        if _is_one_object(group.agreement, is_named=group.is_named):
+            for one in group.kept:
+                kept.append((group.name, one.touch))
+    return session_scatter(kept, ratio_of)
 
 
 def _ratio_of(runs: Iterable[AnalysedRecording], calibration: Calibration | None) -> RatioOf:
@@ -297,7 +384,7 @@ class AssignedTouch(NamedTuple):
     left_out: str
 
 
-def assigned(run: AnalysedRecording, moduli: Mapping[str, KnownModulus]) -> Iterator[AssignedTouch]:
+def assigned(run: AnalysedRecording, moduli: Collection[str]) -> Iterator[AssignedTouch]:
     """Yield each touch with its specimen, by the session in the sidecar, else by the file name."""
     touches = run.found.touches
     names = {name_key(name): name for name in moduli}
@@ -329,6 +416,8 @@ def _touches(
                 against = calibration.objections(touch)
             left_out = tuple(filter(None, [by_hand, *sentences(against, known)]))
             advised = tuple(map(str, known))
+            if calibration:
+                advised += tuple(map(wider, calibration.differences(touch)))
             yield ReportedTouch(number, run, touch, specimen, left_out, advised, ratio_of)
 
 

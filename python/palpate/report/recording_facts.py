@@ -56,6 +56,29 @@ class SourceFile(NamedTuple):
             return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+class RowCounts(NamedTuple):
+    """Rows of all recordings, and how many of them are lost, or were refused."""
+
+    rows: int
+    lost: int
+    refused: int
+
+    @classmethod
+    def of(cls, runs: Iterable[AnalysedRecording]) -> "RowCounts":
+        """Return the rows of recordings."""
+        rows = cls(0, 0, 0)
+        for run in runs:
+            counts = run.recording.survey
+            rows = cls(
+                rows.rows + counts.rows, rows.lost + counts.lost, rows.refused + counts.refused
+            )
+        return rows
+
+    def __str__(self) -> str:
+        """Return the numbers as text."""
+        return f"{self.rows:,}, {self.lost:,} missing, {self.refused:,} without a value"
+
+
 @dataclass(frozen=True)
 class RecordingFacts:
     """The facts of one recording, read from its document."""
@@ -142,6 +165,12 @@ class RecordingFacts:
             files.append(sidecar.sidecar_path(own))
         name = PurePath(self.run.name)
         return [SourceFile(name.with_name(file.name).as_posix(), file) for file in files]
+
+
+def first_and_last(facts: Iterable[RecordingFacts]) -> list[str]:
+    """Return when the first and the last recording began, each once, as far as it is known."""
+    begins = sorted(filter(None, (each.begin for each in facts)))
+    return list(dict.fromkeys([*begins[:1], *begins[-1:]]))
 
 
 def joined_once(texts: Iterable[str], between: str = ", ") -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from palpate import number_format
 from palpate._core import __version__
 from palpate.calibration.model import Calibration
+from palpate.calibration.origin import ReadingsOrigin, provenance_document, require_origin
 from palpate.calibration.plot import curve_picture
 from palpate.calibration.specimen_files import read_moduli
 from palpate.calibration.specimen_fit import SpecimenTouches, specimen_table
@@ -17,11 +18,13 @@ from palpate.display.text import counted
 from palpate.errors import need
 from palpate.files import write_file
 from palpate.report import tables
+from palpate.report.calibration_head import CalibrationHead
 from palpate.report.content import CalibrationSection, Progress, ReportOptions, Session
 from palpate.report.findings import Findings, analyse_again, analyse_recording, findings
 
 _PathLike = str | os.PathLike[str]
 _NO_OPTIONS = ReportOptions()
+_NO_HEAD = CalibrationHead()
 
 
 @dataclass(frozen=True)
@@ -37,12 +40,15 @@ class WrittenReport:
         Why it is not to be relied on; empty: nothing is known against it.
     results : dict
         The results as plain numbers and text.
+    remarks : tuple of str
+        Remarks on the origins of the calibration and of the recordings.
     """
 
     path: Path
     verdict: str
     doubts: tuple[str, ...]
     results: dict[str, object]
+    remarks: tuple[str, ...] = ()
 
 
 def write_report(
@@ -76,6 +82,8 @@ def write_report(
     ------
     RecordingError, CalibrationError
         A file is damaged, or of another kind.
+    CalibrationRefused
+        The calibration is of another chip than a recording, or simulated.
     ValueError
         No recording, or a table whose meaning is ambiguous.
     MissingExtra
@@ -103,8 +111,12 @@ def write_report(
         "specimens": [result.as_dict() for result in found.results],
         "repeatability": repeatability and repeatability.as_dict(),
     }
+    remarks = tuple(session.origin_remarks)
+    if found.calibration:
+        provenance = found.calibration.about.provenance
+        results["calibration"] = provenance_document(provenance, remarks)
     verdict = " ".join([*session.named, session.verdict])
-    return WrittenReport(Path(path), verdict, tuple(session.doubts), results)
+    return WrittenReport(Path(path), verdict, tuple(session.doubts), results, remarks)
 
 
 def _found(recordings: Sequence[_PathLike], options: ReportOptions, progress: Progress) -> Findings:
@@ -122,6 +134,8 @@ def _found(recordings: Sequence[_PathLike], options: ReportOptions, progress: Pr
     for name, path in _named(paths).items():
         run = analyse_recording(path, name, progress=progress)
         if calibration:
+            origin = ReadingsOrigin.of_sidecar(run.recording.sidecar)
+            require_origin(name, calibration.about.provenance, origin, options.accept)
             run = analyse_again(run, calibration.for_tracking(run.tracking))
         runs.append(run)
     return findings(runs, calibration, moduli)
@@ -139,11 +153,24 @@ def _named(paths: Sequence[Path]) -> dict[str, Path]:
     return names
 
 
-def calibration_page(calibration: Calibration, specimens: Sequence[SpecimenTouches]) -> str:
-    """Return the report of a calibration as one HTML page without external files."""
+def calibration_page(
+    calibration: Calibration,
+    specimens: Sequence[SpecimenTouches],
+    head: CalibrationHead = _NO_HEAD,
+) -> str:
+    """Return the report of a calibration as one HTML page without external files.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    specimens : sequence of SpecimenTouches
+        Of the fit.
+    head : CalibrationHead
+        Title, date, probe, operator and files, and the touches that are left out.
+    """
     section = CalibrationSection(calibration)
     table = tables.table_of_texts(specimen_table(specimens))
-    return _render("Calibration of a probe", section=section, specimens=table)
+    return _render(head.title, section=section, specimens=table, head=head)
 
 
 def _render(
@@ -152,6 +179,7 @@ def _render(
     section: CalibrationSection | None,
     session: Session | None = None,
     specimens: tables.ReportTable | None = None,
+    head: CalibrationHead | None = None,
 ) -> str:
     """Return a page as HTML: all of its texts are escaped except markup."""
     jinja2 = need("jinja2", "report")
@@ -167,5 +195,5 @@ def _render(
     pages.filters["percent"] = tables.percent
     page = pages.get_template("report.html.j2")
     return str(
-        page.render(title=title, section=section, session=session, specimens=specimens)
+        page.render(title=title, section=section, session=session, specimens=specimens, head=head)
     ).lstrip()

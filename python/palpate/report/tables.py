@@ -12,14 +12,15 @@ from palpate.calibration.model import Calibration
 from palpate.calibration.modulus import Modulus, ModulusUnit
 from palpate.display.markup import LEFT_OUT, MINUS, NONE
 from palpate.display.text import lasting
-from palpate.materials import shore_a_of_modulus
+from palpate.materials import KnownModulus, shore_a_of_modulus
+from palpate.report.calibration_head import LeftOutTouch
 from palpate.report.findings import Findings, ReportedTouch, SpecimenResult
 from palpate.report.recording_facts import Event, RecordingFacts
 
 Cell = str | int
 """A cell of a table; `Markup` is a text that is not escaped."""
 
-
+_ERROR = "± (k = 1)"  # one standard deviation
 TEXT_COLUMNS = (
     "Specimen",
     "specimen",
@@ -34,6 +35,7 @@ TEXT_COLUMNS = (
     "Parameter",
     "Value",
     "Values",
+    "Why",
 )
 """Columns whose cells are text, aligned to the left, and may wrap; those of all others are numbers."""
 
@@ -79,6 +81,14 @@ class ModulusStyle:
             return [self.unit, "Shore A", "95 % interval"]
         return [self.unit, "95 % interval"]
 
+    def known(self, known: KnownModulus) -> str:
+        """Return a known modulus, with its standard uncertainty if it has one."""
+        value = self.unit.of(known.modulus)
+        if not known.whole:
+            return f"{value:g}"
+        text = number_format.number(value, value * known.whole)
+        return f"{text} ± {number_format.error(100 * known.whole)} %"
+
     def cells(self, modulus: Modulus | None, missing: str) -> list[Cell]:
         """Return the cells of a modulus; without a value the interval says why."""
         if not modulus:
@@ -114,7 +124,7 @@ def signed(text: str) -> str:
 
 def result_table(found: Findings, style: ModulusStyle) -> ReportTable:
     """Return the table of the specimens."""
-    columns = ["Specimen", *style.columns(), f"Known, {style.unit}", "Inside", "Ratio", "±"]
+    columns = ["Specimen", *style.columns(), f"Known, {style.unit}", "Inside", "Ratio", _ERROR]
     columns += ["CV, %", "Kept", "Left out"]
     missing = NONE if found.calibration else ""
     rows = [_result_row(one, style, missing) for one in found.results]
@@ -127,7 +137,7 @@ def _result_row(one: SpecimenResult, style: ModulusStyle, missing: str) -> Repor
         ratio = number_format.number(one.mean.ratio, one.mean.standard_error)
         error = number_format.error(one.mean.standard_error)
     inside = {True: "yes", False: "no", None: ""}[one.inside]
-    known = f"{style.unit.of(one.known):g}" if one.known else ""
+    known = "" if one.known is None else style.known(one.known)
     left_out = len(one.touches) - len(one.kept)
     cells: list[Cell] = [
         one.name,
@@ -160,7 +170,7 @@ def budget_table(results: Iterable[SpecimenResult]) -> ReportTable:
 
 def touch_columns(style: ModulusStyle) -> list[str]:
     """Return the columns of the table of touches."""
-    columns = ["Touch", "Specimen", *style.columns(), "Start", "Samples", "Ratio", "±"]
+    columns = ["Touch", "Specimen", *style.columns(), "Start", "Samples", "Ratio", _ERROR]
     return [*columns, "Noise, %", "From mean, %", "Alarm, %", "Mark"]
 
 
@@ -239,6 +249,15 @@ def event_table(facts: Iterable[RecordingFacts]) -> ReportTable:
             time = clock(event.t_s - each.run.first_s)
             rows.append(ReportRow((each.run.name, time, event.kind, event.text)))
     return ReportTable.of(["Recording", "Time", "What", "Text"], rows)
+
+
+def left_out_table(left_out: Iterable[LeftOutTouch]) -> ReportTable:
+    """Return the table of the touches that do not count, with the reasons."""
+    rows = []
+    for one in left_out:
+        reasons = "; ".join(one.reasons)
+        rows.append(ReportRow((one.number, one.recording, one.specimen or NONE, reasons)))
+    return ReportTable.of(["Touch", "Recording", "Specimen", "Why"], rows)
 
 
 def parameter_table(calibration: Calibration) -> ReportTable:

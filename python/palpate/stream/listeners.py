@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from palpate.files import Json
 from palpate.judgements import Judgement
 from palpate.source_events import Conditions, Gap, SourceEvent, TroubleBegan, TroubleEnded
 from palpate.stream.batches import Batch
@@ -20,7 +21,7 @@ class Listener:
     `Stream.listen` adds one. All events come in the thread that iterates over the stream, but
     `message`, which may come from any thread, and `ended`, which comes from the thread that closes
     the stream. The next batch waits until all listeners have returned. An error of a listener ends
-    nothing, but in `begun`: it is shown once, and counted. The recorder gets the samples, gaps and the end in the thread that reads the
+    nothing, but in `opened` and `begun`: it is shown once, and counted. The recorder gets the samples, gaps and the end in the thread that reads the
     source, so that no listener can delay it.
 
     Examples
@@ -36,6 +37,9 @@ class Listener:
     1 208 False
     1 208 True
     """
+
+    def opened(self, device: Json) -> None:
+        """Handle the description of the open source; an error refuses it: nothing is recorded."""
 
     def begun(self, stream: "Stream") -> None:
         """Handle the begin of the measurement; there is no sample yet."""
@@ -82,6 +86,11 @@ class Listeners:
         self.all: list[Listener] = []
         self.failures: Counter[str] = Counter()
         self._show = show
+
+    def opened(self, device: Json) -> None:
+        """Pass on that the source is open; a listener may refuse it with an error."""
+        for each in self.all:
+            each.opened(device)
 
     def begun(self, stream: "Stream") -> None:
         """Pass on that the measurement begins; a listener may refuse with an error."""

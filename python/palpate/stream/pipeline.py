@@ -25,6 +25,7 @@ from palpate.stream.batches import Batch
 from palpate.stream.buffers import SampleQueue
 from palpate.stream.listeners import Listeners
 from palpate.touch import Touch
+from palpate.touch_readings.stiffening_watch import StiffeningWatch
 
 # Shortest time outside the range of the converter that is reported, s: without a touch, and since a
 # touch that has samples.
@@ -48,6 +49,7 @@ class Pipeline:
         self.last: Sample | None = None
         self._queue = queue
         self._tracker = tracker
+        self._watch = StiffeningWatch(tracker)
         self._listeners = listeners
         # in batches so far
         self._touches = tracker.touch_count
@@ -62,6 +64,11 @@ class Pipeline:
     def retaken(self) -> int:
         """How often the baseline was found to be wrong, and measured again."""
         return self._tracker.retaken - self._retaken
+
+    @property
+    def touches(self) -> list[Touch]:
+        """The touches of the tracker, those on objects that stiffen with the flag."""
+        return self._watch.touches
 
     def take(self, limit: int = 1024) -> Batch | None:
         """Feed at most this number of queued samples to the tracker; None: the queue is empty."""
@@ -97,7 +104,7 @@ class Pipeline:
             if self._finished:
                 return None
             self._finished = True
-            self._tracker.finish()
+            self._watch.finish()
             nothing = np.empty(0, DTYPE)
             last = self._batch(nothing, feed(self._tracker, nothing))
         if not last.touches and not last.judgements:
@@ -123,19 +130,19 @@ class Pipeline:
         t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
         for begin in range(0, len(block), _PART):
             end = begin + _PART
-            yield self._tracker.process(
+            yield self._watch.process(
                 t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end]
             )
             self._note_touches()
 
     def _note_touches(self) -> None:
-        touches = self._tracker.touches_since(self._touches)
+        touches = self._watch.touches_since(self._touches)
         numbers = self._tracker.revisions_since(self._revisions)
         self._touches += len(touches)
         self._revisions += len(numbers)
         self._ended += touches
         for number in numbers:
-            self._revised.append((number, self._tracker.touches_since(number - 1)[0]))
+            self._revised.append((number, self._watch.touches_since(number - 1)[0]))
 
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended or were revised since the last one."""

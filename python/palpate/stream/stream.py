@@ -187,6 +187,7 @@ class Stream:
             self.source.__enter__()
             self._begun = True  # from here on there may be a recording to close
             device = described(self.source)
+            self._listeners.opened(device)
             path, notes = self._first_recording
             if path is not None:
                 self._recording.start(path, notes)
@@ -250,7 +251,7 @@ class Stream:
     @property
     def touches(self) -> list[Touch]:
         """All touches that have ended, in order of time; revised ones replace the first results."""
-        return self.tracker.touches
+        return self._pipeline.touches
 
     @property
     def counters(self) -> StreamCounters:

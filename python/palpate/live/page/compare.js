@@ -61,8 +61,8 @@ export class Compare {
     const file = ({ name, touches, kept }, i) => `<tr>${named(i, name)}<td>${grouped(kept)} of ${grouped(touches)} touches</td></tr>`;
     $("compare").innerHTML = `<div class="card answer"><div class="${all ? "good" : "caution"}"><b>${of ? `${agree} of ${of}` : "–"}</b><p>${escaped(said)}</p></div>
       <table><tr><th class="name">Recording</th><th>count</th></tr>${files.map(file).join("")}</table><button type="button" class="close">Close <kbd>Esc</kbd></button></div>
-      <div class="card scroll" tabindex="0" role="region" aria-label="Specimens"><h2>Touches by specimen, % from the mean; bar: mean of a recording; band: 95 % of one hand's touches, ± ${(196 * scatter).toFixed(1)} %</h2>
-      <table><tr><th class="name">Specimen</th><th>${axis(size)}</th><th>Touches</th><th>Mean ratio</th><th>Spread, %</th><th>By chance</th><th class="name">They</th></tr>${specimens.map((one, i) => this.row(one, i, size)).join("")}</table></div>
+      <div class="card scroll" tabindex="0" role="region" aria-label="Specimens"><h2>Touches by specimen, % from the mean; bar: mean of a recording; band: 95 % interval of one hand's touches, ${signed(-196 * scatter, 1)} to ${signed(196 * scatter, 1)} %</h2>
+      <table><tr><th class="name">Specimen</th><th>${axis(size)}</th><th>Touches</th><th>Mean ratio ± (k = 1)</th><th>Spread, %</th><th>By chance</th><th class="name">They</th></tr>${specimens.map((one, i) => this.row(one, i, size)).join("")}</table></div>
       <div class="card">${this.details(specimens[this.at])}</div>`;
   }
 

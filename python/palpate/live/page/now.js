@@ -97,11 +97,11 @@ function isUnsure({ ratio, standard_error: error }, { scene }) {
 // Texts of the large and the small number. A ratio whose standard error is not known, or a tenth of it, is not shown.
 function numbersOf(one, hello, byModulus, fit) {
   const [ratio, sure] = isUnsure(one, hello) ? ["–", ""] : plusMinus(one.ratio, one.uncertainty);
-  const from = sure ? `one standard deviation, ${one.uncertainty_from}` : "uncertainty not known yet";
+  const from = sure ? `one standard deviation (k = 1), ${one.uncertainty_from}` : "uncertainty not known yet";
   if (byModulus) {
     const { value, interval, unit, more = "", shore } = modulusOf(one.modulus);
     const range = [(unit ? `${interval}, 95 %` : interval) + more, shore && `Shore ${shore.split(" ").reverse().join(" ")}`].filter(Boolean).join(" · ");
-    return { number: value, unit, pm: "", range, secondname: "Ratio", number2: ratio, range2: sure ? `${sure} (${one.uncertainty_from})` : from };
+    return { number: value, unit, pm: "", range, secondname: "Ratio", number2: ratio, range2: sure ? `${sure} (k = 1, ${one.uncertainty_from})` : from };
   }
   const { scatter } = hello, distance = fit && { secondname: "From the curve", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
   return { number: ratio, unit: "", pm: sure, range: from, ...distance };

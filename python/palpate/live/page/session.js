@@ -87,7 +87,7 @@ function dots(known, scatter) {
 export function outcome({ session: { done }, calibration, hello }) {
   const share = `± ${(100 * done.scatter).toFixed(1)} %`, before = hello.assumed ? `was ${Number((100 * hello.assumed).toPrecision(2))} %, assumed` : "by the calibration";
   const inside = { secondname: "Inside their intervals", number2: `${done.inside} of ${done.of}`, range2: calibration.saved ? "fitted to them: no test" : "" };
-  return { mainname: "This probe and this hand, from touch to touch", number: share, unit: "", pm: "", range: done.source === "assumed" ? "assumed: too few touches were repeated" : before, ...(done.of ? inside : {}) };
+  return { mainname: "This probe and this hand, from touch to touch (k = 1)", number: share, unit: "", pm: "", range: done.source === "assumed" ? "assumed: too few touches were repeated" : before, ...(done.of ? inside : {}) };
 }
 
 // The dialog for the list of specimens: typed, pasted, or from a file. What is typed stays until it is used, also when the

@@ -35,7 +35,7 @@ export class Table {
     heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
     $("touches").classList.toggle("unnamed", !this.known.session.specimens.length && !touches.rows.some(({ specimen }) => specimen));
     this.draw();
-    put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${inUnit(together.modulus.text)}` : "") : "");
+    put("together", together ? together.text + (together.modulus ? `; if all are on one object (95 % interval): ${inUnit(together.modulus.text)}` : "") : "");
     $("together").hidden = !together;
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
     this.showRunning();

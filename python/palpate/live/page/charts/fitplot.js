@@ -49,7 +49,7 @@ export class FitPlot extends SvgChart {
       parts.push(clipped(left, top, right - left, split - top, area(points(high), points(under), "fband") + line(points(ratio), "ratio")));
       parts.push(clipped(left, low, right - left, foot - low, area(spread(high), spread(under), "fband")));
     }
-    if (rigid) parts.push(ruler(left, y(rigid.value), right, y(rigid.value), "quiet", { dash: "5 4" }) + label(left + 4, y(rigid.value) + 14 * k, `rigid object: ${number(rigid.value, rigid.error)}${rigid.error ? ` ± ${number(rigid.error, rigid.error)}` : ""}`));
+    if (rigid) parts.push(ruler(left, y(rigid.value), right, y(rigid.value), "quiet", { dash: "5 4" }) + label(left + 4, y(rigid.value) + 14 * k, `rigid object: ${number(rigid.value, rigid.error)}${rigid.error ? ` ± ${number(rigid.error, rigid.error)} (k = 1)` : ""}`));
     return parts.join("");
   }
 

@@ -90,7 +90,7 @@ export class TouchPlot extends SvgChart {
     const end = curve.at(-1), sure = Number.isFinite(end.error) ? `, standard error ${number(se(end), se(end))} %` : "";
     const said = flags.map(({ text, name }) => text || name).join("; ");
     const now = touch.running ? "running" : `ratio ${number(touch.ratio, touch.uncertainty)}`;
-    return `Touch ${touch.number}${touch.specimen ? `, ${touch.specimen}` : ""}: ${now}${sure}; scale ±${scale} %${said ? `; ${said}` : ""}`;
+    return `Touch ${touch.number}${touch.specimen ? `, ${touch.specimen}` : ""}: ${now}${sure}; scale from -${scale} to ${scale} %${said ? `; ${said}` : ""}`;
   }
 
   // What is at a place of the chart.
@@ -123,7 +123,7 @@ export class Intervals extends SvgChart {
       return label(0, y + 4 * k, name, "value") + known.map((touch, i) => one(touch, y + (i ? 6 : -5) * k, !i)).join("");
     });
     const scale = [-6, -3, 0, 3, 6].map((d) => label(x(d), height - 5 * k, signed(d, 0), "", "middle"));
-    const inner = label(0, 12 * k, "Estimate ± and truth, % from the truth") + box(x(-3), top, x(3) - x(-3), foot - top, "fband") + ruler(x(0), top - 2, x(0), foot, "ink", { width: 2.4 }) + rows.join("") + scale.join("");
+    const inner = label(0, 12 * k, "Estimate ± (k = 1) and truth, % from the truth") + box(x(-3), top, x(3) - x(-3), foot - top, "fband") + ruler(x(0), top - 2, x(0), foot, "ink", { width: 2.4 }) + rows.join("") + scale.join("");
     this.show(inner, "Estimate and truth of the newest touches");
   }
 }

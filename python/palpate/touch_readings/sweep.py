@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.offline_touches.idle import Array, Mask, median_size
-from palpate.offline_touches.windows import Aligned
+from palpate.touch_readings.channel_readings import Array, Mask, median_size
+from palpate.touch_readings.windows import Aligned
 
 # The level ratio, for any exponent of the contact: a line with an intercept over rise, hold and
 # fall. A probe held off by an angle presses one bump deeper than the other by g:
@@ -42,6 +42,8 @@ class Sweep:
 
     Attributes
     ----------
+    t : numpy.ndarray, shape (n,)
+        Time, s.
     hard, soft : numpy.ndarray, shape (n,)
         Changes from the baseline, pF.
     noise : numpy.ndarray, shape (n,)
@@ -50,6 +52,7 @@ class Sweep:
         Pairs of each part of the touch.
     """
 
+    t: Array
     hard: Array
     soft: Array
     noise: Array
@@ -140,6 +143,7 @@ def sweep(pairs: Aligned | None, noise: float, begin_s: float, end: int) -> Swee
     before_end = pairs.row[good] <= end
     gain = (pairs.soft.weight[good] ** 2).sum(axis=1)
     return Sweep(
+        t=t,
         hard=pairs.y[good],
         soft=soft,
         noise=noise**2 * gain,

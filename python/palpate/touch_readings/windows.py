@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.offline_touches.idle import Array, Mask, Readings, Rows
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, Rows
 
 HARD = 5
 SOFT = 6
@@ -54,10 +54,12 @@ class Windows:
         return np.asarray(np.bincount(self.at.ravel(), weighted.ravel(), count), float)
 
 
-def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, Array]:
+def windows(
+    all_hard: Readings, all_soft: Readings, chosen: Mask | None = None
+) -> tuple[Windows, Windows, Array]:
     """Return a window around each hard reading that has enough neighbours, and its mismatch.
 
-    The mismatch is |A - B|, rms over the band.
+    The mismatch is |A - B|, rms over the band. `chosen`: which hard readings get a window.
     """
     # With A = sum a_i exp(j w t_i) of the hard readings at t_i, and B of the soft ones likewise,
     # the weights are the minimum of the mean of |A - B|^2 over the band, plus
@@ -68,6 +70,8 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
     before = HARD // 2
     half = SOFT // 2
     centre = np.arange(before, len(t_hard_s) - before)
+    if chosen is not None:
+        centre = centre[chosen[centre]]
     after = np.searchsorted(t_soft_s, t_hard_s[centre])
     whole = (after >= half) & (after <= len(t_soft_s) - half)
     hard_at = centre[whole, None] + np.arange(-before, before + 1)
@@ -86,8 +90,12 @@ def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, A
 def _designed(times: Array) -> tuple[Array, Array]:
     """Return weights, shape (n, 11), and mismatch, shape (n,)."""
     number = len(times)
-    lags = times[:, :, None] - times[:, None, :]
-    square = _SIGN[:, None] * _SIGN * _mean_cosine(lags)
+    row, column = np.triu_indices(_SIZE)  # the mean cosine is symmetric
+    means = _mean_cosine(times[:, row] - times[:, column])
+    cosines = np.empty((number, _SIZE, _SIZE))
+    cosines[:, row, column] = means
+    cosines[:, column, row] = means
+    square = _SIGN[:, None] * _SIGN * cosines
     # Lagrange multipliers: the hard weights sum to 1, and so do the soft ones.
     size = _SIZE + 2
     system = np.zeros((number, size, size))
@@ -159,9 +167,9 @@ class Aligned:
         return self.y - ratio * self.x
 
 
-def aligned(hard: Readings, soft: Readings) -> Aligned | None:
-    """Return the windows of changes; None: there are too few."""
-    in_hard, in_soft, mismatch = windows(hard, soft)
+def aligned(hard: Readings, soft: Readings, chosen: Mask | None = None) -> Aligned | None:
+    """Return the windows of changes, as `windows`; None: there are too few."""
+    in_hard, in_soft, mismatch = windows(hard, soft, chosen)
     if len(mismatch) < FEWEST:
         return None
     limit = max(_MISMATCH, 3 * float(np.median(mismatch)))

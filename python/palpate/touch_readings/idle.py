@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Rows = NDArray[np.intp]
+from palpate.touch_readings.channel_readings import Array, Mask, Readings, median_size
+
 _FEWEST = 8  # readings of a mean
 _NEAR_S = 4.0  # they span at most this time
 _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
@@ -22,37 +21,10 @@ _BATCHES = 8  # of a mean: their scatter shows noise that is not white
 _ENDS = np.array([1 / 3, 2 / 3])
 
 
-def median_size(values: Array) -> float:
-    """Return the median of the absolute values."""
-    return float(np.median(np.abs(values)))
-
-
 def variance_of_sum(values: Array, batches: int, freedom: int) -> float:
     """Return the variance of a sum, from the scatter of the sums of its batches."""
     sums = np.array([batch.sum() for batch in np.array_split(values, batches)])
     return float(sums @ sums) * batches / freedom
-
-
-@dataclass(frozen=True)
-class Readings:
-    """Readings of one channel that have a value: times, s, values, pF, and rows, shape (n,)."""
-
-    t: Array
-    value: Array
-    row: Rows
-
-    @property
-    def first_s(self) -> float:
-        """Time of the first reading, s; inf: there is none."""
-        return float(self.t[0]) if len(self.t) else math.inf
-
-    def rows(self, first: int, end: int) -> "Readings":
-        """Return the readings of rows first to end - 1."""
-        return self[slice(*np.searchsorted(self.row, [first, end]))]
-
-    def __getitem__(self, which: Any) -> "Readings":
-        """Return some of the readings, by a mask or a slice."""
-        return Readings(self.t[which], self.value[which], self.row[which])
 
 
 @dataclass(frozen=True)
