@@ -28,6 +28,11 @@ def touch() -> Touch:
     return palpate.touches(palpate.read(FOUR))[1]
 
 
+def unknown_source() -> Any:
+    """Return what the check reads of a `SourceWatch`."""
+    return SimpleNamespace(simulated=None)
+
+
 class Bench:
     """A plan of one gel of known modulus, and an object without one; the touches come by order."""
 
@@ -44,7 +49,7 @@ class Bench:
         own: Any = self
         self.plan = TouchPlan(own, calibration)
         self.plan.plan(text=f"gel; {GEL_MPA}; 1 %\nunknown", wanted=2)
-        self.watch: Any = SimpleNamespace(simulated=None)
+        self.watch = unknown_source()
         self.check = SpecimenCheck(own, self.plan, self.watch)
         if calibration:
             self.files.calibration = folder / "probe.toml"
