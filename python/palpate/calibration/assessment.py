@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 DOUBT = 0.01  # probability below which a misfit is significant
 LEAST_MISFIT = 0.003  # scatter of the specimens that is no objection: creep and gauges cause it
+MOST_STIFFENING = 0.5  # share of the touches
 MOST_SCATTER = 1.5 * TOUCH_SCATTER  # of level ratios from touch to touch
 LOOSE = 0.2  # relative half width of the 95 % interval above which a parameter is not determined
 USUAL_MODULUS_UNCERTAINTY = 0.15  # a durometer and a relation; above it, a modulus is rather wrong
@@ -267,14 +268,24 @@ def _percent(variance: float) -> str:
     return number_format.error(100 * variance**0.5)
 
 
-def assess(fit: CurveFit, rows: Sequence[Residual], values: int, kind: str) -> Assessment:
-    """Return the assessment of a fit to this number of values of a kind, "hold" or "level"."""
+def assess(
+    fit: CurveFit, rows: Sequence[Residual], values: int, kind: str, stiffening: float
+) -> Assessment:
+    """Return the assessment of a fit to this number of values of a kind, "hold" or "level".
+
+    `stiffening`: share of the touches on objects that stiffen with depth.
+    """
     objections = []
     probability = _misfit_probability(fit)
     if probability < DOUBT and fit.specimen_variance > LEAST_MISFIT**2:
         objections.append(_curve_misfit(fit, probability, rows))
     if kind == "level" and fit.touch_variance > MOST_SCATTER**2:
         objections.append(_too_scattered(fit))
+    if stiffening > MOST_STIFFENING:
+        objections.append(
+            f"{100 * stiffening:.0f} % of the touches show a ratio that grows with depth. The "
+            "specimens are thin or layered, or the bumps have different shapes."
+        )
     rigid = float(fit.parameters[0])
     t = float(need("scipy.special", "science").stdtrit(fit.curve_freedom, 0.975))
     reach = t * float(fit.covariance[0, 0]) ** 0.5

@@ -48,6 +48,7 @@ _OF_HOLD: Table = {
     "contact_exponent": 1.0,
     "age_s": 0.0,
     "error_share": 1.0,
+    "stiffening_share": 0.0,
 }
 """The table `touch` of a file without one."""
 
@@ -144,6 +145,7 @@ class StoredCalibration:
     exponent_fits: tuple[ExponentFit, ...] = ()
     ranges: Ranges = field(default_factory=Ranges)
     verifications: tuple[CalibrationVerification, ...] = ()
+    stiffening_share: float = 0.0
 
     @property
     def newest_verification(self) -> CalibrationVerification | None:
@@ -185,7 +187,9 @@ class StoredCalibration:
     @property
     def assessment(self) -> Assessment:
         """What speaks against the fit; prints as the verdict."""
-        return assess(self.fitted, self.residuals, len(self.ratios), self.ratio)
+        return assess(
+            self.fitted, self.residuals, len(self.ratios), self.ratio, self.stiffening_share
+        )
 
     @property
     def verdict(self) -> str:
@@ -244,6 +248,7 @@ class StoredCalibration:
                 "contact_exponent": self.contact_exponent,
                 "age_s": self.age_s,
                 "error_share": self.error_share,
+                "stiffening_share": self.stiffening_share,
             },
             "scatter": scatter,
             "exponents": list(map(_exponent_table, self.exponent_fits)),
@@ -317,6 +322,7 @@ class StoredCalibration:
             contact_exponent=exponent,
             age_s=_number(touch, "age_s", 0.0, _RANGE),
             error_share=_number(touch, "error_share", 0.0, 1.0),
+            stiffening_share=_number(touch, "stiffening_share", 0.0, 1.0),
             exponent_fits=fits,
             ranges=_ranges(document.get("ranges", {})),
             verifications=tuple(

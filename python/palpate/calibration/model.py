@@ -113,6 +113,14 @@ class Calibration(StoredCalibration, Plotted):
     error_share : float, 0 to 1
         Share of the standard errors of level ratios that showed in the scatter within the
         specimens.
+    exponent_fits : tuple of palpate.calibration.exponent_fits.ExponentFit
+        A curve for each contact exponent; `is_possible` says whether the touches leave it open.
+    ranges : palpate.calibration.ranges.Ranges
+        Tilt, depth and rise of the touches that calibrated.
+    verifications : tuple of palpate.calibration.calibration_verification.CalibrationVerification
+        Comparisons with specimens of known modulus since then.
+    stiffening_share : float, 0 to 1
+        Share of the touches with the flag "stiffens".
     """
 
     @classmethod

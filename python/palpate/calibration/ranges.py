@@ -122,7 +122,7 @@ def wider(difference: str) -> str:
     return f"{difference}; the interval is wider for it"
 
 
-class Differences(NamedTuple):
+class DifferenceErrors(NamedTuple):
     """Errors of log(ratio) by what differs from the calibration, each as a standard deviation.
 
     They have signs: in a mean of several touches the errors of one cause add up with them.
@@ -142,7 +142,7 @@ def differences_of(
     *,
     kind: str,
     depth_slope_error: float,
-) -> Differences:
+) -> DifferenceErrors:
     """Return the errors of a touch at the exponent with this number, by its differences.
 
     Parameters
@@ -161,7 +161,7 @@ def differences_of(
 
     Returns
     -------
-    Differences
+    DifferenceErrors
     """
     cost = TILT_COSTS[kind]
     by_tilt = 0.0
@@ -180,7 +180,7 @@ def differences_of(
     if ranges.rise_s.is_known and ranges.rise_s.beyond(touch.rise_s):
         nearest = touch.rise_s - ranges.rise_s.beyond(touch.rise_s)
         by_rise = _RISE * log(touch.rise_s / nearest)
-    return Differences(
+    return DifferenceErrors(
         tilt=by_tilt,
         contact_exponent=OF_GROWTH * float(touch.derived[number]),
         depth=by_depth,

@@ -31,6 +31,7 @@ from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.calibration.ranges import Ranges
 from palpate.errors import CalibrationError
+from palpate.flags import Flag
 from palpate.materials import KnownModulus
 from palpate.messages import unlike
 from palpate.repeatability import most_reliable, objections, usable
@@ -378,9 +379,16 @@ def fit_specimens(
         contact_exponent=measured_exponent,
         age_s=age_s,
         error_share=share,
+        stiffening_share=_stiffening_share(specimens),
         exponent_fits=weighted(fits, likelihood),
         ranges=Ranges.of([touch for group in data.groups for touch in group]),
     )
+
+
+def _stiffening_share(specimens: Sequence[SpecimenTouches]) -> float:
+    """Return the share of the usable touches that have the flag `stiffens`."""
+    used = list(chain.from_iterable(specimen.usable for specimen in specimens))
+    return sum(Flag.STIFFENS in touch.flags for touch in used) / max(len(used), 1)
 
 
 def _settings_of(specimens: Sequence[SpecimenTouches]) -> tuple[str, float, float]:

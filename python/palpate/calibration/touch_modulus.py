@@ -16,7 +16,7 @@ from palpate.calibration.evidence import TouchEvidence
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit
 from palpate.calibration.interval import MeasuredRatio, bounds
-from palpate.calibration.ranges import Differences, Ranges, differences_of
+from palpate.calibration.ranges import DifferenceErrors, Ranges, differences_of
 
 _LARGEST = 690.0  # exp of it is still finite
 
@@ -34,7 +34,7 @@ class RatioAtExponent:
         Effective number of touches.
     noise : float
         Relative standard error by the readings.
-    differences : Differences
+    differences : DifferenceErrors
         Further errors of log(ratio).
     """
 
@@ -42,7 +42,7 @@ class RatioAtExponent:
     ratio: float
     touches: float
     noise: float
-    differences: Differences
+    differences: DifferenceErrors
 
     def measured(self, level: float) -> MeasuredRatio:
         """Return the ratio with its whole standard error, for an interval of this level."""
@@ -102,7 +102,9 @@ def ratio_at(
         ratio=exp(float(shares @ log_ratios)),
         touches=float(1 / (shares @ shares)),
         noise=float(np.sqrt(shares**2 @ noise**2)),
-        differences=Differences(*np.maximum(abs(shares @ table), shares @ abs(table) / 2).tolist()),
+        differences=DifferenceErrors(
+            *np.maximum(abs(shares @ table), shares @ abs(table) / 2).tolist()
+        ),
     )
 
 
