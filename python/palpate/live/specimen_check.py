@@ -1,5 +1,6 @@
 """Compares a specimen of known modulus, touched while a calibration is used, with it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from palpate.calibration import Calibration
@@ -71,16 +72,17 @@ class SpecimenCheck:
     def _newest(self) -> CalibrationVerification | None:
         """Return the comparison of the specimen that was touched last; None: there is none."""
         calibration = self._plan.progress.calibration
-        specimen = self._specimen()
+        known = self._plan.known()
+        specimen = self._specimen(known)
         if calibration is None or specimen is None:
             return None
-        compared = (calibration, specimen)
+        compared = (calibration, specimen, known)
         if compared != self._compared:
             self._compared = compared
-            self._found = _comparison(calibration, specimen)
+            self._found = _comparison(calibration, specimen, known)
         return self._found
 
-    def _specimen(self) -> KnownSpecimen | None:
+    def _specimen(self, known: Sequence[KnownSpecimen]) -> KnownSpecimen | None:
         """Return the specimen that was touched last, if it can be compared and is done."""
         progress = self._plan.progress
         self._note_calibrated()
@@ -89,8 +91,7 @@ class SpecimenCheck:
             return None
         if len(progress.kept.get(last.name, ())) < last.wanted:
             return None
-        known = [one for one in self._plan.known() if one.name == last.name]
-        return known[0] if known else None
+        return next((one for one in known if one.name == last.name), None)
 
     def _note_calibrated(self) -> None:
         """Remember which specimens a calibration was fitted to that is new in this run."""
@@ -103,13 +104,14 @@ class SpecimenCheck:
 
 
 def _comparison(
-    calibration: Calibration, specimen: KnownSpecimen
+    calibration: Calibration, specimen: KnownSpecimen, known: Sequence[KnownSpecimen]
 ) -> CalibrationVerification | None:
-    """Return the comparison; None: no touch counts."""
+    """Return the comparison; None: no touch counts. All touches show the contact exponent."""
     counted = [touch for touch in specimen.kept if not calibration.objections(touch)]
     if not counted:
         return None
-    learned = learned_from(calibration, {specimen.name: counted})
+    touches = {one.name: one.kept for one in known}
+    learned = learned_from(calibration, touches)
     return learned.calibration.verify(
         counted,
         specimen.modulus,
