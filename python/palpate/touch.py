@@ -49,7 +49,7 @@ class Touch:
         Change of the soft channel where the press had settled: how deep it was; nan in other
         scenes, or if the press has not settled.
     rise_s : float
-        Seconds from the contact to there.
+        Seconds from the contact to the moment when the press had settled.
     age_s : float
         Seconds from the moment when the press had settled to the end of the touch, if it ends at an
         age; 0: it ends at its length.

@@ -13,12 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from palpate import Calibration
 from palpate.calibration.calibration_file import Table
+from palpate.calibration.calibration_verification import CalibrationVerification
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.modulus import Modulus
 from palpate.calibration.ranges import BEND, Range, Ranges
-from palpate.calibration.verification import Verification
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.files import read_toml
@@ -79,7 +79,7 @@ def ranges(draw: st.DrawFn) -> Ranges:
 
 
 VERIFICATIONS = st.builds(
-    Verification,
+    CalibrationVerification,
     specimen=st.text(max_size=8),
     date=st.sampled_from(["", "2026-11-29"]),
     known=POSITIVE,
@@ -123,7 +123,7 @@ def test_a_file_keeps_everything(
     tmp_path: Path,
     fits: tuple[ExponentFit, ...],
     ranges: Ranges,
-    verifications: tuple[Verification, ...],
+    verifications: tuple[CalibrationVerification, ...],
     share: float,
 ) -> None:
     saved = replace(

@@ -9,13 +9,17 @@ from example_touch import example_touch
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Calibration, Touch
+from palpate.calibration.calibration_verification import (
+    DOUBT,
+    CalibrationVerification,
+    compare,
+)
 from palpate.calibration.evidence import EXPONENTS, evidence_of
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.interval import MeasuredRatio
 from palpate.calibration.modulus import Modulus
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.calibration.touch_modulus import ratio_at
-from palpate.calibration.verification import DOUBT, Verification, agreement_probability
 from palpate.elasticity import Elasticity
 from palpate.uncertainty import level_ratio
 from scipy import stats
@@ -24,7 +28,7 @@ from tilted_touch import tilted_touch
 PROBE = Elasticity()
 MODULI = np.geomspace(0.15, 6.0, 6)
 SCATTER = 0.01
-DONE = Verification("gel", "2026-11-29", 1.1, 0.02, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
+DONE = CalibrationVerification("gel", "2026-11-29", 1.1, 0.02, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
 
 
 def ratios_on(random: np.random.Generator, modulus: float, count: int) -> np.ndarray:
@@ -39,7 +43,7 @@ def fitted(random: np.random.Generator) -> CurveFit:
 def probability(
     fit: CurveFit, ratio: float, modulus: float, *, error: float = 0.0, u: float = 0.0
 ) -> float:
-    return agreement_probability(fit, MeasuredRatio(ratio, error, 4), log(modulus), u)
+    return compare(fit, MeasuredRatio(ratio, error, 4), log(modulus), u).probability
 
 
 # The probability
@@ -134,7 +138,7 @@ def test_it_is_the_probability_of_the_exponent_that_agrees_best(calibration: Cal
             kind="level",
             error_share=calibration.error_share,
         )
-        each.append(agreement_probability(fit.fitted, one.measured(0.95), 0.0, 0.0))
+        each.append(compare(fit.fitted, one.measured(0.95), 0.0, 0.0).probability)
     assert min(each) < DOUBT
     assert calibration.verify(touches, 1.0).probability == max(each)
 
@@ -194,8 +198,8 @@ def test_a_table_has_everything(
     """An infinite end is left out of it; a lower end alone is that of a bound."""
     value = 2 * known if high == 1.0 else nan
     measured = Modulus(value, known, 3 * known * high)
-    one = Verification(specimen, "2026-11-29", known, uncertainty, measured, 3, chance)
-    again = Verification.of_dict(one.as_dict())
+    one = CalibrationVerification(specimen, "2026-11-29", known, uncertainty, measured, 3, chance)
+    again = CalibrationVerification.of_dict(one.as_dict())
     assert replace(again, measured=DONE.measured) == replace(one, measured=DONE.measured)
     expected = inf if np.isnan(high) else 3 * known * high
     assert [*again.measured] == pytest.approx([value, known, expected], nan_ok=True)
@@ -205,13 +209,13 @@ def test_a_table_has_everything(
 def test_a_bound_is_a_bound_again() -> None:
     """A file has no infinity; "stiffer than" has no upper end."""
     bound = replace(DONE, measured=Modulus(nan, 20.0, inf))
-    again = Verification.of_dict(bound.as_dict())
+    again = CalibrationVerification.of_dict(bound.as_dict())
     assert str(again) == str(bound)
 
 
 def test_no_modulus_is_no_modulus_again() -> None:
     none = replace(DONE, measured=Modulus(nan, nan, nan))
-    assert str(Verification.of_dict(none.as_dict())) == str(none)
+    assert str(CalibrationVerification.of_dict(none.as_dict())) == str(none)
 
 
 @pytest.mark.parametrize(
@@ -228,14 +232,14 @@ def test_no_modulus_is_no_modulus_again() -> None:
 def test_a_wrong_table_is_refused(name: str, value: object) -> None:
     table = {**DONE.as_dict(), name: value}
     with pytest.raises(ValueError, match=r"got|invalid literal|could not convert"):
-        Verification.of_dict(table)
+        CalibrationVerification.of_dict(table)
 
 
 def test_a_table_without_a_probability_is_refused() -> None:
     table = DONE.as_dict()
     del table["probability"]
     with pytest.raises(KeyError, match="probability"):
-        Verification.of_dict(table)
+        CalibrationVerification.of_dict(table)
 
 
 def test_exp_of_the_smallest_probability() -> None:

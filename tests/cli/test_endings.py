@@ -126,6 +126,7 @@ JSON = {
     "devices": [],
     "simulate": ["-o", "gel", "--object", "gel=1", "--touches", "1"],
     "calibrate": ["--moduli", "ten/moduli.csv", "-o", "probe.toml"],
+    "verify": ["30 A", "ten/30A.csv", "--moduli", "ten/moduli.csv", "--calibration", "probe.toml"],
     "report": [str(FOUR), "-o", "b.html"],
     "bench": ["--seeds", "1", "--scenario", "step-up"],
     "doctor": [],
@@ -160,9 +161,13 @@ def test_json_is_one_document(name: str, tmp_path: Path, monkeypatch: pytest.Mon
     Path("table.csv").write_text(
         "t_s,C1,C2\n" + "".join(f"{i / 40},{6 + i % 3},{4 + i % 2}\n" for i in range(40))
     )
-    if name == "calibrate":
+    if name in ("calibrate", "verify"):
         assert run("simulate", "-o", "ten", "--touches", "1").exit_code == 0
-        arguments = [*map(str, Path("ten").glob("*.csv")), *arguments]
+        calibrating = [*map(str, Path("ten").glob("*.csv")), *JSON["calibrate"]]
+        if name == "calibrate":
+            arguments = calibrating
+        else:
+            assert run("calibrate", *calibrating).exit_code == 0
     assert isinstance(document(name, *arguments), dict)
 
 

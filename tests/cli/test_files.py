@@ -80,7 +80,7 @@ def test_every_command_takes_files_by_these_types() -> None:
         if isinstance(each[-1], click.Path) and not isinstance(each[-1], OURS)
     ]
     assert plain == [("live", "folder")]  # one that exists
-    assert {("record",), ("live",), ("kit", "accept")} == WRITTEN - FORCED
+    assert {("record",), ("live",), ("verify",), ("kit", "accept")} == WRITTEN - FORCED
     assert WRITTEN >= FORCED
     assert InputFile(allow_dash=True).convert("-", None, None) == Path("-")  # standard input
 

@@ -274,6 +274,21 @@ def test_a_guided_calibration_is_saved_and_used(page: Browser, shown: Shown) -> 
     page.until(lambda: page["touchplot"].is_displayed())
 
 
+def test_a_verification_is_shown_and_kept_by_its_button(page: Browser, idle: Canned) -> None:
+    assert not page["verification"].is_displayed()
+    text = "gel (1.10 MPa) measures 1.30 MPa: the calibration does not hold any more."
+    idle.tell("verification", text=text, agrees=False, kept=False)
+    page.until(lambda: page["verify"].is_displayed())
+    assert page.text("verificationtext") == text
+    page["verify"].click()
+    heard(page, idle, do="verify")
+    idle.tell("verification", text=text, agrees=False, kept=True)
+    page.until(lambda: not page["verify"].is_displayed())
+    assert page["verification"].is_displayed()
+    idle.tell("verification", text="", agrees=True, kept=False)
+    page.until(lambda: not page["verification"].is_displayed())
+
+
 def test_a_refused_tare_can_be_forced_and_an_ended_measurement_begins_again(
     page: Browser, shown: Shown
 ) -> None:

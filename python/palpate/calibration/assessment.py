@@ -365,4 +365,10 @@ def calibration_doubts(calibration: "StoredCalibration", scene: str) -> list[str
             "the calibration was made from recordings that were not as written, so the moduli may "
             f"be wrong: {'; '.join(about.doubts)}"
         )
+    newest = calibration.newest_verification
+    if newest is not None and not newest.agrees:
+        reasons.append(
+            f"the newest verification disagrees, so the moduli may be wrong: {newest}; verify "
+            "again, or calibrate again"
+        )
     return reasons

@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.calibration.assessment import Assessment, Residual, assess, residuals
+from palpate.calibration.calibration_verification import CalibrationVerification
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit
@@ -21,7 +22,6 @@ from palpate.calibration.interval import check_level
 from palpate.calibration.modulus import ParameterRow, parameter_row
 from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.calibration.ranges import Range, Ranges
-from palpate.calibration.verification import Verification
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
 from palpate.files import parse_toml, read_toml, write_file
@@ -38,6 +38,8 @@ _UNITS = {
 }
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 _COUNT = 2**31
+MOST_VERIFICATIONS = 100
+"""Comparisons with specimens of known modulus that a file keeps."""
 
 Table = dict[str, Any]
 """A table of a TOML document."""
@@ -142,8 +144,20 @@ class StoredCalibration:
     error_share: float = 1.0
     exponent_fits: tuple[ExponentFit, ...] = ()
     ranges: Ranges = field(default_factory=Ranges)
-    verifications: tuple[Verification, ...] = ()
+    verifications: tuple[CalibrationVerification, ...] = ()
     stiffening_share: float = 0.0
+
+    @property
+    def newest_verification(self) -> CalibrationVerification | None:
+        """The newest comparison with a specimen of known modulus, by date; None: there is none."""
+        in_order = sorted(self.verifications, key=lambda one: one.date)
+        return in_order[-1] if in_order else None
+
+    @property
+    def is_reliable(self) -> bool:
+        """Whether the fit has no objection, and the newest verification agrees."""
+        newest = self.newest_verification
+        return self.sound and (newest is None or newest.agrees)
 
     @property
     def probe(self) -> Elasticity:
@@ -253,9 +267,7 @@ class StoredCalibration:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the calibration as TOML, with units, versions and the fitted data."""
-        text = need("tomli_w", "science").dumps(self.as_dict())
-        parse_toml(text)
-        write_file(Path(path), text.encode())
+        _write(Path(path), self.as_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
@@ -312,11 +324,44 @@ class StoredCalibration:
             stiffening_share=_number(touch, "stiffening_share", 0.0, 1.0),
             exponent_fits=fits,
             ranges=_ranges(document.get("ranges", {})),
-            verifications=tuple(map(Verification.of_dict, document.get("verifications", ()))),
+            verifications=tuple(
+                map(CalibrationVerification.of_dict, document.get("verifications", ()))
+            ),
         )
 
 
-def _verification_table(verifications: Sequence[Verification]) -> Table:
+def add_verification(path: Path, verification: CalibrationVerification) -> None:
+    """Add a comparison to a calibration file; of many the newest ones are kept.
+
+    The file is replaced as a whole. All other entries stay as they are.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    verification : CalibrationVerification
+
+    Raises
+    ------
+    CalibrationError
+        The file is not a calibration.
+    OSError
+        It cannot be written.
+    """
+    StoredCalibration.load(path)
+    document = read_toml(path)
+    tables = [*document.get("verifications", ()), verification.as_dict()]
+    tables.sort(key=lambda table: str(table["date"]))
+    document["verifications"] = tables[-MOST_VERIFICATIONS:]
+    _write(path, document)
+
+
+def _write(path: Path, document: Table) -> None:
+    text = need("tomli_w", "science").dumps(document)
+    parse_toml(text)
+    write_file(path, text.encode())
+
+
+def _verification_table(verifications: Sequence[CalibrationVerification]) -> Table:
     """Return the table of the comparisons; an empty one is left out."""
     if not verifications:
         return {}

@@ -12,6 +12,7 @@ from palpate import number_format
 from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
 from palpate.calibration.calibration_file import About, StoredCalibration
+from palpate.calibration.calibration_verification import CalibrationVerification, compare
 from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of, is_too_oblique
 from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
 from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
@@ -33,7 +34,6 @@ from palpate.calibration.touch_modulus import (
     spread_of,
     union,
 )
-from palpate.calibration.verification import Verification, agreement_probability
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.flags import Flag
@@ -117,7 +117,7 @@ class Calibration(StoredCalibration, Plotted):
         A curve for each contact exponent; `is_possible` says whether the touches leave it open.
     ranges : palpate.calibration.ranges.Ranges
         Tilt, depth and rise of the touches that calibrated.
-    verifications : tuple of palpate.calibration.verification.Verification
+    verifications : tuple of palpate.calibration.calibration_verification.CalibrationVerification
         Comparisons with specimens of known modulus since then.
     stiffening_share : float, 0 to 1
         Share of the touches with the flag "stiffens".
@@ -529,7 +529,7 @@ class Calibration(StoredCalibration, Plotted):
         *,
         specimen: str = "",
         date: str = "",
-    ) -> Verification:
+    ) -> CalibrationVerification:
         """Return whether touches on a specimen of known modulus agree with this calibration.
 
         Parameters
@@ -545,7 +545,7 @@ class Calibration(StoredCalibration, Plotted):
 
         Returns
         -------
-        Verification
+        CalibrationVerification
 
         Raises
         ------
@@ -561,20 +561,22 @@ class Calibration(StoredCalibration, Plotted):
         counted = [touch for touch in touches if not self.objections(touch)]
         if not counted:
             raise ValueError(f"touches: got {len(touches)}, none counts, allowed: at least one")
-        probabilities = [
-            agreement_probability(
-                one.fit.fitted, one.measured(0.95), log(modulus), modulus_uncertainty
-            )
-            for one in self._ratios_at(counted)
-        ]
-        return Verification(
+        probability = 0.0
+        noticed = 0.0
+        for one in self._ratios_at(counted):
+            measured = one.measured(0.95)
+            found = compare(one.fit.fitted, measured, log(modulus), modulus_uncertainty)
+            probability = max(probability, found.probability)
+            noticed = max(noticed, found.noticed)
+        return CalibrationVerification(
             specimen,
             date,
             modulus,
             modulus_uncertainty,
             self.mean_modulus(counted),
             len(counted),
-            max(probabilities),
+            probability,
+            noticed,
         )
 
     def modulus(

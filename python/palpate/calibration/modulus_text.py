@@ -138,6 +138,41 @@ def modulus_in(text: str, scale: ModulusScale, place: str = "") -> KnownModulus 
         ) from error
 
 
+def known_modulus(text: str, uncertainty: str = "") -> KnownModulus:
+    """Return the modulus in a text with its unit, or of a Shore A hardness.
+
+    Parameters
+    ----------
+    text : str
+    uncertainty : str
+        Its standard uncertainty (k = 1), with % or a unit; "": not stated.
+
+    Raises
+    ------
+    CalibrationError
+        No positive number, no unit, or another one.
+
+    Examples
+    --------
+    >>> print(known_modulus("143 kPa", "5 %"))
+    0.143 MPa +-5 %
+    >>> known_modulus("1.1")
+    Traceback (most recent call last):
+    palpate.errors.CalibrationError: got '1.1', allowed: a positive number with Pa, kPa, MPa or GPa, \
+or a Shore A hardness, as '1.1 MPa' or '50 A'
+    """
+    bare, scale = scale_of(text)
+    known = modulus_in(bare, scale) if scale else None
+    if known is None:
+        raise CalibrationError(
+            f"got {quoted(text)}, allowed: a positive number with Pa, kPa, MPa or GPa, or a Shore A "
+            "hardness, as '1.1 MPa' or '50 A'"
+        )
+    if not uncertainty:
+        return known
+    return with_uncertainty(known, uncertainty, None)
+
+
 def uncertainty_column(header: str, place: str = "") -> ModulusScale | None:
     """Return the unit of a column of standard uncertainties; None: it is another column.
 

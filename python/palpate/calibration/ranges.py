@@ -16,7 +16,7 @@ from palpate.calibration.evidence import OF_GROWTH, TILT_COSTS, TouchEvidence, t
 BEND = 0.007
 """Standard deviation of the slope of log(ratio) against the depth, 1/pF, before it is measured: the
 gauges bend."""
-_RISE = 0.004  # of log(ratio), for a rise that differs by a factor e: bumps creep meanwhile
+_RISE = 0.005  # of log(ratio), for a rise that differs by a factor e: bumps creep meanwhile
 _USUAL_TILT = 0.9  # quantile of the tilts that calibrated
 # What exceeds a range by more is mentioned.
 _MORE_TILT = 1.5

@@ -123,7 +123,8 @@ def live_command(
     without it, the connected board, or a demo: a simulated hand touches four specimens until you
     stop it. By default only this machine can open the page, with the token in the printed address;
     it needs no network. Files are written only with --record, and by the buttons Record, Report and
-    Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole; up to four are laid
+    Save: new ones, in one folder; a further button adds the result on a specimen of known modulus
+    to the calibration file. A recording, FILE.csv, is shown as a whole; up to four are laid
     beside each other. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed
     properly). Exit codes: 2, the calibration is of another chip, or simulated; 3, no device; 4, a
     file cannot be written, or a recording failed; 6, an extra is missing.
@@ -142,9 +143,10 @@ def live_command(
     from palpate.live.app import PageApp
     from palpate.live.commands import Workbench
     from palpate.live.files import RunFiles
-    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, opener
+    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, opener
     from palpate.live.peers import door_for
     from palpate.live.server import address_of, listen, serve
+    from palpate.sources.options import is_file
 
     token = _token(host, no_token=no_token)
     source = sources[0] if sources else _connected_board()
@@ -229,7 +231,7 @@ def _connected_board() -> str:
 def _check_files(sources: Sequence[str]) -> None:
     """Check that several sources are recordings that can be compared."""
     from palpate.live.compare import LETTERS
-    from palpate.live.measurement import is_file
+    from palpate.sources.options import is_file
 
     are_files = all(is_file(source) for source in sources)
     are_different = len(set(sources)) == len(sources)

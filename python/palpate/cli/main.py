@@ -58,6 +58,10 @@ COMMANDS = {
         "calibrate:calibrate_command",
         "Fit a calibration to recordings of touches on known objects.",
     ),
+    "verify": LazyCommand(
+        "verify:verify_command",
+        "Check with a specimen of known modulus whether a calibration still holds.",
+    ),
     "report": LazyCommand(
         "recordings:report_command",
         "Write a report of recordings as one HTML file, which prints on A4.",

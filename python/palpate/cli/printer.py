@@ -23,6 +23,20 @@ _STATUS_INTERVAL_S = 0.2
 _LONGEST_WAIT_S = 5.0  # for the revised result of the last touch
 
 
+class TouchCounter(Listener):
+    """Prints to standard error that a touch has ended, and how many are wanted."""
+
+    def __init__(self, wanted: int) -> None:
+        self._wanted = wanted
+        self._ended = 0
+
+    def touch(self, number: int, touch: Touch) -> None:
+        """Print the number of a touch that is new."""
+        if number > self._ended:
+            self._ended = number
+            print_message(f"touch {number} of {self._wanted} has ended")
+
+
 class MeasurementPrinter(Listener):
     """Prints each touch as it ends and as it is revised; on a terminal also a status line."""
 

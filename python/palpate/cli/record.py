@@ -121,10 +121,10 @@ def record_command(
     printer = MeasurementPrinter(stream, quiet=is_json())
     stream.listen(printer)
     failure: PalpateError | None = None
-    with _signals_stop(stream) as received:
+    with signals_stop(stream) as received:
         try:
             with outlets or nullcontext():
-                _measure(stream, printer, limits)
+                measure(stream, printer, limits)
         except PalpateError as error:
             failure = error
         if stream.recorder:
@@ -171,7 +171,7 @@ def _shortfall(source: str, stream: "Stream", touches: int) -> str:
     return ""
 
 
-def _measure(
+def measure(
     stream: "Stream",
     printer: "MeasurementPrinter",
     limits: Limits,
@@ -235,7 +235,7 @@ def _count_text(stream: "Stream") -> str:
 
 
 @contextmanager
-def _signals_stop(stream: "Stream") -> Iterator[list[int]]:
+def signals_stop(stream: "Stream") -> Iterator[list[int]]:
     """Let Ctrl-C, SIGTERM and a closed terminal end the measurement, not the program.
 
     Yields the list of signals that were received.

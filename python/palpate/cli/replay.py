@@ -212,10 +212,10 @@ class Replay:
 
     @property
     def exit_code(self) -> ExitCode:
-        """NOT_RELIABLE: no touch, a doubtful recording, or a calibration that is not sound."""
+        """NOT_RELIABLE: no touch, a doubtful recording, or a calibration that is not reliable."""
         calibration = self.options.calibration
-        is_sound = calibration is None or calibration.sound
-        if self.touches and self.is_as_written and is_sound:
+        is_reliable = calibration is None or calibration.is_reliable
+        if self.touches and self.is_as_written and is_reliable:
             return ExitCode.DONE
         return ExitCode.NOT_RELIABLE
 

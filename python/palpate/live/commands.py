@@ -17,6 +17,7 @@ from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import AnyMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.source_watch import SourceWatch
+from palpate.live.specimen_check import SpecimenCheck
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.messages import quoted
@@ -87,12 +88,18 @@ class Workbench:
         self._shown, self.is_news = state.document, state.is_news
         device = Device(measurement, state, source)
         guided = GuidedCalibration(measurement, plan, watch)
-        self.documents |= {"device": device.document, "calibration": guided.document}
+        check = SpecimenCheck(measurement, plan, watch)
+        self.documents |= {
+            "device": device.document,
+            "calibration": guided.document,
+            "verification": check.document,
+        }
         self._parts |= {
             "measurement": measurement,
             "state": state,
             "device": device,
             "calibration": guided,
+            "check": check,
         }
 
     def state(self) -> Document:
@@ -138,6 +145,7 @@ _PARTS = {
     "device": ("centre", "device"),
     "plan": ("plan", "read list", "specimen", "assign", "name", "discard", "keep", "more", "note"),
     "calibration": ("calibrating", "save calibration"),
+    "check": ("verify",),
     "bench": ("compare", "cut"),
     "files": ("report", "stop report", "settings"),
     "page": ("noise", "view"),

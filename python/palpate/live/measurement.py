@@ -584,18 +584,6 @@ def _waiting(recorder: Recorder | None) -> str:
 AnyMeasurement = LiveMeasurement | RecordedMeasurement
 
 
-def is_file(source: str) -> bool:
-    """Return whether a source is a file to open as a whole: `palpate live run.csv`, but not "run.csv?speed=1".
-
-    Examples
-    --------
-    >>> is_file("run.csv"), is_file("run.csv?speed=1"), is_file("sim:tremor")
-    (True, False, False)
-    """
-    scheme, _, given = split(source)
-    return "speed" not in given and (scheme == "" or Path(source).exists())
-
-
 def opener(source: str, given_beside: dict[str, Any]) -> Callable[..., Source]:
     """Return a function that opens the source; simulations and files run in real time unless `speed` is given.
 

@@ -78,17 +78,9 @@ class Sweep:
         self.begin = len(self.pairs)
 
     def press(self) -> tuple[float, float]:
-        """Return the depth of the press, pF, and the seconds from the contact to where it had settled; nan: it had not."""
-        count, highest, _ = self.settled()
-        if not count:
-            return np.nan, np.nan
-        grown = 0.0
-        height = 0.0
-        for _, soft, time_s, _ in self.pairs[:count]:
-            if soft > GROWS * height:
-                height = soft
-                grown = time_s
-        return highest, grown
+        """Return the depth of the press, pF, and the seconds from the contact until it had settled; nan: it had not."""
+        count, highest, settled_s = self.settled()
+        return (highest, settled_s) if count else (np.nan, np.nan)
 
     def settled(self) -> tuple[int, float, float]:
         """Return the number of pairs until the press has settled, its height, pF, and the time, s; 0: it has not."""

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, NamedTuple, Self, TypeVar
 from urllib.parse import unquote
 
@@ -74,6 +75,18 @@ def split(uri: str) -> SourceName:
             )
         options[unquote(name)] = unquote(value)
     return SourceName(scheme, address, options)
+
+
+def is_file(source: str) -> bool:
+    """Return whether a source is a recording to read as a whole, not one to play or a device.
+
+    Examples
+    --------
+    >>> is_file("run.csv"), is_file("run.csv?speed=1"), is_file("sim:tremor")
+    (True, False, False)
+    """
+    scheme, _, options = split(source)
+    return "speed" not in options and (scheme == "" or Path(source).exists())
 
 
 @dataclass(frozen=True)

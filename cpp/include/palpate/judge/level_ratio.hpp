@@ -79,8 +79,8 @@ class LevelRatio : public Settings {
 
   /// Change of the soft channel where the press has settled; NaN: it has not.
   constexpr Real depth() const noexcept { return settled_ ? highest_ : not_a_number<Real>; }
-  /// Seconds from the contact to there.
-  constexpr Real rise_time() const noexcept { return settled_ ? rise_time_ : not_a_number<Real>; }
+  /// Seconds from the contact to the moment when it had settled.
+  constexpr Real rise_time() const noexcept { return settled_ ? since_ : not_a_number<Real>; }
 
   /// Whether the press has settled, and is as old as a touch is to be.
   constexpr bool aged(Real time) const noexcept {
@@ -168,7 +168,6 @@ class LevelRatio : public Settings {
       since_ = time;
     } else if (time - since_ > Real(0.1)) {
       settled_ = true;
-      rise_time_ = since_;
       since_ = time;
       for (int i = 1; i < places; ++i) {
         sums_[rise].join(sums_[i]);
@@ -208,7 +207,7 @@ class LevelRatio : public Settings {
   }
 
   Pairs sums_[places] = {};
-  Real first_ = 0, highest_ = 0, top_ = 0, since_ = 0, rise_time_ = 0;
+  Real first_ = 0, highest_ = 0, top_ = 0, since_ = 0;
   bool settled_ = false;
 };
 

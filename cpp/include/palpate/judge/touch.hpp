@@ -34,7 +34,7 @@ struct Touch : Counts {
   Misfits<Real> misfits{};          ///< what contradicts the model, and its flags
   Estimate<Real> level{};           ///< the ratio over the swept depth, which a tilt does not change
   Real depth = not_a_number<Real>;  ///< change of the soft channel where the press had settled
-  Real rise = not_a_number<Real>;   ///< seconds from the contact to there
+  Real rise = not_a_number<Real>;   ///< seconds from the contact to the moment when it had settled
   // With the flag misfit_changed one of them is known:
   Estimate<Real> before{};  ///< the ratio before a change that was confirmed: `ratio` is the one after it
   Estimate<Real> after{};   ///< the ratio after a change that was not, from few samples: `ratio` is the one before it

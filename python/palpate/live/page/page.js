@@ -14,6 +14,7 @@ import { Screen } from "./screen.js";
 import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
 import { merged } from "./table.js";
+import { Verification } from "./verification.js";
 
 const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
 
@@ -35,7 +36,7 @@ const { known, line, charts } = screen, answer = (text, bad) => line.answer(text
 const marks = new Marks(known, say), session = new Session(known, say), plan = new Plan(known, say);
 charts.fitplot = new FitPlot($("fitplot"), charts);
 screen.parts.unshift(found, compare);
-screen.parts.push(session, marks, new Device(say), new Calibrating(say), new Record(known, say), new Signals(), { tell: enable });
+screen.parts.push(session, marks, new Device(say), new Calibrating(say), new Verification(), new Record(known, say), new Signals(), { tell: enable });
 
 const ANSWERS = {
   done: (message) => {

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, isfinite, isnan, nan, sqrt
-from typing import Any, Self
+from datetime import UTC, datetime
+from math import inf, isfinite, nan, sqrt
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -12,13 +13,21 @@ from palpate.calibration.fit import CurveFit, curve, slope_by_log_modulus
 from palpate.calibration.interval import MeasuredRatio, degrees_of_freedom, variances
 from palpate.calibration.modulus import Modulus
 from palpate.errors import need
+from palpate.messages import quoted
 
 DOUBT = 0.01
 """Probability below which a difference is not by chance."""
+_SEEN = 0.95
+"""Probability with which `CalibrationVerification.noticed` is noticed."""
+
+
+def today() -> str:
+    """Return the date of now, UTC, as 2026-11-29."""
+    return datetime.now(UTC).date().isoformat()
 
 
 @dataclass(frozen=True)
-class Verification:
+class CalibrationVerification:
     """A comparison of a calibration with a specimen of known modulus.
 
     Attributes
@@ -35,10 +44,13 @@ class Verification:
     touches : int
     probability : float
         Probability of such a difference, or a larger one, if nothing has changed.
+    noticed : float
+        Relative change of the ratio that such touches notice in 95 of 100 verifications; nan:
+        unknown.
 
     Examples
     --------
-    >>> one = Verification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
+    >>> one = CalibrationVerification("gel", "2026-11-29", 1.1, 0.0, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
     >>> print(one)
     gel (1.10 MPa) measures 1.300 MPa (1.250 to 1.360) on 2026-11-29, 18 % more: the calibration does \
 not hold any more (probability by chance 0.0001)
@@ -51,13 +63,14 @@ not hold any more (probability by chance 0.0001)
     measured: Modulus
     touches: int
     probability: float
+    noticed: float = nan
 
     @property
     def agrees(self) -> bool:
         """Whether the calibration agrees with the specimen."""
         return self.probability >= DOUBT
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the content of a table of a calibration file; numbers that are not finite are left out."""
         numbers = {
             "known_MPa": self.known,
@@ -66,35 +79,43 @@ not hold any more (probability by chance 0.0001)
             "low_MPa": self.measured.low,
             "high_MPa": self.measured.high,
             "probability": self.probability,
+            "noticed": self.noticed,
         }
         kept = {name: value for name, value in numbers.items() if isfinite(value)}
         return {"specimen": self.specimen, "date": self.date, "touches": self.touches, **kept}
 
     @classmethod
-    def of_dict(cls, table: Mapping[str, Any]) -> Self:
+    def of_dict(cls, table: object) -> Self:
         """Return the comparison from a table of a calibration file.
 
         Raises
         ------
         KeyError, TypeError, ValueError
-            The table is not one of `as_dict`.
+            An entry is missing, or is not of its kind.
         """
-        low = float(table.get("low_MPa", nan))
-        # A table has no infinity: an interval without an upper end has the lower end only.
-        no_high = nan if isnan(low) else inf
-        measured = Modulus(
-            float(table.get("value_MPa", nan)),
-            low,
-            float(table.get("high_MPa", no_high)),
-        )
+        if not isinstance(table, Mapping):
+            raise TypeError(f"verifications: got {quoted(table)}, allowed: tables")
+        value = float(table.get("value_MPa", nan))
+        measured = Modulus(value, nan, nan)
+        if "low_MPa" in table:
+            low = float(table["low_MPa"])
+            measured = Modulus(value, low, float(table.get("high_MPa", inf)))
+        known = float(table["known_MPa"])
+        probability = float(table["probability"])
+        if not (0 < known < inf and 0 <= probability <= 1):
+            raise ValueError(
+                f"verifications: got known_MPa {known} and probability {probability}, allowed: a "
+                "positive number, and 0 to 1"
+            )
         return cls(
             specimen=str(table["specimen"]),
             date=str(table["date"]),
-            known=_number(table, "known_MPa", inf),
-            known_uncertainty=_number(table, "known_uncertainty", inf),
+            known=known,
+            known_uncertainty=float(table["known_uncertainty"]),
             measured=measured,
             touches=int(table["touches"]),
-            probability=_number(table, "probability", 1.0),
+            probability=probability,
+            noticed=float(table.get("noticed", nan)),
         )
 
     def __str__(self) -> str:
@@ -104,7 +125,7 @@ not hold any more (probability by chance 0.0001)
         if self.date:
             measured += f" on {self.date}"
         if self.agrees:
-            return f"{measured}: the calibration holds"
+            return f"{measured}: the calibration holds{self._resolution}"
         difference = ""
         if isfinite(self.measured.value):
             percent = 100 * (self.measured.value / self.known - 1)
@@ -113,18 +134,34 @@ not hold any more (probability by chance 0.0001)
         chance = f"(probability by chance {self.probability:.1g})"
         return f"{measured}{difference}: the calibration does not hold any more {chance}"
 
+    @property
+    def _resolution(self) -> str:
+        """The smallest change that such touches notice, as a clause."""
+        if not isfinite(self.noticed):
+            return ""
+        percent = number_format.error(100 * self.noticed)
+        return f" (a change of the ratio by {percent} % or more would show)"
 
-def _number(table: Mapping[str, Any], name: str, largest: float) -> float:
-    value = float(table[name])
-    if not 0 <= value <= largest:
-        raise ValueError(f"{name}: got {value}, allowed: 0 to {largest:g}")
-    return value
+
+class Comparison(NamedTuple):
+    """A ratio compared with the curve at a known modulus.
+
+    Attributes
+    ----------
+    probability : float
+        Probability of a ratio that differs as much, or by more, if nothing has changed.
+    noticed : float
+        Relative change of the ratio that is noticed with a probability of 95 %.
+    """
+
+    probability: float
+    noticed: float
 
 
-def agreement_probability(
+def compare(
     fit: CurveFit, measured: MeasuredRatio, log_modulus: float, uncertainty: float
-) -> float:
-    """Return the probability of a ratio that differs from a known modulus as much, or by more.
+) -> Comparison:
+    """Return how a ratio compares with the curve at a known modulus.
 
     Parameters
     ----------
@@ -137,13 +174,20 @@ def agreement_probability(
 
     Returns
     -------
-    float
+    Comparison
     """
     x = np.array(log_modulus)
     parts = variances(fit, measured, x)
     of_modulus = (float(slope_by_log_modulus(fit.parameters, x)) * uncertainty) ** 2
     parts = parts._replace(noise=parts.noise + of_modulus)
-    total = float(parts.total)
+    error = sqrt(float(parts.total))
+    predicted = float(curve(fit.parameters, x))
+    distance = abs(measured.ratio - predicted)
+    if error == 0:
+        return Comparison(float(distance == 0), 0.0)
     freedom = float(degrees_of_freedom(fit, parts))
-    distance = abs(measured.ratio - float(curve(fit.parameters, x))) / sqrt(total)
-    return 2 * float(need("scipy.special", "science").stdtr(freedom, -distance))
+    special = need("scipy.special", "science")
+    probability = 2 * float(special.stdtr(freedom, -distance / error))
+    # A change is noticed beyond the quantile of DOUBT; its own estimate scatters by the error.
+    quantiles = special.stdtrit(freedom, [1 - DOUBT / 2, _SEEN])
+    return Comparison(probability, float(quantiles.sum()) * error / predicted)
