@@ -260,7 +260,7 @@ def of_all(weight: float) -> Callable[[Table], None]:
         (lambda table: table.update(ranges=3), "not a calibration"),
         (lambda table: table.update(exponents=3), "not a calibration"),
         (lambda table: table.update(exponents="ab"), "not a calibration"),
-        (lambda table: table.update(verifications=[{"specimen": "gel"}]), "'date' is missing"),
+        (lambda table: table.update(verifications=[{"specimen": "gel"}]), "'known_MPa' is missing"),
         (lambda table: table.update(schema=3), "schema: got 3, allowed: 1 or 2"),
         (lambda table: table.update(schema="1"), "schema: got '1', allowed: 1 or 2"),
     ],

@@ -139,7 +139,7 @@ def test_a_depth_outside_has_the_bend_of_the_gauges(depth_pF: float, beyond: flo
 
 @pytest.mark.parametrize(("rise_s", "factor"), [(1.0, 2.0), (0.1, 0.5)])
 def test_another_speed_costs_by_the_logarithm(rise_s: float, factor: float) -> None:
-    assert cost(evidence(rise_s=rise_s)).rise == pytest.approx(0.004 * log(factor))
+    assert cost(evidence(rise_s=rise_s)).rise == pytest.approx(0.005 * log(factor))
 
 
 def test_an_unknown_range_widens() -> None:

@@ -448,7 +448,7 @@ def test_the_whole_chain_by_brute_force(tilt: float) -> None:
             growth(exponent) * hypot(0.02 * own_tilt, 0.05 * beyond),
             0.1 * own_tilt * (growth(1.5) - growth(exponent)),
             hypot((depth - middle) / precision**0.5, BEND * (depth - deepest)),
-            0.004 * log(measured.rise_s / slowest),
+            0.005 * log(measured.rise_s / slowest),
         ]
         square = (ratio * hypot(*by_cause)) ** 2
         rigid, log_half, soft = again.parameters
