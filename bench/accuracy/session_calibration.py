@@ -1,6 +1,6 @@
 """From the touches of a session to moduli, by palpate: the only module of the bench that calls it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -46,7 +46,7 @@ class Calibrated:
     """A calibration, and the settings of the tracker for its touches."""
 
     calibration: Calibration
-    settings: dict[str, Any]
+    settings: Mapping[str, Any]
 
     def touches(self, one: Touched) -> list[Touch]:
         """Return the touches on a specimen or object."""
@@ -101,7 +101,7 @@ def calibrated(specimens: Sequence[Touched], stated: Stated) -> Calibrated:
 
 def _choice(specimens: Sequence[Touched], stated: Stated) -> RatioChoice:
     """Return the ratio that is chosen, with what is stated."""
-    tracking: dict[str, Any] = {}
+    tracking: dict[str, float] = {}
     if stated.age_s is not None:
         tracking["age"] = stated.age_s
     tracks = []

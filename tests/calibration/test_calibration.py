@@ -275,7 +275,7 @@ def test_moduli_in_kilopascals(modulus: Modulus, value: str, interval: str) -> N
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("schema = 1", "schema = 2", "schema: got 2"),
+        ("schema = 2", "schema = 3", "schema: got 3, allowed: 1 or 2"),
         ("touch_freedom = 30", "touch_freedom = -1", "touch_freedom: got -1"),
         ("touch_variance = ", "touch_variance = -", "touch_variance: got -"),
         ("[units]", "[units", "not a calibration"),

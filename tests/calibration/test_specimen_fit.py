@@ -1,16 +1,21 @@
 """From touches to a table and a calibration; which touch to choose; a hand that is simulated."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import palpate
 import pytest
+from palpate import Calibration
 from palpate.calibration.specimen_files import name_key, read_moduli, specimen_in, write_session
 from palpate.calibration.specimen_fit import CHOICES, SpecimenTouches, combined_ratio, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
+from palpate.errors import CalibrationError
 from palpate.materials import KnownModulus
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
+from palpate.uncertainty import RATIOS
+from tilted_touch import tilted_touch
 
 LINEAR = Hand(nonlinearity=0.0)
 """A gauge of 0.5 % / pF has a curve above 0.2 % in a firm press: a flag."""
@@ -145,3 +150,63 @@ def test_what_is_no_table_of_moduli(tmp_path: Path, text: bytes, message: str) -
     path.write_bytes(text)
     with pytest.raises(palpate.errors.CalibrationError, match=message):
         read_moduli(path)
+
+
+# One touch on each specimen
+
+
+def touched(kind: str, touches: int = 1, seed: int = 3) -> list[SpecimenTouches]:
+    """Return touches on each of five specimens, tilted by a few tenths of a per cent."""
+    random = np.random.default_rng(seed)
+    specimens = []
+    for modulus in (0.15, 0.4, 1.0, 2.5, 6.0):
+        own = []
+        for _ in range(touches):
+            ratio = PROBE.ratio(modulus) * np.exp(0.003 * random.standard_normal())
+            tilt = 0.003 * random.standard_normal()
+            own.append(tilted_touch(ratio, tilt, depth_pF=random.uniform(0.8, 1.2)))
+        specimens.append(SpecimenTouches(f"{modulus}", modulus, own, ratio_of=RATIOS[kind]))
+    return specimens
+
+
+def width(calibration: Calibration) -> float:
+    """Return the width of the interval of 1 MPa; 0: it does not contain it."""
+    found = calibration.modulus_of(tilted_touch(PROBE.ratio(1.0)))
+    if not found.low < 1.0 < found.high:
+        return 0.0
+    return float(np.log(found.high / found.low))
+
+
+@pytest.mark.parametrize("kind", ["hold", "level"])
+def test_one_touch_on_each_specimen_calibrates_with_a_wide_interval(kind: str) -> None:
+    """The scatter of touches and specimens is known with 3 degrees of freedom, and no exponent is.
+
+    In 20 sessions; the curve is known with twice the error, and Student's factor is 3.2, not 2.1.
+    """
+    widths = []
+    for seed in range(20):
+        once = fit_specimens(touched(kind, seed=seed))
+        assert once.fitted.touch_freedom == 0
+        assert once.error_share == 1.0
+        assert once.possible_exponents == ((1.0, 1.5) if kind == "level" else (1.0, 1.0))
+        widths.append(width(once))
+    often = width(fit_specimens(touched(kind, 4)))
+    assert 1.1 * often < np.median(widths) < 0.2
+    assert np.count_nonzero(widths) >= 17
+
+
+def test_touches_of_several_kinds_make_no_calibration() -> None:
+    hold = touched("hold")
+    level = touched("level")
+    with pytest.raises(CalibrationError, match="several ages, exponents or kinds of ratio"):
+        fit_specimens([*hold[:3], *level[3:]])
+    with pytest.raises(CalibrationError, match="specimens: got none with a usable touch"):
+        fit_specimens([])
+
+
+def test_a_touch_whose_ratio_is_negative_is_refused() -> None:
+    specimens = touched("hold")
+    wrong = replace(specimens[0].touches[0], ratio=-0.1)
+    specimens[0] = replace(specimens[0], touches=[wrong])
+    with pytest.raises(ValueError, match=r"ratios: got -0.1, allowed: positive numbers"):
+        fit_specimens(specimens)

@@ -13,6 +13,7 @@ from palpate.differences import DOUBT
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.repeatability import agreement, objections, usable
 from palpate.simulation import scenarios
+from palpate.uncertainty import level_ratio
 from scipy import special
 
 
@@ -50,6 +51,45 @@ def test_flags_that_exclude(
     touch = touched(4.0, flags=flags, **others)
     assert objections(touch) == against
     assert objections(touch, accept=flags) == ()
+
+
+ERRORS = {"offset": "offset", "drift": "drift", "curve": "curve", "creep": "shift"}
+"""Flags with the effect that has the size of their error."""
+
+
+@pytest.mark.parametrize("flag", ERRORS)
+@pytest.mark.parametrize("scatter", [None, 0.03, 0.006, 0.1])
+def test_an_error_below_a_third_of_the_scatter_does_not_exclude(
+    flag: str, scatter: float | None
+) -> None:
+    """The scatter of a hand is 3 %, unless another one is known."""
+    limit = (0.03 if scatter is None else scatter) / 3
+    for sign in (-1, 1):
+        below = example_touch(flag, effects={ERRORS[flag]: sign * 0.999 * limit})
+        above = example_touch(flag, effects={ERRORS[flag]: sign * 1.001 * limit})
+        assert objections(below, scatter=scatter) == ()
+        assert objections(above, scatter=scatter) == (flag,)
+        assert objections(above, (flag,), scatter=scatter) == ()
+
+
+@pytest.mark.parametrize("flag", ERRORS)
+def test_an_error_of_unknown_size_excludes(flag: str) -> None:
+    for effects in ({}, {ERRORS[flag]: math.nan}, {ERRORS[flag]: math.inf}):
+        assert objections(example_touch(flag, effects=effects), scatter=1.0) == (flag,)
+
+
+def test_a_small_error_does_not_excuse_another_flag() -> None:
+    touch = example_touch("curve", "step", effects={"curve": 1e-4})
+    assert objections(touch) == ("step",)
+
+
+def test_level_ratios_scatter_less() -> None:
+    """By .6 %: an error of .3 % counts for them, and not for a hold."""
+    touch = example_touch("curve", level_ratio=4.0, effects={"curve": 0.003})
+    assert objections(touch) == ()
+    assert objections(touch, ratio_of=level_ratio) == ("curve",)
+    small = example_touch("curve", level_ratio=4.0, effects={"curve": 0.0019})
+    assert objections(small, ratio_of=level_ratio) == ()
 
 
 def test_usable_touches() -> None:

@@ -19,7 +19,7 @@ from palpate import flags
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
 from palpate.repeatability import objections
-from palpate.simulation import scenarios
+from palpate.simulation import hand, scenarios
 from project import FOUR
 
 SIDECAR = json.loads(FOUR.with_suffix(".json").read_text())
@@ -59,7 +59,8 @@ def require_same_touches(found: Any, path: Path) -> None:
             name: touch[name]
             for name in ("samples", "revised", "age_s", "refused", "saturated", "outliers")
         }
-        measured = example_touch(*touch["flags"], standard_error=error, **values)
+        effects = {name: nan if size is None else size for name, size in touch["effects"].items()}
+        measured = example_touch(*touch["flags"], standard_error=error, effects=effects, **values)
         assert row["kept"] == (not objections(measured))
 
 
@@ -127,6 +128,26 @@ def test_marks_and_settings_are_those_of_a_replay(node: Any, tmp_path: Path, see
     require_same_touches(found, path)
     assert found["lost"] == block["seq"][-1] - block["seq"][0] + 1 - len(block)
     assert [mark["text"] for mark in found["events"]["marks"]] == [mark["text"] for mark in marks]
+
+
+def test_a_small_error_does_not_exclude_a_touch(node: Any, tmp_path: Path) -> None:
+    """Tilts with an offset of .1 to 3 %: up to 1 %, a third of a hand's scatter, a touch counts."""
+    kept = {}
+    for number, tilt in enumerate((0.02, 0.1, 0.15, 0.2, 0.3)):
+        session = hand.session(4, hand=hand.Hand(oblique=0.0, tilt_deg=tilt), moduli={"gel": 1.1})
+        block = session["gel"].block()
+        path = tmp_path / f"{number}.csv"
+        data = HEADER.encode() + format_rows(block)
+        path.write_bytes(data)
+        device = {"name": "test", "full_scale_pF": 4.0, "stamps": "converter"}
+        path.with_suffix(".json").write_text(text_of(made(device, len(block), data)))
+        found = of_path(node, path)
+        require_same_touches(found, path)
+        for row in found["touches"]:
+            if row["flags"] == ["offset"]:
+                kept[abs(row["offset"])] = row["kept"]
+    assert kept == {offset: offset < 0.03 / 3 for offset in kept}
+    assert set(kept.values()) == {True, False}
 
 
 def test_what_is_no_whole_recording_is_refused(node: Any) -> None:

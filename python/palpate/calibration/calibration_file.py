@@ -302,8 +302,7 @@ class StoredCalibration:
         ratio = touch["ratio"]
         if ratio not in ("hold", "level"):
             raise ValueError(f"ratio: got {quoted(ratio)}, allowed: hold or level")
-        tables = document.get("exponents", ())
-        fits = tuple(map(_exponent_fit, tables)) or _fits_of_one(fitted, ratio)
+        fits = _exponent_fits(document.get("exponents", ())) or _fits_of_one(fitted, ratio)
         exponent = _number(touch, "contact_exponent", 1.0, 3.0)
         if ratio == "level" and exponent not in [fit.contact_exponent for fit in fits]:
             raise ValueError(f"contact_exponent: got {exponent}, allowed: one of [[exponents]]")
@@ -379,6 +378,15 @@ def _exponent_table(fit: ExponentFit) -> Table:
     return table
 
 
+def _exponent_fits(tables: Sequence[Table]) -> tuple[ExponentFit, ...]:
+    """Return the fits of a file, in which one exponent is the likeliest; empty: it has no fits."""
+    fits = tuple(map(_exponent_fit, tables))
+    largest = max((fit.log_weight for fit in fits), default=0.0)
+    if largest != 0:
+        raise ValueError(f"log_weight: got at most {largest:g}, allowed: 0 for the likeliest")
+    return fits
+
+
 def _exponent_fit(table: Table) -> ExponentFit:
     return ExponentFit(
         _number(table, "contact_exponent", 1.0, 3.0),
@@ -414,12 +422,19 @@ def _ranges(table: Table) -> Ranges:
     if "tilt" in table:
         ranges = replace(ranges, tilt=_number(table, "tilt", 0.0, _RANGE))
     if "depth_pF" in table:
-        depth = Range(*_array(table, "depth_pF", (2,)).tolist())
-        middle = _number(table, "middle_pF", -_RANGE, _RANGE)
+        depth = _range(table, "depth_pF")
+        middle = _number(table, "middle_pF", depth.low, depth.high)
         ranges = replace(ranges, depth_pF=depth, middle_pF=middle)
     if "rise_s" in table:
-        ranges = replace(ranges, rise_s=Range(*_array(table, "rise_s", (2,)).tolist()))
+        ranges = replace(ranges, rise_s=_range(table, "rise_s"))
     return ranges
+
+
+def _range(table: Table, name: str) -> Range:
+    low, high = _array(table, name, (2,), positive=True).tolist()
+    if low > high:
+        raise ValueError(f"{name}: got {low:g} before {high:g}, allowed: the smaller one first")
+    return Range(low, high)
 
 
 def _fit(fit: Table, scatter: Table) -> CurveFit:

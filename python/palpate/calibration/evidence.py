@@ -24,6 +24,7 @@ import numpy as np
 
 from palpate.calibration.fit import Array
 from palpate.touch import Touch
+from palpate.uncertainty import RATIOS
 
 EXPONENTS = np.linspace(1.0, 1.5, 6)
 """Exponents that a contact may have: 1, bumps with a flat end, to 1.5, domes (Hertz)."""
@@ -105,7 +106,7 @@ def evidence_of(touch: Touch, kind: str, exponents: Array) -> TouchEvidence:
     Parameters
     ----------
     touch : Touch
-        It has a ratio of this kind above 0.
+        Its ratio is above 0; with "level" the level ratio, too.
     kind : str
     exponents : numpy.ndarray, shape (n,)
         With "hold" the ratio does not depend on them.
@@ -113,7 +114,15 @@ def evidence_of(touch: Touch, kind: str, exponents: Array) -> TouchEvidence:
     Returns
     -------
     TouchEvidence
+
+    Raises
+    ------
+    ValueError
+        The touch has no such ratio.
     """
+    for value in (touch.ratio, RATIOS[kind](touch)[0]):
+        if not value > 0:
+            raise ValueError(f"ratios: got {value}, allowed: positive numbers")
     tilt = _flat_tilt(touch)
     ratio = touch.ratio
     error = touch.standard_error

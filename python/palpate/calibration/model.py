@@ -334,15 +334,14 @@ class Calibration(StoredCalibration, Plotted):
             return other_settings(measured, calibrated)
         if is_too_oblique(touch):
             return _TOO_OBLIQUE
-        ratio = touch.level_ratio if by_level else touch.ratio
-        if isfinite(ratio) and ratio > 0:
-            return ""
-        if by_level:
+        if not (isfinite(touch.ratio) and touch.ratio > 0):
+            return "no ratio"
+        if by_level and not (isfinite(touch.level_ratio) and touch.level_ratio > 0):
             return (
                 "no level ratio, as the press shows no sweep of the depth: press more slowly, "
                 "and hold"
             )
-        return "no ratio"
+        return ""
 
     def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count: flags, and `refusal`; empty if it does."""
@@ -453,17 +452,19 @@ class Calibration(StoredCalibration, Plotted):
         ratios = []
         for number, fit in enumerate(self.exponent_fits):
             if fit.is_possible:
-                ratios.append(
-                    ratio_at(
-                        evidence,
-                        fit,
-                        number,
-                        self.ranges,
-                        kind=self.ratio,
-                        error_share=self.error_share,
-                    )
-                )
+                ratios.append(self._ratio_at(evidence, number))
         return ratios
+
+    def _ratio_at(self, evidence: Sequence[TouchEvidence], number: int) -> RatioAtExponent:
+        """Return the mean ratio of touches at the exponent with this number."""
+        return ratio_at(
+            evidence,
+            self.exponent_fits[number],
+            number,
+            self.ranges,
+            kind=self.ratio,
+            error_share=self.error_share,
+        )
 
     def _reason_outside(self, ratios: Sequence[RatioAtExponent], low: float) -> str:
         """Return why the mean of touches has no modulus."""

@@ -5,7 +5,7 @@ of the hold is at least `TOUCH_SCATTER`, the scatter that a hand is assumed to h
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite, sqrt
 from typing import Any, NamedTuple
 
@@ -71,14 +71,14 @@ class RatioError:
     error : float
         Relative standard deviation of the ratio of a touch from the curve through the other
         specimens; inf: they show no curve.
-    touches, freedom : int
-        Touches that have this ratio, and degrees of freedom of the error.
+    touches, specimens, freedom : int
+        Touches that have this ratio, their specimens, and degrees of freedom of the error.
     likelihood : numpy.ndarray
         Logarithm of the likelihood of each exponent of the contact, at most 0.
 
     Examples
     --------
-    >>> hold = RatioError("hold", 0.0, 0.001, touches=40, freedom=30, likelihood=np.zeros(1))
+    >>> hold = RatioError("hold", 0.0, 0.001, 40, 10, freedom=30, likelihood=np.zeros(1))
     >>> hold.percent, hold.expected
     ('0.10 %', 0.03)
     """
@@ -87,6 +87,7 @@ class RatioError:
     age_s: float
     error: float
     touches: int
+    specimens: int
     freedom: int
     likelihood: Array
 
@@ -175,6 +176,11 @@ def choose_ratio(
     -------
     RatioChoice
 
+    Raises
+    ------
+    ValueError
+        An unknown `ratio` or shape of the bumps.
+
     Examples
     --------
     >>> import palpate
@@ -188,6 +194,8 @@ def choose_ratio(
     >>> found.ratio, dict(found.settings)
     ('hold', {'contact_exponent': 1.0, 'age': 0.0})
     """
+    if ratio is not None and ratio not in RATIOS:
+        raise ValueError(f"ratio: {unlike(ratio, RATIOS)}")
     if bumps is not None and bumps not in BUMPS:
         raise ValueError(f"bumps: {unlike(bumps, BUMPS)}")
     if not all(map(_has_exponent, tracks)):
@@ -199,25 +207,35 @@ def choose_ratio(
     measured_exponent = given.get("contact_exponent", float(possible[-1]))
     ages = [given["age"]] if "age" in given else AGES_S
     avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
+    measured = {}
+    for age_s in ages:
+        accepted = {*accept, *avoidable}
+        measured[age_s] = _measured_with(tracks, measured_exponent, age_s, accepted)
     compared = []
     for kind in RATIOS:
-        for age_s in ages:
-            touches = _measured_with(tracks, measured_exponent, age_s, {*accept, *avoidable})
+        for age_s, touches in measured.items():
             compared.append(_ratio_error(kind, age_s, touches, moduli, possible))
+    compared = _with_enough_specimens(compared)
     chosen = _simplest([each for each in compared if ratio in (None, each.ratio)])
     about = About(
         ratio=_about_ratio(chosen, compared, is_given=ratio is not None),
         contact_exponent=_about_exponent(chosen, possible, bumps),
         age=_about_age(chosen, compared),
     )
-    # If all are equally likely, the last one: the ratios at the others then have less noise.
-    likeliest = float(possible[::-1][np.argmax(chosen.likelihood[::-1])])
-    exponent = min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
     settings = {
-        "contact_exponent": given.get("contact_exponent", exponent),
+        "contact_exponent": given.get("contact_exponent", _tracked_exponent(chosen, possible)),
         "age": chosen.age_s,
     }
     return RatioChoice(chosen.ratio, settings, tuple(possible.tolist()), about)
+
+
+def _tracked_exponent(chosen: RatioError, possible: Array) -> float:
+    """Return the exponent that a tracker has nearest to the likeliest one; the first for the hold."""
+    if chosen.ratio == "hold":
+        return TRACKED_EXPONENTS[0]
+    # If all are equally likely, the last one: the ratios at the others then have less noise.
+    likeliest = float(possible[::-1][np.argmax(chosen.likelihood[::-1])])
+    return min(TRACKED_EXPONENTS, key=lambda each: abs(each - likeliest))
 
 
 def _about_ratio(chosen: RatioError, compared: Sequence[RatioError], *, is_given: bool) -> str:
@@ -232,10 +250,10 @@ def _about_ratio(chosen: RatioError, compared: Sequence[RatioError], *, is_given
     for each in (chosen, other):
         if each.touches < most:
             counts += f"; {each.touches} of {most} touches have a {each.ratio} ratio"
-    text = (
-        f"{name}: its error on a specimen left out is {chosen.percent}; {other.ratio} "
-        f"{other.percent}{counts}"
-    )
+    error = "its error on a specimen left out"
+    if chosen.specimens < _FEWEST_SPECIMENS:
+        error = "its scatter within the specimens"
+    text = f"{name}: {error} is {chosen.percent}; {other.ratio} {other.percent}{counts}"
     if chosen.ratio == "level" and other.error < other.expected:
         text += f", but a hand is assumed to scatter it by {100 * TOUCH_SCATTER:g} %"
     return text
@@ -299,17 +317,14 @@ def _ratio_error(
     """Return the error of one kind of ratio, with the exponent with which the touches scatter least."""
     groups: dict[float, list[TouchEvidence]] = {}
     for name, touch in touches:
-        if (
-            name is not None
-            and name in moduli
-            and RATIOS[kind](touch)[0] > 0
-            and not is_too_oblique(touch)
-        ):
+        if name is None or name not in moduli or is_too_oblique(touch):
+            continue
+        if touch.ratio > 0 and RATIOS[kind](touch)[0] > 0:
             evidence = evidence_of(touch, kind, exponents)
             groups.setdefault(moduli[name], []).append(evidence)
     count = sum(map(len, groups.values()))
     if not groups:
-        return RatioError(kind, age_s, inf, 0, 0, np.zeros(len(exponents)))
+        return RatioError(kind, age_s, inf, 0, 0, 0, np.zeros(len(exponents)))
     likelihood = scatter_evidence(list(groups.values()), 1.0)
     number = int(np.argmax(likelihood))
     log_ratios = {
@@ -317,7 +332,7 @@ def _ratio_error(
         for modulus, group in groups.items()
     }
     error, freedom = prediction_error(log_ratios)
-    return RatioError(kind, age_s, error, count, freedom, likelihood)
+    return RatioError(kind, age_s, error, count, len(groups), freedom, likelihood)
 
 
 def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
@@ -356,6 +371,17 @@ def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
     of_means = within * float(np.mean(1 / counts))
     square = max(within - of_means, 0.0) + float(distances.mean())
     return sqrt(square), freedom + len(x) - 3
+
+
+def _with_enough_specimens(compared: Sequence[RatioError]) -> list[RatioError]:
+    """Return the errors; unknown for a ratio that too few specimens have to show a curve."""
+    most = max(each.specimens for each in compared)
+    fewest = min(most, _FEWEST_SPECIMENS)
+    found = []
+    for each in compared:
+        is_known = each.specimens >= fewest
+        found.append(each if is_known else replace(each, error=inf))
+    return found
 
 
 def _simplest(compared: Sequence[RatioError]) -> RatioError:
