@@ -7,6 +7,7 @@ from pathlib import Path
 import palpate
 import pytest
 from palpate import Calibration, number_format, report
+from palpate.materials import KnownModulus
 from palpate.recording.session import Entry, Plan
 from palpate.report.findings import AnalysedRecording, analyse_recording, assigned, findings
 from palpate.report.recording_facts import RecordingFacts
@@ -85,7 +86,9 @@ def test_touches_on_a_named_specimen_count_although_they_differ(tmp_path: Path) 
     change(path, {"session": plan.as_dict()})
     by_session = findings([analyse_recording(path, "x")], None, {})
     by_table = findings(
-        [analyse_recording(copied(tmp_path / "30oo.csv", FOUR), "x")], None, {"30 OO": 0.143}
+        [analyse_recording(copied(tmp_path / "30oo.csv", FOUR), "x")],
+        None,
+        {"30 OO": KnownModulus(0.143)},
     )
     for found in (by_session, by_table):
         [result] = found.results

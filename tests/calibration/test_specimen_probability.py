@@ -1,23 +1,15 @@
-"""A known specimen compared with a calibration: its probability, its sentence, its table."""
+"""The probability that a known specimen differs from a calibration by chance."""
 
-from dataclasses import replace
-from math import exp, inf, log, nan
+from math import inf, log, nan
 
 import numpy as np
 import pytest
 from example_touch import example_touch
-from hypothesis import given
-from hypothesis import strategies as st
 from palpate import Calibration, Touch
-from palpate.calibration.calibration_verification import (
-    DOUBT,
-    CalibrationVerification,
-    compare,
-)
+from palpate.calibration.calibration_verification import DOUBT, compare
 from palpate.calibration.evidence import EXPONENTS, evidence_of
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.interval import MeasuredRatio
-from palpate.calibration.modulus import Modulus
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.calibration.touch_modulus import ratio_at
 from palpate.elasticity import Elasticity
@@ -28,7 +20,6 @@ from tilted_touch import tilted_touch
 PROBE = Elasticity()
 MODULI = np.geomspace(0.15, 6.0, 6)
 SCATTER = 0.01
-DONE = CalibrationVerification("gel", "2026-11-29", 1.1, 0.02, Modulus(1.3, 1.25, 1.36), 4, 1e-4)
 
 
 def ratios_on(random: np.random.Generator, modulus: float, count: int) -> np.ndarray:
@@ -116,7 +107,7 @@ def test_a_specimen_agrees_and_a_changed_gain_does_not(calibration: Calibration)
     assert same.agrees
     assert same.touches == 4
     assert same.measured == calibration.mean_modulus(on_specimen())
-    assert " on 2026-11-29: the calibration holds (a change of the ratio by " in str(same)
+    assert " on 2026-11-29: the calibration holds" in str(same)
     changed = calibration.verify(on_specimen(1.05), 1.0)
     assert not changed.agrees
     assert " % more: the calibration does not hold any more" in str(changed)
@@ -160,91 +151,3 @@ def test_an_impossible_modulus_is_refused(calibration: Calibration, modulus: flo
 def test_an_impossible_uncertainty_is_refused(calibration: Calibration, uncertainty: float) -> None:
     with pytest.raises(ValueError, match="modulus_uncertainty: got"):
         calibration.verify(on_specimen(), 1.0, uncertainty)
-
-
-# Text and table
-
-
-def test_the_sentence() -> None:
-    assert str(DONE) == (
-        "gel (1.10 MPa) measures 1.300 MPa (1.250 to 1.360) on 2026-11-29, 18 % more: the "
-        "calibration does not hold any more (probability by chance 0.0001)"
-    )
-    undated = replace(DONE, date="", probability=0.4)
-    assert str(undated) == (
-        "gel (1.10 MPa) measures 1.300 MPa (1.250 to 1.360): the calibration holds"
-    )
-    assert ", 45 % less: " in str(replace(DONE, measured=Modulus(0.6, 0.5, 0.7)))
-    assert ", 170 % more: " in str(replace(DONE, measured=Modulus(3.0, 2.8, 3.2)))
-    bound = str(replace(DONE, measured=Modulus(nan, 20.0, inf)))
-    assert " measures stiffer than 20.0 MPa on 2026-11-29: the calibration does not" in bound
-
-
-def test_the_limit_is_one_percent() -> None:
-    assert replace(DONE, probability=DOUBT).agrees
-    assert not replace(DONE, probability=DOUBT * 0.999).agrees
-
-
-@given(
-    st.text(max_size=8),
-    st.floats(1e-3, 1e3),
-    st.floats(0.0, 0.9),
-    st.floats(0.0, 1.0),
-    st.sampled_from([1.0, inf, nan]),
-)
-def test_a_table_has_everything(
-    specimen: str, known: float, uncertainty: float, chance: float, high: float
-) -> None:
-    """An infinite end is left out of it; a lower end alone is that of a bound."""
-    value = 2 * known if high == 1.0 else nan
-    measured = Modulus(value, known, 3 * known * high)
-    one = CalibrationVerification(specimen, "2026-11-29", known, uncertainty, measured, 3, chance)
-    again = CalibrationVerification.of_dict(one.as_dict())
-    assert replace(again, measured=DONE.measured) == replace(one, measured=DONE.measured)
-    expected = inf if np.isnan(high) else 3 * known * high
-    assert [*again.measured] == pytest.approx([value, known, expected], nan_ok=True)
-    assert again.agrees == one.agrees
-
-
-def test_a_bound_is_a_bound_again() -> None:
-    """A file has no infinity; "stiffer than" has no upper end."""
-    bound = replace(DONE, measured=Modulus(nan, 20.0, inf))
-    again = CalibrationVerification.of_dict(bound.as_dict())
-    assert str(again) == str(bound)
-
-
-def test_no_modulus_is_no_modulus_again() -> None:
-    none = replace(DONE, measured=Modulus(nan, nan, nan))
-    assert str(CalibrationVerification.of_dict(none.as_dict())) == str(none)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("probability", nan),
-        ("probability", 1.1),
-        ("known_MPa", -1.0),
-        ("known_uncertainty", "much"),
-        ("touches", "many"),
-        ("low_MPa", "low"),
-    ],
-)
-def test_a_wrong_table_is_refused(name: str, value: object) -> None:
-    table = {**DONE.as_dict(), name: value}
-    with pytest.raises(ValueError, match=r"got|invalid literal|could not convert"):
-        CalibrationVerification.of_dict(table)
-
-
-def test_a_table_without_a_probability_is_refused() -> None:
-    table = DONE.as_dict()
-    del table["probability"]
-    with pytest.raises(KeyError, match="probability"):
-        CalibrationVerification.of_dict(table)
-
-
-def test_exp_of_the_smallest_probability() -> None:
-    """Far away it is 0, and the sentence says so without a warning."""
-    fit = CurveFit(np.array([10.0, log(2.0), 1.0]), np.zeros((3, 3)), 1e-8, 10**6, 0.0, 4, 0.0, 1.0)
-    found = probability(fit, exp(2.0), 0.2)
-    assert found == pytest.approx(0.0, abs=1e-300)
-    assert "(probability by chance 0)" in str(replace(DONE, probability=0.0))
