@@ -1,6 +1,5 @@
 """The exponents that repeated touches leave open, and the slope of the ratio against the depth."""
 
-from dataclasses import replace
 from random import Random
 
 import numpy as np
@@ -88,7 +87,7 @@ def test_it_is_the_likelihood_of_the_scatter() -> None:
     """Of Gaussian errors whose variance is estimated, with the least scatter of a level ratio."""
     groups = groups_of(np.random.default_rng(3), 1.5, 0.03)
     error = 2e-3
-    groups = [[replace(touch, standard_error=error) for touch in group] for group in groups]
+    groups = [[touch._replace(standard_error=error) for touch in group] for group in groups]
     found = scatter_evidence(groups, 0.5)
     freedom = sum(len(group) - 1 for group in groups)
     for number in range(len(EXPONENTS)):
@@ -158,7 +157,7 @@ def test_a_common_factor_of_an_object_does_not_matter(values: Drawn, shift: floa
     """Rounding of the mean of a group: 1e-16 of variances of at least 1e-5."""
     groups = drawn(values)
     expected = scatter_evidence(groups, 1.0)
-    groups[0] = [replace(touch, log_ratio=touch.log_ratio + shift) for touch in groups[0]]
+    groups[0] = [touch._replace(log_ratio=touch.log_ratio + shift) for touch in groups[0]]
     np.testing.assert_allclose(scatter_evidence(groups, 1.0), expected, rtol=1e-7, atol=1e-7)
 
 

@@ -1,6 +1,5 @@
 """How a touch differs from those that calibrated, and the cost of it."""
 
-from dataclasses import replace
 from math import hypot, inf, log, nan
 
 import numpy as np
@@ -69,9 +68,9 @@ def test_ranges_of_touches() -> None:
 
 
 def test_a_touch_without_a_value_makes_its_range_unknown() -> None:
-    touches = [evidence(0.01), replace(evidence(0.01), tilt=nan)]
+    touches = [evidence(0.01), evidence(0.01)._replace(tilt=nan)]
     assert Ranges.of(touches).unknown == ["tilt"]
-    touches[1] = replace(touches[0], depth_pF=nan, rise_s=nan)
+    touches[1] = touches[0]._replace(depth_pF=nan, rise_s=nan)
     assert Ranges.of(touches).unknown == ["depth", "rise"]
     assert Ranges().unknown == ["tilt", "depth", "rise"]
 

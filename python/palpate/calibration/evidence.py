@@ -15,8 +15,7 @@ GROWTH is 1.7 within a tenth for presses of all kinds (`python -m bench.accuracy
 one level ratio and the hold give the ratio at every exponent: log(hold) - tilt(q).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from math import isfinite, log, nan
 from typing import NamedTuple
 
@@ -52,8 +51,7 @@ class TiltCost(NamedTuple):
 TILT_COSTS = {"hold": TiltCost(0.0, 1.0), "level": TiltCost(0.02, 0.05)}
 
 
-@dataclass(frozen=True)
-class TouchEvidence:
+class TouchEvidence(NamedTuple):
     """The ratio of a touch, or the mean of several, at each exponent of `exponents`.
 
     Attributes
@@ -152,16 +150,44 @@ def _flat_tilt(touch: Touch) -> float:
     return log(touch.ratio / touch.level_ratio) / float(tilt_growth(touch.contact_exponent))
 
 
+def evidence_of_all(touches: Iterable[Touch], kind: str, exponents: Array) -> list[TouchEvidence]:
+    """Return `evidence_of` each of several touches."""
+    return [evidence_of(touch, kind, exponents) for touch in touches]
+
+
+class EvidenceTable(NamedTuple):
+    """The evidence of m touches by columns: `TouchEvidence` with a row for each touch.
+
+    Attributes
+    ----------
+    log_ratio, derived : numpy.ndarray, shape (m, n)
+    tilt, standard_error, depth_pF, rise_s, touches : numpy.ndarray, shape (m,)
+    """
+
+    log_ratio: Array
+    derived: Array
+    tilt: Array
+    standard_error: Array
+    depth_pF: Array
+    rise_s: Array
+    touches: Array
+
+
+def table_of(touches: Sequence[TouchEvidence]) -> EvidenceTable:
+    """Return the evidence of one or more touches by columns."""
+    return EvidenceTable(*map(np.array, zip(*touches, strict=True)))
+
+
 def mean_evidence(each: Sequence[TouchEvidence], weights: Array) -> TouchEvidence:
     """Return the mean of several touches with these weights."""
     shares = weights / weights.sum()
-    errors = np.array([one.standard_error for one in each])
+    table = table_of(each)
     return TouchEvidence(
-        log_ratio=shares @ np.array([one.log_ratio for one in each]),
-        derived=shares @ np.array([one.derived for one in each]),
-        tilt=float(shares @ np.array([one.tilt for one in each])),
-        standard_error=float(np.sqrt(shares**2 @ errors**2)),
-        depth_pF=float(shares @ np.array([one.depth_pF for one in each])),
-        rise_s=float(shares @ np.array([one.rise_s for one in each])),
+        log_ratio=shares @ table.log_ratio,
+        derived=shares @ table.derived,
+        tilt=float(shares @ table.tilt),
+        standard_error=float(np.sqrt(shares**2 @ table.standard_error**2)),
+        depth_pF=float(shares @ table.depth_pF),
+        rise_s=float(shares @ table.rise_s),
         touches=float(1 / (shares**2).sum()),
     )

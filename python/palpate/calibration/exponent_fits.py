@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.calibration.evidence import TouchEvidence
+from palpate.calibration.evidence import TouchEvidence, table_of
 from palpate.calibration.fit import SMALLEST_VARIANCE, Array, CurveFit
 from palpate.calibration.ranges import BEND
 from palpate.errors import need
@@ -81,10 +81,11 @@ def scatter_evidence(groups: Sequence[Sequence[TouchEvidence]], error_share: flo
     freedom = 0
     errors = []
     for group in groups:
-        ratios = np.array([touch.log_ratio for touch in group])
-        squares = squares + ((ratios - ratios.mean(axis=0)) ** 2).sum(axis=0)
+        table = table_of(group)
+        away = table.log_ratio - table.log_ratio.mean(axis=0)
+        squares = squares + (away**2).sum(axis=0)
         freedom += len(group) - 1
-        errors += [error_share * touch.standard_error for touch in group]
+        errors += (error_share * table.standard_error).tolist()
     if freedom < FEWEST:
         return np.zeros_like(squares)
     variance = squares / freedom + float(np.median(errors)) ** 2 + LEVEL_SCATTER**2

@@ -13,7 +13,7 @@ from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
 from palpate.calibration.calibration_file import About, StoredCalibration
 from palpate.calibration.calibration_verification import CalibrationVerification, compare
-from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of, is_too_oblique
+from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of_all, is_too_oblique
 from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
 from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
 from palpate.calibration.interval import (
@@ -371,7 +371,7 @@ class Calibration(StoredCalibration, Plotted):
         ratio = touch.level_ratio if self.ratio == "level" else touch.ratio
         error = touch.level_standard_error if self.ratio == "level" else touch.standard_error
         [evidence] = self._evidence([touch])
-        exponents = [fit.contact_exponent for fit in self.exponent_fits]
+        exponents = self._exponents
         number = exponents.index(self.contact_exponent) if self.ratio == "level" else 0
         differences = differences_of(
             evidence,
@@ -443,8 +443,12 @@ class Calibration(StoredCalibration, Plotted):
         return counted
 
     def _evidence(self, touches: Sequence[Touch]) -> list[TouchEvidence]:
-        exponents = np.array([fit.contact_exponent for fit in self.exponent_fits])
-        return [evidence_of(touch, self.ratio, exponents) for touch in touches]
+        return evidence_of_all(touches, self.ratio, np.array(self._exponents))
+
+    @property
+    def _exponents(self) -> list[float]:
+        """Exponents of the contact of `exponent_fits`."""
+        return [fit.contact_exponent for fit in self.exponent_fits]
 
     def _ratios_at(self, touches: Sequence[Touch]) -> list[RatioAtExponent]:
         """Return the mean ratio of touches for each possible exponent."""

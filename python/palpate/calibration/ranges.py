@@ -10,8 +10,15 @@ from math import copysign, hypot, isfinite, log, nan
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from palpate.calibration.evidence import OF_GROWTH, TILT_COSTS, TouchEvidence, tilt_growth
+from palpate.calibration.evidence import (
+    OF_GROWTH,
+    TILT_COSTS,
+    TouchEvidence,
+    table_of,
+    tilt_growth,
+)
 
 BEND = 0.007
 """Standard deviation of the slope of log(ratio) against the depth, 1/pF, before it is measured: the
@@ -31,11 +38,11 @@ class Range(NamedTuple):
     high: float = nan
 
     @classmethod
-    def of(cls, values: Sequence[float]) -> "Range":
+    def of(cls, values: ArrayLike) -> "Range":
         """Return the range of values; unknown if one of them is."""
         if not np.isfinite(values).all():
             return cls()
-        return cls(float(min(values)), float(max(values)))
+        return cls(float(np.min(values)), float(np.max(values)))
 
     @property
     def is_known(self) -> bool:
@@ -80,13 +87,12 @@ class Ranges:
     @classmethod
     def of(cls, touches: Sequence[TouchEvidence]) -> "Ranges":
         """Return the ranges of touches."""
-        tilts = [abs(one.tilt) for one in touches]
-        depths = [one.depth_pF for one in touches]
+        table = table_of(touches)
         return cls(
-            tilt=float(np.quantile(tilts, _USUAL_TILT)) if np.isfinite(tilts).all() else nan,
-            depth_pF=Range.of(depths),
-            rise_s=Range.of([one.rise_s for one in touches]),
-            middle_pF=float(np.median(depths)),
+            tilt=float(np.quantile(abs(table.tilt), _USUAL_TILT)),
+            depth_pF=Range.of(table.depth_pF),
+            rise_s=Range.of(table.rise_s),
+            middle_pF=float(np.median(table.depth_pF)),
         )
 
     @property

@@ -20,6 +20,7 @@ from palpate.calibration.evidence import (
     TouchEvidence,
     evidence_of,
     is_too_oblique,
+    table_of,
 )
 from palpate.calibration.exponent_fits import FEWEST, POSSIBLE, scatter_evidence
 from palpate.calibration.fit import Array, MeanRatios, curve, fit_curve, leverages
@@ -203,9 +204,13 @@ def choose_ratio(
     given: dict[str, float] = {}
     for track in tracks:
         given |= track.tracking
-    possible = EXPONENTS if bumps is None else np.array([BUMPS[bumps]])
+    possible = EXPONENTS
+    if bumps is not None:
+        possible = np.array([BUMPS[bumps]])
     measured_exponent = given.get("contact_exponent", float(possible[-1]))
-    ages = [given["age"]] if "age" in given else AGES_S
+    ages: Sequence[float] = AGES_S
+    if "age" in given:
+        ages = [given["age"]]
     avoidable = [flag for flag in Flag if flag.meaning.avoided_by]
     measured = {}
     for age_s in ages:
@@ -240,9 +245,11 @@ def _tracked_exponent(chosen: RatioError, possible: Array) -> float:
 
 def _about_ratio(chosen: RatioError, compared: Sequence[RatioError], *, is_given: bool) -> str:
     """Return why the kind of ratio was chosen: compared with the best one of the other kind."""
-    others = [e for e in compared if e.ratio != chosen.ratio]
+    others = [each for each in compared if each.ratio != chosen.ratio]
     other = min(others, key=lambda each: each.error)
-    name = f"{chosen.ratio}, as given" if is_given else chosen.ratio
+    name = chosen.ratio
+    if is_given:
+        name += ", as given"
     if chosen.freedom < FEWEST:
         return f"{name}: there are too few touches to compare it with {other.ratio}"
     counts = ""
@@ -327,10 +334,9 @@ def _ratio_error(
         return RatioError(kind, age_s, inf, 0, 0, 0, np.zeros(len(exponents)))
     likelihood = scatter_evidence(list(groups.values()), 1.0)
     number = int(np.argmax(likelihood))
-    log_ratios = {
-        modulus: np.array([touch.log_ratio[number] for touch in group])
-        for modulus, group in groups.items()
-    }
+    log_ratios = {}
+    for modulus, group in groups.items():
+        log_ratios[modulus] = table_of(group).log_ratio[:, number]
     error, freedom = prediction_error(log_ratios)
     return RatioError(kind, age_s, error, count, len(groups), freedom, likelihood)
 
@@ -351,14 +357,16 @@ def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
         specimen with a wrong modulus does not decide. inf: there is no curve.
     freedom : int
     """
-    counts = np.array([len(group) for group in log_ratios.values()])
-    squares = sum(float(((group - group.mean()) ** 2).sum()) for group in log_ratios.values())
+    counts = np.array(list(map(len, log_ratios.values())))
+    squares = float(counts @ list(map(np.var, log_ratios.values())))
     freedom = int(counts.sum()) - len(counts)
-    within = squares / freedom if freedom else 0.0
+    if len(counts) < _FEWEST_SPECIMENS and not freedom:
+        return inf, 0
+    within = squares / max(freedom, 1)
     if len(counts) < _FEWEST_SPECIMENS:
-        return (sqrt(within), freedom) if freedom else (inf, 0)
+        return sqrt(within), freedom
     x = np.log(list(log_ratios))
-    means = np.exp([group.mean() for group in log_ratios.values()])
+    means = np.exp(list(map(np.mean, log_ratios.values())))
     rows = MeanRatios(means, np.zeros(len(x)), counts.astype(float), np.arange(len(x)))
     try:
         fitted = fit_curve(x, rows, 1.0)

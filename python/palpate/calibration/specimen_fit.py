@@ -15,9 +15,11 @@ from palpate.calibration.evidence import (
     EXPONENTS,
     OF_GROWTH,
     TILT_COSTS,
+    EvidenceTable,
     TouchEvidence,
-    evidence_of,
+    evidence_of_all,
     mean_evidence,
+    table_of,
     tilt_growth,
 )
 from palpate.calibration.exponent_fits import (
@@ -365,7 +367,7 @@ def fit_specimens(
             ratios,
             data.moduli,
             standard_errors=errors,
-            touches=[row.touches for row in data.rows],
+            touches=data.table.touches,
             modulus_uncertainties=data.modulus_uncertainties,
             common_uncertainties=data.common_uncertainties,
             soft_ratio=soft_ratio,
@@ -381,7 +383,7 @@ def fit_specimens(
         error_share=share,
         stiffening_share=_stiffening_share(specimens),
         exponent_fits=weighted(fits, likelihood),
-        ranges=Ranges.of([touch for group in data.groups for touch in group]),
+        ranges=Ranges.of(data.touches),
     )
 
 
@@ -441,48 +443,49 @@ class _SpecimenData:
         groups = []
         rows = []
         numbers = []
+        moduli = []
         for number, specimen in enumerate(specimens):
-            groups.append([evidence_of(touch, kind, exponents) for touch in specimen.usable])
-            own = groups[-1]
+            own = evidence_of_all(specimen.usable, kind, exponents)
+            groups.append(own)
             if by != "all":
                 chosen, weights = _selected(
                     specimen.touches, by, specimen.accept, specimen.ratio_of
                 )
-                each = [evidence_of(touch, kind, exponents) for touch in chosen]
+                each = evidence_of_all(chosen, kind, exponents)
                 own = [mean_evidence(each, weights)]
             rows += own
             numbers += [number] * len(own)
-        of_row = [specimens[number] for number in numbers]
-        return cls(
-            groups,
-            rows,
-            np.array(numbers),
-            moduli=np.array([specimen.modulus for specimen in of_row]),
-            modulus_uncertainties=np.array([one.modulus_uncertainty for one in of_row]),
-            common_uncertainties=np.array([one.common_uncertainty for one in of_row]),
-        )
+            known = (specimen.modulus, specimen.modulus_uncertainty, specimen.common_uncertainty)
+            moduli += [known] * len(own)
+        return cls(groups, rows, np.array(numbers), *np.array(moduli).T)
 
     def ratios(
         self, number: int, exponent: float, kind: str, share: float
     ) -> tuple[Array, Array, float, float]:
         """Return ratio and standard error of each row at the median depth, and the slope by depth."""
-        log_ratios = np.array([row.log_ratio[number] for row in self.rows])
-        depths = np.array([row.depth_pF for row in self.rows])
-        tilts = float(tilt_growth(exponent)) * np.array([row.tilt for row in self.rows])
-        by_tilt = TILT_COSTS[kind].within * np.nan_to_num(tilts)
-        own = share * np.array([row.standard_error for row in self.rows])
-        by_growth = OF_GROWTH * np.array([row.derived[number] for row in self.rows])
+        table = self.table
+        log_ratios = table.log_ratio[:, number]
+        tilts = float(tilt_growth(exponent)) * np.nan_to_num(table.tilt)
+        by_tilt = TILT_COSTS[kind].within * tilts
+        own = share * table.standard_error
+        by_growth = OF_GROWTH * table.derived[:, number]
         variances = own**2 + by_tilt**2 + by_growth**2
-        slope, slope_error = depth_slope(log_ratios, variances, depths, self.specimen)
-        if np.isfinite(depths).all():
-            log_ratios = log_ratios - slope * (depths - np.median(self._depths))
+        slope, slope_error = depth_slope(log_ratios, variances, table.depth_pF, self.specimen)
+        if np.isfinite(table.depth_pF).all():
+            middle = np.median(table_of(self.touches).depth_pF)
+            log_ratios = log_ratios - slope * (table.depth_pF - middle)
         ratios = np.exp(log_ratios)
         return ratios, ratios * np.sqrt(variances), slope, slope_error
 
     @property
-    def _depths(self) -> list[float]:
-        """Depth of each usable touch, pF."""
-        return [touch.depth_pF for touch in chain.from_iterable(self.groups)]
+    def table(self) -> EvidenceTable:
+        """The rows by columns."""
+        return table_of(self.rows)
+
+    @property
+    def touches(self) -> list[TouchEvidence]:
+        """All usable touches."""
+        return list(chain.from_iterable(self.groups))
 
 
 def error_share(groups: Sequence[Sequence[TouchEvidence]], number: int) -> float:
@@ -494,18 +497,20 @@ def error_share(groups: Sequence[Sequence[TouchEvidence]], number: int) -> float
     same for all: both by restricted maximum likelihood (H. D. Patterson and R. Thompson, Biometrika
     58, 1971), on a grid. 1: the touches are too few.
     """
-    repeated = [group for group in groups if len(group) > 1]
-    if sum(len(group) - 1 for group in repeated) < FEWEST:
-        return 1.0
     shares, scatters = np.meshgrid(_SHARES, _SCATTERS)
     log_likelihood: Array = np.zeros(shares.shape)
-    for group in repeated:
-        log_ratios = np.array([touch.log_ratio[number] for touch in group])[:, None, None]
-        errors = np.array([touch.standard_error for touch in group])[:, None, None]
+    freedom = 0
+    for group in groups:
+        freedom += len(group) - 1
+        table = table_of(group)
+        log_ratios = table.log_ratio[:, number, None, None]
+        errors = table.standard_error[:, None, None]
         variances = (shares * errors) ** 2 + scatters**2
         weights = 1 / variances
         total = weights.sum(axis=0)
         mean = (weights * log_ratios).sum(axis=0) / total
         squares = (weights * (log_ratios - mean) ** 2).sum(axis=0)
         log_likelihood -= (np.log(variances).sum(axis=0) + np.log(total) + squares) / 2
+    if freedom < FEWEST:
+        return 1.0
     return float(shares.flat[np.argmax(log_likelihood)])
