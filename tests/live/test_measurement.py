@@ -26,7 +26,7 @@ from palpate.live.plan import TouchPlan
 from palpate.live.touch_rows import TouchTable
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
-from palpate.uncertainty import Scatter
+from palpate.uncertainty import Scatter, hold_ratio
 from project import copied
 from recording_bench import soon
 from report_session import change
@@ -79,7 +79,10 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
     tmp_path: Path,
 ) -> None:
     calibration = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
-    calibration = replace(calibration, ratio="level", contact_exponent=1.5, age_s=0.8)
+    domes = (replace(calibration.exponent_fits[0], contact_exponent=1.5),)
+    calibration = replace(
+        calibration, ratio="level", contact_exponent=1.5, age_s=0.8, exponent_fits=domes
+    )
     bench = ended(begun(fast, tmp_path, record=False))
     guided: Any = bench._parts["calibration"]
     guided.use(calibration, tmp_path / "probe.toml")
@@ -184,8 +187,11 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     assert TouchTable(measurement, plan, scatter=1.0).document()["most_reliable"] in (1, 2, 3, 4)
     first = measurement.touches[0]
     linear = linearity_pF(measurement.tracker.settings["full_scale"])
-    for table, scatter in ((plain, Scatter()), (calibrated, calibration.touch_scatter)):
-        known = Uncertainty.of(first, scatter, linear)
+    for table, scatter, ratio_of in (
+        (plain, Scatter(), hold_ratio),
+        (calibrated, calibration.touch_scatter, calibration.ratio_of),
+    ):
+        known = Uncertainty.of(first, scatter, linear, ratio_of)
         told = table.document()
         assert told["scatter"] == {"share": scatter.share, "source": known.source}
         error = math.hypot(told["rows"][0]["own_error"], scatter.share * first.ratio)
