@@ -12,8 +12,8 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from palpate import Calibration
+from palpate.calibration.assurance import CalibrationVerification
 from palpate.calibration.calibration_file import Table
-from palpate.calibration.calibration_verification import CalibrationVerification
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import CurveFit

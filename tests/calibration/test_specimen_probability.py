@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from example_touch import example_touch
 from palpate import Calibration, Touch
-from palpate.calibration.calibration_verification import DOUBT, compare
+from palpate.calibration.assurance import DOUBT, compare
 from palpate.calibration.evidence import EXPONENTS, evidence_of
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.interval import MeasuredRatio

@@ -8,7 +8,7 @@ import palpate
 import pytest
 from command_lines import document, run
 from palpate import Calibration
-from palpate.calibration.calibration_verification import today
+from palpate.calibration.assurance import today
 from palpate.recording.session import Entry, Plan, Specimen
 from project import made_once
 from report_session import change, recorded

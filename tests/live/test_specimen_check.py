@@ -8,8 +8,8 @@ from typing import Any
 import palpate
 import pytest
 from palpate import Calibration, Touch
+from palpate.calibration.assurance import today
 from palpate.calibration.calibration_file import About
-from palpate.calibration.calibration_verification import today
 from palpate.calibration.provenance import Provenance
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live.feed import RefusedCommand

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.calibration.assessment import Assessment, Residual, assess, residuals
-from palpate.calibration.calibration_verification import CalibrationVerification
+from palpate.calibration.assurance import CalibrationVerification
 from palpate.calibration.evidence import EXPONENTS
 from palpate.calibration.exponent_fits import ExponentFit
 from palpate.calibration.fit import Array, CurveFit

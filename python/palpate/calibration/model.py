@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from palpate import number_format
 from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
+from palpate.calibration.assurance import CalibrationVerification, compare
 from palpate.calibration.calibration_file import About, StoredCalibration
-from palpate.calibration.calibration_verification import CalibrationVerification, compare
 from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of_all, is_too_oblique
 from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
 from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
@@ -117,7 +117,7 @@ class Calibration(StoredCalibration, Plotted):
         A curve for each contact exponent; `is_possible` says whether the touches leave it open.
     ranges : palpate.calibration.ranges.Ranges
         Tilt, depth and rise of the touches that calibrated.
-    verifications : tuple of palpate.calibration.calibration_verification.CalibrationVerification
+    verifications : tuple of palpate.calibration.assurance.CalibrationVerification
         Comparisons with specimens of known modulus since then.
     stiffening_share : float, 0 to 1
         Share of the touches with the flag "stiffens".
@@ -711,7 +711,10 @@ class Calibration(StoredCalibration, Plotted):
             No modulus corresponds to the ratio, or no touch counts.
         """
         ratios = self._ratios_at(self._counted(touches))
-        likeliest = max(ratios, key=lambda one: one.fit.log_weight)
+        by_weight = sorted(
+            ratios, key=lambda one: one.fit.contact_exponent != self.contact_exponent
+        )
+        likeliest = max(by_weight, key=lambda one: one.fit.log_weight)
         rigid, log_half, soft = likeliest.fit.fitted.parameters.tolist()
         probe = Elasticity(rigid, exp(log_half), soft)
         ratio = likeliest.ratio

@@ -10,7 +10,7 @@ import click
 
 from palpate import Calibration, Touch, Uncertainty
 from palpate.ad7746.registers import linearity_pF
-from palpate.calibration.calibration_verification import today
+from palpate.calibration.assurance import today
 from palpate.calibration.origin import ReadingsOrigin, origin_remarks, require_origin
 from palpate.calibration.provenance import Provenance, recorded_at
 from palpate.calibration.ranges import wider

@@ -9,8 +9,8 @@ import click
 
 from palpate import Calibration
 from palpate.calibration.assessment import calibration_doubts
+from palpate.calibration.assurance import CalibrationVerification
 from palpate.calibration.calibration_file import add_verification
-from palpate.calibration.calibration_verification import CalibrationVerification
 from palpate.calibration.learning import learned_from
 from palpate.calibration.modulus_text import known_modulus, with_uncertainty
 from palpate.calibration.origin import missing_remark

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.calibration.assurance import CalibrationVerification, today
 from palpate.calibration.calibration_file import add_verification
-from palpate.calibration.calibration_verification import CalibrationVerification, today
 from palpate.calibration.learning import learned_from
 from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement

@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 from palpate import Calibration, Touch
 from palpate.calibration.assessment import calibration_doubts
-from palpate.calibration.calibration_file import MOST_VERIFICATIONS, add_verification
-from palpate.calibration.calibration_verification import (
+from palpate.calibration.assurance import (
     DOUBT,
     CalibrationVerification,
     Comparison,
     compare,
 )
+from palpate.calibration.calibration_file import MOST_VERIFICATIONS, add_verification
 from palpate.calibration.fit import CurveFit
 from palpate.calibration.interval import MeasuredRatio
 from palpate.calibration.modulus import Modulus
