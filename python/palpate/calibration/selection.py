@@ -1,7 +1,8 @@
 """Selects the ratio that predicts specimens left out best: hold or level, at an age; and exponents.
 
-The hold of a level probe scatters least, but a hand that measures later tilts the probe: the error
-of the hold is at least `TOUCH_SCATTER`, the scatter that a hand is assumed to have.
+The hold of a level probe scatters least, but a hand that measures later tilts the probe: if the
+touches scatter by less than half of `TOUCH_SCATTER`, as those of a stage do, the error of the hold is
+`TOUCH_SCATTER`, the scatter that a hand is assumed to have.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -94,8 +95,10 @@ class RatioError:
 
     @property
     def expected(self) -> float:
-        """Error with any hand that measures: the hold has at least the scatter of a hand."""
-        return max(self.error, TOUCH_SCATTER) if self.ratio == "hold" else self.error
+        """Error with any hand that measures: after a stage the hold has the scatter of a hand."""
+        if self.ratio == "hold" and self.error < TOUCH_SCATTER / 2:
+            return TOUCH_SCATTER
+        return self.error
 
     def is_better_than(self, other: "RatioError") -> bool:
         """Return whether the error of a mean of all presses is significantly less.
