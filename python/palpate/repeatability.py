@@ -28,6 +28,8 @@ from palpate.uncertainty import (
 )
 
 _REMARK = 1 / 3  # of the uncertainty of the mean; a smaller trend is not worth a sentence
+MOST_TILTED = 0.4
+"""Largest |log(hold / level ratio)| of a touch with a level ratio that counts."""
 Known = tuple[float, float]
 """A ratio and its standard error."""
 
@@ -36,6 +38,7 @@ class Missing(StrEnum):
     """A reason without a flag why a touch does not count."""
 
     LEVEL_RATIO = "no level ratio"
+    TOO_OBLIQUE = "held too obliquely, one bump has hardly any contact"
 
 
 Objection = Flag | Missing
@@ -239,6 +242,13 @@ def agreement(
     )
 
 
+def is_too_oblique(touch: Touch) -> bool:
+    """Return whether a touch is tilted so far that one bump has hardly any contact."""
+    if not (touch.ratio > 0 and touch.level_ratio > 0):
+        return False
+    return abs(log(touch.ratio / touch.level_ratio)) > MOST_TILTED
+
+
 def objections(
     touch: Touch,
     accept: Collection[str] = (),
@@ -264,6 +274,8 @@ def objections(
             against.append(flag)
     if by_level and not isfinite(touch.level_ratio):
         against.append(Missing.LEVEL_RATIO)
+    if by_level and is_too_oblique(touch):
+        against.append(Missing.TOO_OBLIQUE)
     return tuple(against)
 
 

@@ -11,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate.calibration.evidence import (
     EXPONENTS,
-    MOST_TILTED,
     OF_GROWTH,
     evidence_of,
-    is_too_oblique,
     mean_evidence,
     tilt_growth,
 )
+from palpate.repeatability import MOST_TILTED, is_too_oblique
 from tilted_touch import growth, tilted_touch
 
 from bench.accuracy.other_probe import Way, touch

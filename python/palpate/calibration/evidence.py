@@ -32,7 +32,6 @@ BUMPS = {"flat": 1.0, "domes": 1.5}
 GROWTH = 1.7
 """Growth of the tilt with the exponent, per tilt at exponent 1."""
 OF_GROWTH = 0.1  # relative standard deviation of GROWTH from touch to touch
-MOST_TILTED = 0.4  # largest tilt: beyond it one bump has hardly any contact
 
 
 class TiltCost(NamedTuple):
@@ -89,13 +88,6 @@ def tilt_growth(exponent: Array | float) -> Array:
     [1.0, 1.85]
     """
     return 1 + GROWTH * (np.asarray(exponent, float) - 1)
-
-
-def is_too_oblique(touch: Touch) -> bool:
-    """Return whether a touch is tilted so far that one bump has hardly any contact."""
-    if not (touch.ratio > 0 and touch.level_ratio > 0):
-        return False
-    return abs(log(touch.ratio / touch.level_ratio)) > MOST_TILTED
 
 
 def evidence_of(touch: Touch, kind: str, exponents: Array) -> TouchEvidence:

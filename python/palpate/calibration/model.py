@@ -13,7 +13,7 @@ from palpate._core import Tracker, __version__
 from palpate.calibration.assessment import other_settings
 from palpate.calibration.assurance import CalibrationVerification, compare
 from palpate.calibration.calibration_file import About, StoredCalibration
-from palpate.calibration.evidence import MOST_TILTED, TouchEvidence, evidence_of_all, is_too_oblique
+from palpate.calibration.evidence import TouchEvidence, evidence_of_all
 from palpate.calibration.exponent_fits import ExponentFit, scatter_evidence, weighted
 from palpate.calibration.fit import MeanRatios, ModulusErrors, curve, fit_curve, fit_data
 from palpate.calibration.interval import (
@@ -38,7 +38,13 @@ from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.flags import Flag
 from palpate.plotted import Plotted
-from palpate.repeatability import Agreement, agreement, objections
+from palpate.repeatability import (
+    MOST_TILTED,
+    Agreement,
+    agreement,
+    is_too_oblique,
+    objections,
+)
 from palpate.touch import Touch
 from palpate.uncertainty import LEVEL_SCATTER, Scatter
 

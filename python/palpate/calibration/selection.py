@@ -20,7 +20,6 @@ from palpate.calibration.evidence import (
     EXPONENTS,
     TouchEvidence,
     evidence_of,
-    is_too_oblique,
     table_of,
 )
 from palpate.calibration.exponent_fits import FEWEST, POSSIBLE, scatter_evidence
@@ -29,7 +28,7 @@ from palpate.errors import CalibrationError
 from palpate.flags import Flag
 from palpate.messages import unlike
 from palpate.recording_protocol import RecordingProtocol
-from palpate.repeatability import objections
+from palpate.repeatability import is_too_oblique, objections
 from palpate.touch import Touch
 from palpate.tracking import tracked
 from palpate.uncertainty import RATIOS, TOUCH_SCATTER, RatioOf
