@@ -63,6 +63,7 @@ void run_scene(Bytes bytes) {
   using Real = typename Scene::real_type;
   typename Scene::time_type t_hard, t_soft;
   Real hard = 0, soft = 0;
+  std::uint32_t flags = 0, saturated = 0;  // of the last touch
   while (!bytes.empty()) {
     t_hard = bytes.time(t_hard);
     t_soft = bytes.time(t_soft);
@@ -79,7 +80,13 @@ void run_scene(Bytes bytes) {
     if (report.revised) {
       const auto touch = scene.touch();
       require(palpate::is_finite(touch.first_ratio) || touch.samples == 0, "a revised touch without a first ratio");
-      require(touch.revision != palpate::Revision::none, "a revised touch without a revision");
+      // A jump of a channel changes the flags, and one that stands still is saturated: without a new baseline.
+      const bool judged = touch.misfits.flags != flags || touch.saturated != saturated;
+      require(touch.revision != palpate::Revision::none || judged, "a revised touch without a revision");
+    }
+    if (report.finished || report.revised) {
+      flags = scene.touch().misfits.flags;
+      saturated = scene.touch().saturated;
     }
     if (!palpate::is_finite(hard) || !palpate::is_finite(soft)) {
       hard = soft = 0;
