@@ -1,5 +1,7 @@
 """What the touches of a session narrow, and the sentence about it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from palpate import Calibration, Touch
@@ -26,9 +28,13 @@ def on_stage() -> Calibration:
     return fit_specimens(specimens)
 
 
-def by_hand(*ratios: float, exponent: float = 1.5) -> list[Touch]:
+def by_hand(*ratios: float, exponent: float = 1.5, measured: float = 1.5) -> list[Touch]:
     """Return four touches on each object with such a ratio."""
-    return [tilted_touch(ratio, tilt, exponent=exponent) for ratio in ratios for tilt in TILTS]
+    touches = []
+    for ratio in ratios:
+        for tilt in TILTS:
+            touches.append(tilted_touch(ratio, tilt, exponent=exponent, measured=measured))
+    return touches
 
 
 def test_named_objects_narrow_the_range(on_stage: Calibration) -> None:
@@ -58,3 +64,17 @@ def test_level_touches_narrow_nothing(on_stage: Calibration) -> None:
     found = learned_from(on_stage, {"gel": [tilted_touch(4.0)] * 6})
     assert found.calibration.possible_exponents == (1.0, 1.5)
     assert found.sentence == ""
+
+
+def test_touches_that_contradict_the_stated_bumps_are_named(on_stage: Calibration) -> None:
+    stated = replace(on_stage, exponent_fits=on_stage.exponent_fits[:1], contact_exponent=1.0)
+    objects = {"gel": by_hand(3.0, measured=1.0), "foam": by_hand(5.0, measured=1.0)}
+    wrong = learned_from(stated, objects)
+    assert wrong.calibration is stated
+    assert wrong.sentence == (
+        "The repeated touches scatter least with the contact exponent 1.5, but the calibration has "
+        "1, so the moduli may be wrong: is the shape of the bumps (calibrate --bumps) stated "
+        "rightly?"
+    )
+    right = by_hand(3.0, exponent=1.0, measured=1.0)
+    assert learned_from(stated, {"gel": right}).sentence == ""

@@ -96,6 +96,19 @@ def test_a_calibration_that_does_not_hold_is_warned_about_until_one_agrees(
     assert len(Calibration.load(probe).verifications) == 2
 
 
+def test_touches_that_differ_are_no_evidence(gel: Path, probe: Path, folder: Path) -> None:
+    """The touches on two specimens, given as touches on one."""
+    other = next(
+        path for path in sorted(folder.glob("*/*.csv")) if path.stem not in ("gel", "moduli")
+    )
+    before = probe.read_bytes()
+    result = run("verify", "gel", gel, other, *GEL, "--calibration", probe)
+    assert result.exit_code == 5
+    assert "touches differ: their ratios spread by" in result.stdout
+    assert "Nothing is compared: touch the specimen again." in result.stdout
+    assert probe.read_bytes() == before
+
+
 def test_a_dry_run_changes_nothing(gel: Path, probe: Path) -> None:
     before = probe.read_bytes()
     result = run("verify", "gel", gel, *GEL, "--calibration", probe, "--dry-run")

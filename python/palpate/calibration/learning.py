@@ -3,6 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from palpate.calibration.evidence import EXPONENTS, evidence_of_all
+from palpate.calibration.exponent_fits import POSSIBLE, scatter_evidence
 from palpate.calibration.model import Calibration
 from palpate.touch import Touch
 
@@ -15,7 +19,7 @@ class LearnedCalibration:
     ----------
     calibration : Calibration
     sentence : str
-        What the touches narrow; "": nothing.
+        What the touches narrow, or that they contradict the exponent; "": nothing.
     """
 
     calibration: Calibration
@@ -43,6 +47,9 @@ def learned_from(
         counted = [touch for touch in touches if not calibration.objections(touch)]
         if len(counted) > 1 and (name or _is_one_object(calibration, counted)):
             groups.append(counted)
+    contradiction = _contradiction(calibration, groups)
+    if contradiction:
+        return LearnedCalibration(calibration, contradiction)
     learned = calibration.learned(groups)
     before = _range_text(calibration)
     after = _range_text(learned)
@@ -50,6 +57,26 @@ def learned_from(
         return LearnedCalibration(learned)
     return LearnedCalibration(
         learned, f"The repeated touches narrow the contact exponent from {before} to {after}."
+    )
+
+
+def _contradiction(calibration: Calibration, groups: Sequence[Sequence[Touch]]) -> str:
+    """Return that the touches exclude the exponent of a calibration with one; "": they do not."""
+    low, high = calibration.possible_exponents
+    if calibration.ratio == "hold" or not groups or low < high:
+        return ""
+    exponents = np.union1d(EXPONENTS, [low])
+    evidence = []
+    for touches in groups:
+        evidence.append(evidence_of_all(touches, calibration.ratio, exponents))
+    likelihood = scatter_evidence(evidence, calibration.error_share)
+    if likelihood[exponents == low][0] >= POSSIBLE:
+        return ""
+    likeliest = exponents[np.argmax(likelihood)]
+    return (
+        f"The repeated touches scatter least with the contact exponent {likeliest:g}, but the "
+        f"calibration has {low:g}, so the moduli may be wrong: is the shape of the bumps "
+        "(calibrate --bumps) stated rightly?"
     )
 
 

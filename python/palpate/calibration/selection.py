@@ -355,8 +355,9 @@ def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
     -------
     error : float
         Standard deviation of log(ratio): the scatter within the specimens, and the distance of
-        each specimen from the curve through the others. The largest distance does not count: one
-        specimen with a wrong modulus does not decide. inf: there is no curve.
+        each specimen from the curve through the others. The largest fifth of the distances does
+        not count: a specimen with a wrong modulus, or two that are exchanged, do not decide. inf:
+        there is no curve.
     freedom : int
     """
     counts = np.array(list(map(len, log_ratios.values())))
@@ -376,7 +377,8 @@ def prediction_error(log_ratios: Mapping[float, Array]) -> tuple[float, int]:
         return inf, freedom
     rest = np.log(means / curve(fitted.parameters, x))
     left_out = rest / (1 - leverages(fitted, x, rows))
-    distances = np.sort(left_out**2)[:-1]
+    counted = len(x) - max(len(x) // 5, 1)
+    distances = np.sort(left_out**2)[:counted]
     # The distance of a specimen contains the error of its own mean.
     of_means = within * float(np.mean(1 / counts))
     square = max(within - of_means, 0.0) + float(distances.mean())

@@ -240,13 +240,28 @@ class Replay:
             return touch_table.offline_methods(self.offline)
         sentences = []
         if self.is_level:
-            sentences.append("The ratios are level ratios: over the swept depth, not of the hold.")
+            sentences.append(self._level_sentence)
         if self.moduli is not None:
             sentences += self.moduli.sentences()
         sentences += map(str, self.trends)
         if self.unit != "pF" and self.touches:
             sentences.append(f"unit: {self.unit}; of the covariance: 1/({self.unit})^2")
         return sentences + touch_table.advice_lines(self.touches, cut=self.found.cut)
+
+    @property
+    def _level_sentence(self) -> str:
+        """The sentence on level ratios; with several exponents their moduli are means of all."""
+        text = "The ratios are level ratios: over the swept depth, not of the hold."
+        if self.moduli is None:
+            return text
+        low, high = self.moduli.calibration.possible_exponents
+        if low == high:
+            return text
+        exponent = self.moduli.calibration.contact_exponent
+        return (
+            f"{text} They have the contact exponent {exponent:g}; the moduli are means over the "
+            f"exponents {low:g} to {high:g}."
+        )
 
     def to_json(self) -> dict[str, object]:
         """Return the document."""

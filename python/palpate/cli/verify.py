@@ -153,7 +153,7 @@ def verify_command(
 
 @dataclass(frozen=True)
 class Result:
-    """The result of `palpate verify`; verification: None if no touch counts."""
+    """The result of `palpate verify`; verification: None if no touch counts, or they differ."""
 
     found: VerifiedTouches
     calibration: Calibration
@@ -162,6 +162,8 @@ class Result:
     """What the touches show of the contact exponent; "": nothing."""
     warnings: tuple[str, ...]
     """Why the calibration may be wrong, apart from its earlier verifications."""
+    differ: str = ""
+    """That the touches differ; "": they agree."""
 
     @property
     def kept(self) -> CalibrationVerification | None:
@@ -205,6 +207,9 @@ class Result:
         for one in self.found.touches:
             for remark in one.remarks:
                 lines.append(f"touch {one.number} of {one.place}: {remark}")
+        if self.differ:
+            lines.append(f"{self.differ}. Nothing is compared: touch the specimen again.")
+            return lines
         if self.verification is None:
             lines.append("No touch counts, so nothing is compared: touch the specimen again.")
             return lines
@@ -322,6 +327,10 @@ def _verified(
         return Result(found, calibration, None, "", tuple(warnings))
     # Their scatter narrows the range of the contact exponent; a changed gain does not bias it.
     learned = learned_from(calibration, {specimen: found.counted, **found.others})
+    agreement = learned.calibration.agreement(found.counted)
+    if not agreement.agree:
+        differ = str(agreement)
+        return Result(found, learned.calibration, None, "", tuple(warnings), differ)
     verification = learned.calibration.verify(
         found.counted, known.modulus, known.whole, specimen=specimen, date=found.date
     )
