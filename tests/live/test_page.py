@@ -31,9 +31,9 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
-    truth = palpate.touches(OWN_FILE)[0].ratio
-    # the first pairs have a large error
-    page.until(lambda: abs(float(page.text("number")) / truth - 1) < 0.01)
+    truths = [touch.ratio for touch in palpate.touches(OWN_FILE)]
+    # the first pairs have a large error; a slow browser may see a later touch
+    page.until(lambda: any(abs(float(page.text("number")) / truth - 1) < 0.01 for truth in truths))
     page.press("m")
     page.until(lambda: page["marking"].is_displayed())
     page["marktext"].send_keys("first specimen", Keys.ENTER)
