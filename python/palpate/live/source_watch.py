@@ -21,7 +21,7 @@ from palpate.stream import Listener
 
 
 class SourceWatch(Listener):
-    """Compares the chip with that of the calibration each time that the board is opened.
+    """Compares the chip with the calibration's each time the board is opened.
 
     The first measurement of a run is refused with an error if they differ. Later the measurement
     goes on without the calibration, until its chip is back.

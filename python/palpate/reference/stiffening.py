@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 EXPONENT = 1.25  # of force against depth
-EDGE = 1 / 8  # least height of a pair, share of that of the hold
+EDGE = 1 / 8  # least height of a pair, as a share of the hold's
 FEWEST_HELD = 6
 FEWEST_RISING = 3
 FEWEST_SWEPT = 5

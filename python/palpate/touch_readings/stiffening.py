@@ -94,7 +94,7 @@ class _DepthPairs:
     ----------
     log_ratio : numpy.ndarray, shape (n,)
     depth : numpy.ndarray, shape (n,)
-        Depth of the soft bump, relative to that of the hold.
+        Depth of the soft bump, relative to the hold.
     linear : numpy.ndarray, shape (n, 4)
         The derivatives by log r, s, g and l, which do not depend on these parameters.
     """

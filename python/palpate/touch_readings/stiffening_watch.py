@@ -29,7 +29,7 @@ _STEP_S = 0.02  # pairs that are closer are averaged
 _IN_HOLD = 0.8  # quantile of a channel that is in the hold, also of a short one
 _LEAST_HEIGHT = 0.08  # share of the height; the fit uses pairs from 1/8 on
 _ENDS_S = 1.0  # at both ends of a touch each reading counts
-_EACH = 4  # one in so many readings of a long hold is enough, as they are alike
+_EACH = 4  # every fourth reading of a long hold is enough: they are alike
 # Flags of touches without this flag, like those without a ratio: a channel that is late changes the
 # ratio in rise and fall.
 _UNTESTED = (Flag.STEP, Flag.GAP, Flag.LAG)
