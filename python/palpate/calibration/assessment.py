@@ -355,6 +355,12 @@ def calibration_doubts(calibration: "StoredCalibration", scene: str) -> list[str
     reasons = []
     if not calibration.sound:
         reasons.append(f"calibration: {calibration.verdict}")
+    unknown = calibration.ranges.unknown
+    if calibration.ratio == "level" and unknown:
+        reasons.append(
+            f"the calibration file has no range of {', '.join(unknown)}, so the intervals are wider: "
+            "calibrate again"
+        )
     if about.scene and about.scene != scene:
         reasons.append(
             f"the calibration was made with scene {about.scene}, but this is scene {scene}: the "
