@@ -91,7 +91,7 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts(pace=SLOW), "slow", "Touch", "note", "22 of 40 pairs a second arrive. What it costs is known after a touch."),
     (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.01))), "slow", "Touch", "note", "costs nothing here: ± 0.25 stays ± 0.25."),
     (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.2))), "slow", "Touch", "note", "± 0.29 becomes ± 0.32."),
-    (facts(pace=SLOW, slow_told=True), "ready", "Touch", "quiet", ""),
+    (facts(pace=SLOW, slow_is_known=True), "ready", "Touch", "quiet", ""),
     (facts(result=replace(GOOD, swapped="exchange the wires")), "swapped", "Stop", "caution", "Exchange the wires."),
     (facts("done", result=OFFSET, next=NEXT), "left out", "Repeat", "caution", "Offset: the soft bump is reached first"),
     (facts(troubles={"hint": "remove R1 and R2"}), "hint", "Touch", "note", "Remove R1 and R2."),

@@ -74,7 +74,7 @@ class ConnectionState(Listener):
     def look(self) -> bool:
         """Look at the measurement; return whether word, line or announcement are other ones than before."""
         inputs = self._inputs()
-        if slow(inputs) and not inputs.slow_told:
+        if slow(inputs) and not inputs.slow_is_known:
             self._slow_s = self._clock()
         elif self._clock() - self._slow_s > HOLD_S:  # once
             self.understood()
@@ -175,7 +175,7 @@ class ConnectionState(Listener):
             result=self._result(),
             next=self._next(state),
             finished=self._plan.finished(),
-            slow_told=self._slow_s == -math.inf,
+            slow_is_known=self._slow_s == -math.inf,
             hand=hand,
         )
 

@@ -473,7 +473,7 @@ class DeviceMessage(Message, tag="device"):
     can_centre: bool
 
 
-class ReadLine(Struct, frozen=True, omit_defaults=True):
+class ReadLine(Struct, frozen=True):
     """How a line of a list is read: its modulus, MPa, with its relative uncertainty, or what is wrong."""
 
     modulus: float | UnsetType | None = UNSET

@@ -84,7 +84,7 @@ function showComparison(message) {
 }
 
 function send(message) {
-  const sent = connection.say(message);
+  const sent = connection.send(message);
   if (!sent && !SILENT.includes(message.do)) answer("Not connected: the command was not sent.", true);
   return sent;
 }
