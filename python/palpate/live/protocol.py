@@ -90,7 +90,7 @@ class HelloMessage(Message, tag="hello", kw_only=True):
     device: str
     scene: str
     stated: list[str]
-    threshold: float | None
+    threshold: MaybeNumber
     calibrated: bool
     scatter: float | None  # of the calibration
     assumed: float | None  # scatter without one
