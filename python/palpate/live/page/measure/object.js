@@ -53,6 +53,7 @@ export class TouchedObject {
   showSlots() {
     const slots = slotsOf(this.known);
     const amendable = this.known.hello.kind !== "file" || Boolean(this.known.hello.file?.amendable);
+    $("touchslots").style.setProperty("--count", Math.max(4, slots.length));
     fill($("touchslots"), [slots, amendable], () => slots.map((slot) => this.slot(slot, amendable)));
   }
 
@@ -60,12 +61,12 @@ export class TouchedObject {
     if (!touch) return make("li", { className: here ? "here" : kept ? "done" : "", textContent: text });
     const button = make("button", {
       type: "button",
-      textContent: `${kept ? "✓" : "×"} ${text}`,
       title: kept ? "Leave this touch out" : `${why}. Take it back`,
       ariaLabel: `Touch ${touch}, ${text}: ${kept ? "leave it out" : "left out, take it back"}`,
       disabled: !amendable,
       onclick: () => this.send({ do: kept ? "discard" : "keep", touch }),
     });
+    button.append(make("span", { className: "glyph", textContent: kept ? "✓ " : "× " }), text);
     return make("li", { className: kept ? "done" : "out" }, button);
   }
 
@@ -93,7 +94,8 @@ export class TouchedObject {
     const sentence = calibration.on ? calibration.saved ? `Saved as ${calibration.saved}; it is used from now on.` : calibration.verdict : "";
     $("wizardend").hidden = !sentence;
     put($("wizardend").firstChild, sentence ?? "");
-    $("wizardsave").hidden = !calibration.on || Boolean(calibration.saved);
+    const complete = calibration.sound || stepsOf(this.known)[1].state === "done";
+    $("wizardsave").hidden = !calibration.on || Boolean(calibration.saved) || !complete;
     $("wizardsave").classList.toggle("strong", Boolean(calibration.sound));
   }
 
@@ -134,11 +136,12 @@ export function slotsOf(known) {
     slots.push({ touch: row.number, text: value(row), kept: row.kept !== false, why: row.why });
   }
   const kept = slots.filter((slot) => slot.kept).length;
-  for (let nth = kept + 1; nth <= (specimen?.of ?? 0); nth += 1) {
-    slots.push({ touch: null, text: String(nth), kept: false, here: nth === kept + 1 });
+  const wanted = hello.kind === "file" ? 0 : specimen?.of ?? 0;
+  const open = [];
+  for (let nth = kept + 1; nth <= wanted && open.length < MOST_SLOTS / 2; nth += 1) {
+    open.push({ touch: null, text: String(nth), kept: false, here: nth === kept + 1 });
   }
-  const wanted = Math.max(0, (specimen?.of ?? 0) - kept);
-  return slots.slice(-Math.max(MOST_SLOTS, Math.min(wanted + 1, 2 * MOST_SLOTS)));
+  return [...slots.slice(open.length - MOST_SLOTS), ...open];
 }
 
 // The mean of the touches on the object, and how far they are from each other, in words.

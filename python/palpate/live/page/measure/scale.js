@@ -14,6 +14,7 @@ const EARLIER = 40; // dots
 const NAME_ROWS = 2;
 const FEW_NAMES = 3; // with fewer the scale has numbers, too
 const LONGEST = 16; // letters of a name on the scale
+const LOWEST = 52; // px: without room there is no scale
 const EDGE = 0.04; // of the width, at each end: for the arrows
 
 export class Scale {
@@ -29,11 +30,11 @@ export class Scale {
 
   draw() {
     const { clientWidth: width, clientHeight: height } = this.place;
-    if (!this.known || width < 100 || height < 40) return;
+    if (!this.known || !width) return;
     const shown = JSON.stringify([width, height, contentOf(this.known)]);
     if (shown === this.shown) return;
     this.shown = shown;
-    this.place.innerHTML = scaleOf(contentOf(this.known), width, height);
+    this.place.innerHTML = height < LOWEST ? "" : scaleOf(contentOf(this.known), width, height);
   }
 }
 
@@ -202,7 +203,7 @@ function names({ ticks, from, to }, x, top, size, width) {
 
 function freeRow(taken, from, to, size) {
   for (let row = 0; row < NAME_ROWS; row += 1) {
-    const crossed = taken.some((one) => one.row === row && from < one.to + 0.3 * size && to > one.from - 0.3 * size);
+    const crossed = taken.some((one) => one.row === row && from < one.to + 0.2 * size && to > one.from - 0.2 * size);
     if (!crossed) return row;
   }
   return null;
