@@ -14,7 +14,7 @@ export class Instruction {
     const { hello, state, touches, offline } = known;
     let now = state.now;
     if (offline) now = { word: "Offline", sub: `the last data is from ${offline}`, tone: "fault", share: null };
-    else if (known.found && touches.rows.length) now = fileWords(known);
+    else if (hello.kind === "file" && touches.rows.length) now = fileWords(known);
     this.showState(now);
     this.showNumbers(known);
     this.showNext(known);
@@ -87,7 +87,7 @@ export class Instruction {
 }
 
 // Of a file: which touch is shown.
-function fileWords({ chosen, touches, hello }) {
+export function fileWords({ chosen, touches, hello }) {
   const { rows } = touches;
   const words = { tone: "idle", share: null, word: grouped(rows.length), sub: "touches" };
   if (!chosen) return words;

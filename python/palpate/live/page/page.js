@@ -112,6 +112,7 @@ function send(message) {
 function next() {
   if (compare.open) compare.next();
   else if (known.found) found.step(1);
+  else if (!$("again").hidden && !known.finished) $("again").click();
   else session.next();
 }
 

@@ -2,7 +2,7 @@
 
 import { $, put } from "../dom.js";
 import { endsOf, modulusOf, number, plusMinus, settings } from "../formatting.js";
-import { isUnsure, subject } from "../instruction.js";
+import { fileWords, isUnsure, subject } from "../instruction.js";
 
 const ALARMED = ["fault", "caution"];
 const COVERING = 1.96; // standard deviations: 95 %
@@ -18,7 +18,7 @@ export class Instrument {
 
   update(type, known) {
     if (!known.state.now) return;
-    const { now, line } = known.offline ? offline(known) : known.state;
+    const { now, line } = wordsOf(known);
     const alarmed = ALARMED.includes(now.tone);
     this.showRing(now, line, alarmed);
     this.showRemedy(now, line, alarmed);
@@ -58,7 +58,14 @@ export class Instrument {
   }
 }
 
-function offline({ offline: since }) {
+function wordsOf(known) {
+  const { hello, state, touches } = known;
+  if (known.offline) return offlineWords(known);
+  if (hello.kind === "file" && touches.rows.length) return { now: fileWords(known), line: state.line };
+  return state;
+}
+
+function offlineWords({ offline: since }) {
   const line = { what: "offline", title: "No connection.", text: `The last data is from ${since}. Look at the terminal of palpate.` };
   return { now: { word: "Offline", sub: "the page tries again by itself", tone: "fault", share: null }, line };
 }
