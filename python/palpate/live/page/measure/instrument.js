@@ -1,5 +1,6 @@
 // The instrument: what to do and why, the number with its interval in words, or what mends a fault.
 
+import { measure } from "../charts/svg.js";
 import { $, put } from "../dom.js";
 import { endsOf, modulusOf, number, plusMinus, settings } from "../formatting.js";
 import { fileWords, isUnsure, subject } from "../instruction.js";
@@ -7,6 +8,10 @@ import { fileWords, isUnsure, subject } from "../instruction.js";
 const ALARMED = ["fault", "caution"];
 const COVERING = 1.96; // standard deviations: 95 %
 const WHOLE = 100; // length of the ring
+const EM = 12; // px of a text that is measured
+const UNIT_SIZE = 0.34; // of the number's
+const UNIT_GAP = 0.09; // em
+const TIGHT = 0.02; // em between two letters
 
 // What a button can mend: key of the line -> id of the button that does it.
 const MENDS = { baseline: "tare", touched: "tare", range: "centre", "at its end": "centre", ended: "again" };
@@ -98,8 +103,8 @@ function modulusTexts(modulus) {
 
 // How wide the number is with its unit, in em of the number: it shrinks to its box, and is never cut.
 function widthOf({ value, unit }) {
-  const unitWidth = unit ? 0.12 + 0.26 * unit.length : 0;
-  return 0.72 * value.length + unitWidth;
+  const wide = measure(value, 1) / EM - TIGHT * value.length;
+  return unit ? wide + UNIT_GAP + (UNIT_SIZE * measure(unit, 1)) / EM : wide;
 }
 
 function capital(text) {
