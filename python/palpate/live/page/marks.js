@@ -19,7 +19,7 @@ export class Marks {
     $("noting").onsubmit = (event) => this.note(event);
   }
 
-  tell(type, known) {
+  update(type, known) {
     this.move();
     if (["events", "session", "hello"].includes(type)) this.show(known);
   }
@@ -28,17 +28,29 @@ export class Marks {
     const origin = hello.origin_s ?? 0;
     const judged = events.judgements.map(({ t_s, text }) => ({ t_s, text: `▲ ${text}` }));
     const all = [...events.marks, ...session.notes, ...judged].toSorted((a, b) => b.t_s - a.t_s);
-    fill($("marks"), [all, origin], () => all.map(({ t_s: t, text, id }) => {
-      const open = () => this.open(id, text, true), words = id === undefined || hello.kind === "file"
-        ? make("span", { textContent: text || "mark" })
-        : make("button", { type: "button", className: "plain", textContent: text || "mark: add a text", onclick: open });
-      return make("li", {}, make("time", { textContent: clock(t - origin) }), words);
-    }));
+    fill($("marks"), [all, origin], () =>
+      all.map(({ t_s: t, text, id }) => {
+        const open = () => this.open(id, text, true);
+        const words =
+          id === undefined || hello.kind === "file"
+            ? make("span", { textContent: text || "mark" })
+            : make("button", {
+                type: "button",
+                className: "plain",
+                textContent: text || "mark: add a text",
+                onclick: open,
+              });
+        return make("li", {}, make("time", { textContent: clock(t - origin) }), words);
+      }),
+    );
   }
 
   // The field is in the line's row; a fault or a caution has that row, and the field goes on in the list of marks.
   move() {
-    const form = $("marking"), place = ["fault", "caution"].includes($("line").dataset.level) ? $("markplace") : $("line");
+    const form = $("marking");
+    const place = ["fault", "caution"].includes($("line").dataset.level)
+      ? $("markplace")
+      : $("line");
     if (form.parentElement === place) return;
     const typing = document.activeElement === $("marktext");
     place.append(form);
@@ -49,13 +61,22 @@ export class Marks {
   open(id, text, focus = this.typing) {
     this.stop();
     const at = this.known.events.marks.find((mark) => mark.id === id)?.t_s;
-    put($("marking").firstChild, at === undefined ? "Mark is stamped." : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`);
+    put(
+      $("marking").firstChild,
+      at === undefined
+        ? "Mark is stamped."
+        : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`,
+    );
     if (!$("marking").hidden) this.close();
     this.id = id;
     $("marktext").value = this.before = text;
     $("marking").hidden = false;
     if (focus) $("marktext").focus();
-    if (!text) this.timers = [setTimeout(() => $("marktext").blur(), LET_GO_MS), setTimeout(() => this.close(), OPEN_MS)];
+    if (!text)
+      this.timers = [
+        setTimeout(() => $("marktext").blur(), LET_GO_MS),
+        setTimeout(() => this.close(), OPEN_MS),
+      ];
   }
 
   stop() {
@@ -65,7 +86,12 @@ export class Marks {
   // What was typed is sent: nothing of it is lost, and it can be changed later.
   close() {
     const text = $("marktext").value.trim();
-    if (!$("marking").hidden && text !== this.before && !this.say({ do: "mark text", id: this.id, text })) return;
+    if (
+      !$("marking").hidden &&
+      text !== this.before &&
+      !this.say({ do: "mark text", id: this.id, text })
+    )
+      return;
     this.stop();
     $("marktext").blur();
     $("marking").hidden = true;

@@ -6,7 +6,7 @@ import { Connection } from "./connection.js";
 import { Compare } from "./compare.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
-import { Found } from "./found.js";
+import { TouchFinder } from "./touch_finder.js";
 import { Marks } from "./marks.js";
 import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
@@ -32,7 +32,7 @@ const screen = new Screen(store, {
   say,
   acts: { next: () => (compare.open ? compare.next() : known.found ? found.step(1) : session.next()), close, refuse },
 });
-const { known, line, charts } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
+const { known, line, charts } = screen, answer = (text, bad) => line.answer(text, bad), found = new TouchFinder(screen, say, answer), compare = new Compare(say, answer);
 const marks = new Marks(known, say), session = new Session(known, say), plan = new Plan(known, say);
 charts.fitplot = new FitPlot($("fitplot"), charts);
 screen.parts.unshift(found, compare);
@@ -43,7 +43,7 @@ const ANSWERS = {
     known.forced &&= message.do !== "tare anyway";
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.open(message.id, "");
-    if (message.do === "cut") charts.cursors.tell(message.message);
+    if (message.do === "cut") charts.cursors.showAnswer(message.message);
     if (message.do === "compare") compare.show(message);
     if (message.do === "plan") plan.answered(message.message, true);
     if (message.do === "read list" && message.lines) plan.read(message.lines);
