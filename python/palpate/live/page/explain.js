@@ -2,7 +2,7 @@
 
 import { samplesIn } from "./charts/annotations.js";
 import { $, fill, make, put } from "./dom.js";
-import { modulusOf, number, plusMinus } from "./formatting.js";
+import { modulusOf, number, plusMinus, scatterWords } from "./formatting.js";
 import { MEASURED, indexOf } from "./store.js";
 
 const EDGE_S = 0.3; // the contact begins a little before its first sample
@@ -40,7 +40,8 @@ export class Explain {
 
   showPins(story) {
     const pins = story?.pins ?? [];
-    put("pinshead", pins.length ? "What was noticed" : "Nothing was noticed");
+    const sofar = story?.touch.running ? " so far" : "";
+    put("pinshead", pins.length ? "What was noticed" : `Nothing was noticed${sofar}`);
     fill($("pins"), pins, () =>
       pins.map(({ text, bad }, i) => {
         const [name, ...words] = text.split(": ");
@@ -102,7 +103,8 @@ function baselineWords({ start_s }, block, from, { tares }) {
   const noises = ["hard", "soft"].map((name) => idleNoise(block, name, from, start_s - EDGE_S));
   const tare = tares.findLast((t) => t <= start_s);
   const parts = ["the level of both channels before the contact"];
-  if (tare !== undefined) parts.push(`measured first ${(start_s - tare).toFixed(0)} s before it`);
+  if (tare !== undefined)
+    parts.push(`the last tare was ${(start_s - tare).toFixed(0)} s before it`);
   if (!noises.includes(null)) {
     const [hard, soft] = noises.map((value) => (PER_PF * value).toFixed(0));
     parts.push(`noise of the idle readings: hard ${hard} aF, soft ${soft} aF`);
@@ -130,16 +132,11 @@ function noiseWords(touch, curve) {
   return `${number(error, error)} (k = 1), ${number(percent, percent)} % of the ratio: how far the readings of this touch scatter.`;
 }
 
-const SCATTER = {
-  assumed: "it is assumed until touches are repeated or calibrated",
-  session: "measured from the repeated touches of this series",
-  calibration: "measured in the calibration",
-};
-
 function uncertaintyWords({ ratio, uncertainty, uncertainty_from: source }) {
   const percent = Math.abs((100 * uncertainty) / ratio);
-  const scatter = SCATTER[source] ? `; ${SCATTER[source]}` : "";
-  return `${number(uncertainty, uncertainty)} (k = 1), ${number(percent, percent)} %: the noise, and the scatter from touch to touch${scatter}.`;
+  const size = `${number(uncertainty, uncertainty)} (k = 1), ${number(percent, percent)} %`;
+  const scatter = scatterWords(source);
+  return `${size}: the noise and the scatter from touch to touch together${scatter ? `; ${scatter}` : ""}.`;
 }
 
 function detectorWords({ running, alarm_share: share }, curve, threshold) {

@@ -1,7 +1,7 @@
 // Now: the word, how far the touch is, the number, and what is touched next.
 
 import { $, fill, make, put } from "./dom.js";
-import { clock, grouped, inUnit, modulusOf, plusMinus, settings, signed } from "./formatting.js";
+import { clock, grouped, inUnit, modulusOf, number, plusMinus, settings, signed } from "./formatting.js";
 import { outcome } from "./session.js";
 
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
@@ -57,7 +57,7 @@ export class Instruction {
   showTruth({ name, ratio }, one, hello) {
     const off = one.ratio - ratio, side = `The estimate is ${plusMinus(Math.abs(off), one.uncertainty)[0]} ${off < 0 ? "below" : "above"}.`;
     const inside = Math.abs(off) <= one.uncertainty ? "✓ inside ±" : "outside ±, as one touch in three";
-    this.showAside(["True ratio", name].filter(Boolean).join(", "), plusMinus(ratio, one.uncertainty)[0], isUnsure(one, hello) ? "" : `${inside}. ${side}`);
+    this.showAside(["True ratio", name].filter(Boolean).join(", "), number(ratio), isUnsure(one, hello) ? "" : `${inside}. ${side}`);
   }
 
   showAside(head, large, small, next = null, again = false) {
@@ -113,7 +113,7 @@ function width({ number, unit, pm }) {
 }
 
 function pointOf(calibration, one) {
-  const point = calibration.points?.find((p) => p.touch === one?.number) ?? calibration.points?.at(-1);
+  const point = calibration.points?.find((p) => p.touch === one?.number);
   return point?.fitted ? point : null;
 }
 

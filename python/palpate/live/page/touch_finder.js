@@ -15,25 +15,27 @@ const CHIPS = {
 };
 
 export class TouchFinder {
-  // screen: Screen; say(message): to the server; answer(text, bad)
-  constructor(screen, say, answer) {
-    Object.assign(this, { known: screen.known, charts: screen.charts, screen, say, answer });
-    this.charts.find = (from, to) =>
-      this.look([
-        ...this.words.filter((word) => !(this.times(word)[0] >= 0)),
-        this.timed(from - this.origin, to - this.origin),
-      ]);
+  // shell: Shell; send(message): to the server; answer(text, bad)
+  constructor(shell, send, answer) {
+    Object.assign(this, { known: shell.known, charts: shell.charts, shell, send, answer });
+    this.charts.find = (from, to) => this.findTimes(from, to);
     $("find").oninput = () => this.show();
     $("find").onkeydown = (event) => {
-      if (event.key === "Escape" && $("find").value)
-        event.stopPropagation(this.look(this.words.slice(0, -1)));
+      if (event.key !== "Escape" || !$("find").value) return;
+      event.stopPropagation();
+      this.look(this.words.slice(0, -1));
     };
     $("time").onchange = () => this.go($("time").value.trim());
     $("before").onclick = () => this.step(-1);
     $("after").onclick = () => this.step(1);
-    $("savefound").onclick = () =>
-      save(this.known.found, `${this.known.hello.file.name.replace(/\.[^.]*$/, "")}-touches.csv`);
-    $("naming").onsubmit = (event) => event.preventDefault(this.name());
+    $("savefound").onclick = () => {
+      const name = this.known.hello.file.name.replace(/\.[^.]*$/, "");
+      save(this.known.found, `${name}-touches.csv`);
+    };
+    $("naming").onsubmit = (event) => {
+      event.preventDefault();
+      this.name();
+    };
   }
 
   get origin() {
@@ -47,10 +49,8 @@ export class TouchFinder {
 
   // A decimal comma has no space behind it.
   get words() {
-    return $("find")
-      .value.split(/;|,\s/)
-      .map((word) => word.trim())
-      .filter(Boolean);
+    const parts = $("find").value.split(/;|,\s/);
+    return parts.map((word) => word.trim()).filter(Boolean);
   }
 
   look(words) {
@@ -58,35 +58,40 @@ export class TouchFinder {
     this.show();
   }
 
+  // A part of the strip was selected: it takes the place of the times that were typed.
+  findTimes(from, to) {
+    const others = this.words.filter((word) => !(this.times(word)[0] >= 0));
+    this.look([...others, this.timed(from - this.origin, to - this.origin)]);
+  }
+
   update(type, { hello, touches, session }) {
-    const file = hello.kind === "file";
-    const counts = Object.entries(CHIPS).map(([word, holds]) => [
-      word,
-      touches.rows.filter(holds).length,
-    ]);
     if (!["hello", "touches", "events"].includes(type)) return;
+    const file = hello.kind === "file";
     for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
-    if (!file) return void (this.known.found = undefined);
+    if (!file) {
+      this.known.found = undefined;
+      return;
+    }
     $("naming").hidden = !hello.file.amendable;
     fill($("names"), session.specimens, () =>
       session.specimens.map(({ name }) => make("option", { value: name })),
     );
-    fill($("chips"), counts, () =>
-      counts.map(([word, count]) =>
-        make("button", {
-          type: "button",
-          textContent: `${word} ${grouped(count)}`,
-          disabled: !count,
-          onclick: () => this.look([...this.words, word]),
-        }),
-      ),
-    );
+    const counts = Object.entries(CHIPS).map(([word, holds]) => {
+      return [word, touches.rows.filter(holds).length];
+    });
+    fill($("chips"), counts, () => counts.map(([word, count]) => this.chip(word, count)));
     this.select();
+  }
+
+  chip(word, count) {
+    const textContent = `${word} ${grouped(count)}`;
+    const onclick = () => this.look([...this.words, word]);
+    return make("button", { type: "button", textContent, disabled: !count, onclick });
   }
 
   show() {
     this.select();
-    this.screen.update("found");
+    this.shell.update("found");
     this.charts.redraw("time");
   }
 
@@ -97,18 +102,16 @@ export class TouchFinder {
     known.found = all.filter((one) => tests.every((holds) => holds(one)));
     const count = known.found.length;
     const used = known.found.filter(({ kept, ratio }) => kept && ratio !== null);
-    const lines = statistics(used);
-    put($("foundcount").firstChild, grouped(count));
     const wrong = this.words.find((word) => /^[<>]/.test(word) && !RATIO.test(word));
-    put(
-      $("foundcount").children[1],
-      wrong
-        ? ` found. Got ${wrong}, allowed: a ratio, as >8 or <4.4`
-        : ` of ${grouped(all.length)} found · ${grouped(used.length)} count`,
-    );
+    const counted = ` of ${grouped(all.length)} found · ${grouped(used.length)} count`;
+    const allowed = ` found. Got ${wrong}, allowed: a ratio, as >8 or <4.4`;
+    put($("foundcount").firstChild, grouped(count));
+    put($("foundcount").children[1], wrong ? allowed : counted);
     put("savefound", `Save ${grouped(count)} as CSV`);
     put($("naming").lastChild, `Name ${grouped(count)}`);
-    $("savefound").disabled = $("naming").lastChild.disabled = !count;
+    $("savefound").disabled = !count;
+    $("naming").lastChild.disabled = !count;
+    const lines = statistics(used);
     fill($("statistics"), lines, () =>
       lines.flatMap(([name, text]) => [
         make("dt", { textContent: name }),
@@ -117,11 +120,13 @@ export class TouchFinder {
     );
   }
 
-  // A part as a word, and back: [from, to], s from the begin; NaN: it is none.
+  // A part as a word, and back: [from, to], s from the beginning; NaN: it is none.
   timed(from, to) {
-    return [Math.floor(Math.max(0, from)), Math.ceil(to)]
-      .map((s) => `${this.long ? `${Math.floor(s / HOUR_S)}:` : ""}${clock(s % HOUR_S)}`)
-      .join("-");
+    const written = (s) => {
+      const hours = this.long ? `${Math.floor(s / HOUR_S)}:` : "";
+      return `${hours}${clock(s % HOUR_S)}`;
+    };
+    return `${written(Math.floor(Math.max(0, from)))}-${written(Math.ceil(to))}`;
   }
 
   times(word) {
@@ -129,11 +134,11 @@ export class TouchFinder {
     return parts.length === 2 ? parts : [NaN, NaN];
   }
 
-  // 3:41:41, 41:41 or 41.5; in a long recording 3:41 is hours and minutes, if it has so many.
+  // 3:41:41, 41:41 or 41.5; in a long recording 3:41 is hours and minutes, if it is that long.
   seconds(text) {
-    const parts = text
-      .split(":")
-      .map((part) => (/^\s*\d+([.,]\d+)?\s*$/.test(part) ? Number(part.replace(",", ".")) : NaN));
+    const parts = text.split(":").map((part) => {
+      return /^\s*\d+([.,]\d+)?\s*$/.test(part) ? Number(part.replace(",", ".")) : NaN;
+    });
     const { begin, end } = this.charts.viewport;
     const within = 3600 * parts[0] + 60 * parts[1] <= end - begin;
     if (parts.length === 2 && this.long && within) parts.push(0);
@@ -145,86 +150,94 @@ export class TouchFinder {
     const named = ({ specimen }) => specimen?.toLowerCase() === word;
     if (this.known.touches.rows.some(named)) return named;
     const [from, to] = this.times(word);
-    const value = (text, other) => (text ? Number(text.replace(",", ".")) : other);
-    const [range, low, high, above, below] = word.match(RATIO) ?? [];
     if (to >= from) return ({ start_s: t }) => t - this.origin >= from && t - this.origin <= to;
-    if (range)
-      return ({ ratio }) =>
-        ratio !== null &&
-        ratio >= value(low ?? above, -Infinity) &&
-        ratio <= value(high ?? below, Infinity);
+    const range = word.match(RATIO);
+    if (range) return withinRange(...range);
     if (/^#\d+$/.test(word)) return ({ number: n }) => `#${n}` === word;
     if (Object.hasOwn(CHIPS, word)) return CHIPS[word];
-    return (one) =>
-      one.flags.includes(word) ||
-      `${one.specimen ?? ""} ${remarkOf(one, this.known)}`.toLowerCase().includes(word);
+    return (one) => {
+      const text = `${one.specimen ?? ""} ${remarkOf(one, this.known)}`;
+      return one.flags.includes(word) || text.toLowerCase().includes(word);
+    };
   }
 
   // The next touch that is found, or the one before.
   step(by) {
     const { chosen, found } = this.known;
-    const next =
-      by > 0
-        ? found.find(({ number: n }) => n > (chosen ?? 0))
-        : found.findLast(({ number: n }) => n < (chosen ?? Infinity));
+    const after = ({ number: n }) => n > (chosen ?? 0);
+    const before = ({ number: n }) => n < (chosen ?? Infinity);
+    const next = by > 0 ? found.find(after) : found.findLast(before);
     if (next) this.charts.choose(next.number);
-    else
-      this.answer(
-        found.length
-          ? `This is the ${by > 0 ? "last" : "first"} touch found.`
-          : "No touch is found.",
-      );
+    else if (!found.length) this.answer("No touch is found.");
+    else this.answer(`This is the ${by > 0 ? "last" : "first"} touch found.`);
   }
 
+  // One time moves everything: the window goes there, and the touch there or the nearest one is shown.
   go(text) {
-    const t = this.seconds(text) + this.origin;
-    const touch = this.charts.annotations.touchAt(t);
     const { end } = this.charts.viewport;
-    if (!(t <= end))
-      return this.answer(
-        `Go to: got ${text}, allowed: a time up to ${clock(end - this.origin)}, as 3:41:41, 41:41 or 41.5`,
-        true,
-      );
+    const t = this.seconds(text) + this.origin;
+    if (!(t <= end)) {
+      const allowed = `a time up to ${clock(end - this.origin)}, as 3:41:41, 41:41 or 41.5`;
+      this.answer(`Go to: got ${text}, allowed: ${allowed}`, true);
+      return;
+    }
     $("time").blur();
-    if (touch) this.charts.choose(touch.number);
-    this.charts.viewport.around({ start_s: t, end_s: t });
+    const touch = this.charts.annotations.nearestTo(t);
+    const moment = { start_s: t, end_s: t };
+    if (!touch) {
+      this.charts.viewport.around(moment);
+      return;
+    }
+    this.charts.choose(touch.number, moment);
+    const away = Math.max(touch.start_s - t, t - touch.end_s);
+    if (away <= 0) return;
+    const side = touch.start_s > t ? "later" : "earlier";
+    this.answer(`No touch then. Touch ${touch.number}, ${away.toFixed(0)} s ${side}, is shown.`);
   }
 
   // In messages of so many touches.
   name() {
     const numbers = this.known.found.map(({ number: n }) => n);
-    for (let i = 0; i < numbers.length; i += MOST)
-      this.say({ do: "name", touches: numbers.slice(i, i + MOST), text: $("name").value.trim() });
+    const text = $("name").value.trim();
+    for (let i = 0; i < numbers.length; i += MOST) {
+      this.send({ do: "name", touches: numbers.slice(i, i + MOST), text });
+    }
   }
 }
 
-// Of two touches or more: mean, standard deviation, and rise in an hour with its error, if three or more have one.
+// Whether the ratio of a touch is in a range, by the groups of RATIO.
+function withinRange(_, low, high, above, below) {
+  const value = (text, other) => (text ? Number(text.replace(",", ".")) : other);
+  const from = value(low ?? above, -Infinity);
+  const to = value(high ?? below, Infinity);
+  return ({ ratio }) => ratio !== null && ratio >= from && ratio <= to;
+}
+
+// Of two touches or more: mean and standard deviation; over an hour or more the rise in an hour with its error. Whether touches
+// agree, and how well their mean is known, is said below the table.
 function statistics(touches) {
   const n = touches.length;
+  if (n < 2) {
+    return touches.map((one) => ["Ratio", plusMinus(one.ratio, one.uncertainty).join(" ")]);
+  }
   const sum = (value) => touches.reduce((all, one) => all + value(one), 0);
-  if (n < 2)
-    return touches.map(({ ratio, uncertainty }) => [
-      "Ratio",
-      plusMinus(ratio, uncertainty).join(" "),
-    ]);
   const mean = sum(({ ratio }) => ratio) / n;
+  const spread = Math.sqrt(sum(({ ratio }) => (ratio - mean) ** 2) / (n - 1));
+  const percent = (100 * spread) / Math.abs(mean);
+  const lines = [
+    ["Mean", number(mean, spread)],
+    ["s.d.", `${number(spread, spread)}, ${number(percent, percent)} %`],
+  ];
+  const times = touches.map(({ start_s: t }) => t);
+  if (n < 3 || Math.max(...times) - Math.min(...times) < HOUR_S) return lines;
   const middle = sum(({ start_s: t }) => t) / n;
   const square = sum(({ start_s: t }) => (t - middle) ** 2);
-  const spread = Math.sqrt(sum(({ ratio }) => (ratio - mean) ** 2) / (n - 1));
   const rise = sum(({ start_s: t, ratio }) => (t - middle) * (ratio - mean)) / square;
-  const error = Math.sqrt(
-    sum(({ start_s: t, ratio }) => (ratio - mean - rise * (t - middle)) ** 2) / (n - 2) / square,
-  );
+  const rest = ({ start_s: t, ratio }) => (ratio - mean - rise * (t - middle)) ** 2;
+  const error = Math.sqrt(sum(rest) / (n - 2) / square);
   const hourly = (100 * HOUR_S) / Math.abs(mean);
   const [slope, sure] = plusMinus(rise * hourly, error * hourly);
-  const known = [
-    ["Mean", plusMinus(mean, spread / Math.sqrt(n)).join(" ")],
-    ["s.d.", `${number(spread)}, ${number((100 * spread) / Math.abs(mean))} %`],
-  ];
-  if (Number.isFinite(error))
-    known.push([
-      "Slope",
-      `${rise < 0 ? slope.replace("-", "−") : `+${slope}`} ${sure} % an hour${Math.abs(rise) > 2 * error ? "" : ": no trend"}`,
-    ]);
-  return known;
+  const signedSlope = rise < 0 ? slope.replace("-", "−") : `+${slope}`;
+  const trend = Math.abs(rise) > 2 * error ? "" : ": no trend";
+  return [...lines, ["Slope", `${signedSlope} ${sure} % an hour${trend}`]];
 }

@@ -38,8 +38,9 @@ export class StoryPlot extends SvgChart {
     }
     const shown = { ...story, ...this.layout(width, height, story) };
     this.shown = shown;
-    const parts = [this.contact(shown), this.channels(shown), this.estimate(shown)];
-    this.show(parts.join("") + this.detector(shown) + this.time(shown), this.name(shown));
+    const ground = this.contact(shown) + this.time(shown);
+    const panels = this.channels(shown) + this.estimate(shown) + this.detector(shown);
+    this.show(ground + panels + this.pinLines(shown), this.name(shown));
     this.placePins(shown);
   }
 
@@ -62,15 +63,18 @@ export class StoryPlot extends SvgChart {
   }
 
   // The time of contact as an area, from the first to the last sample of the touch.
-  contact({ k, touch, x, left, right, head, foot, pins }) {
+  contact({ touch, x, left, right, head, foot }) {
     const begin = Math.max(left, x(touch.start_s));
     const end = Math.min(right, x(touch.end_s));
+    return box(begin, head, Math.max(1, end - begin), foot - head, "fband");
+  }
+
+  pinLines({ pins, x, left, right, head, foot }) {
     const lines = pins.map(({ t_s, bad }) => {
       const at = Math.max(left, Math.min(right, x(t_s)));
       return ruler(at, head, at, foot, bad ? "bad" : "quiet", { dash: "2 3" });
     });
-    const text = label(begin + 4, head + 12 * k, "");
-    return box(begin, head, Math.max(1, end - begin), foot - head, "fband") + text + lines.join("");
+    return lines.join("");
   }
 
   channels({ k, block, from, to, left, right, x, panels: [panel] }) {
@@ -96,7 +100,7 @@ export class StoryPlot extends SvgChart {
       const path = points.map(([t, value]) => [x(t), y(value)]);
       return line(path, name, name === "hard" ? 2.2 : 1.6);
     });
-    const title = label(left, top - 5 * k, "Capacitance change, pF: ", "value");
+    const title = label(left, top - 5 * k, "Capacitance change, pF", "value");
     const key =
       label(right, top - 5 * k, "hard ━", "hardkey", "end") +
       label(right - 60 * k, top - 5 * k, "soft ━", "softkey", "end");
@@ -135,12 +139,21 @@ export class StoryPlot extends SvgChart {
     );
   }
 
-  // The result with its whole uncertainty, at the end of the touch.
-  resultBar({ touch, zero, x, y, start, k }) {
+  // The result with its whole uncertainty, after the touch; an arrow at each end if it is longer than the scale.
+  resultBar({ touch, zero, scale, x, y, start, k, top, base }) {
     if (!touch.uncertainty || touch.running) return "";
-    const away = Math.abs((100 * touch.uncertainty) / zero);
-    const at = x(touch.end_s - start) + 6 * k;
-    return ruler(at, y(away), at, y(-away), "ink", { width: 2 });
+    const percent = Math.abs((100 * touch.uncertainty) / zero);
+    const at = x(touch.end_s - start) + 9 * k;
+    const text = `± ${number(percent, percent)} %`;
+    const parts = [
+      ruler(at, y(percent), at, y(-percent), "ink", { width: 2 }),
+      label(at + 7 * k, y(0) - 5 * k, number(touch.ratio, touch.uncertainty), "value"),
+      label(at + 7 * k, y(0) + 14 * k, text),
+    ];
+    if (percent > scale) {
+      parts.push(label(at, top + 9 * k, "▲", "", "middle"), label(at, base, "▼", "", "middle"));
+    }
+    return parts.join("");
   }
 
   detector(shown) {
